@@ -1,0 +1,125 @@
+"""The interface between simulators and everything that uses them.
+
+A simulator takes a cloud, settings and a seed and returns where the spheres came to rest (paper, §III-A).
+Backends are found through the entry-point group ``spherefunc.backends``, so that another package can add one.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from .errors import InputError
+
+
+class Outcome(enum.IntEnum):
+    """How one sphere's drop ended."""
+
+    SETTLED = 0
+    ROLLED_OFF = 1  # reached the ground
+    REJECTED = 2  # came to rest on spheres alone, outside the object's bounding box
+    TIMED_OUT = 3  # never came to rest within the simulator's limit
+
+
+class Stop(enum.IntEnum):
+    """Why the run ended."""
+
+    MISSES = 0  # the paper's rule: so many consecutive spheres were not placed
+    SPHERE_LIMIT = 1  # the stated cap on settled spheres was reached
+
+
+@dataclass(frozen=True, kw_only=True)
+class DropSettings:
+    """What the paper fixes of a run (§III-A), the same for every backend."""
+
+    radius: float  # of the spheres, metres
+    miss_limit: int = 50  # consecutive spheres not placed that end the run
+    max_spheres: int = 5_000_000  # settled spheres at which the run stops, a cap on memory
+
+    def __post_init__(self):
+        if not (math.isfinite(self.radius) and self.radius > 0):
+            raise InputError(f"radius {self.radius}: expected more than zero metres")
+        if self.miss_limit < 1 or self.max_spheres < 1:
+            raise InputError("miss_limit and max_spheres: expected at least 1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class DropResult:
+    """Where the spheres came to rest, and what became of the others."""
+
+    centers: np.ndarray  # (S, 3) float64, metres, the object's frame, in the order in which they settled
+    on_object: np.ndarray  # (S,) bool: touches the object (True) or only spheres (False)
+    rolled_off: int
+    rejected: int
+    timed_out: int
+    stop: Stop
+    seconds: float  # wall time of the simulation alone
+    provenance: dict[str, Any] = field(default_factory=dict)  # backend, version, settings, seed
+
+    @property
+    def settled(self) -> int:
+        return len(self.centers)
+
+    @property
+    def drops(self) -> int:
+        return self.settled + self.rolled_off + self.rejected + self.timed_out
+
+
+@runtime_checkable
+class Simulator(Protocol):
+    """What a backend provides: a name, a version, and ``drop``."""
+
+    name: str
+    version: str
+
+    def drop(self, cloud, settings: DropSettings, seed: int = 0) -> DropResult:
+        """Drop spheres on a cloud until the miss limit.
+
+        Parameters
+        ----------
+        cloud : Cloud
+            Points in metres, z up, standing on z = 0.
+        settings : DropSettings
+        seed : int
+            The same cloud, settings and seed give the same centres, bit for bit, on one machine.
+        """
+        ...
+
+    def options(self) -> dict[str, Any]:
+        """Return what only this simulator knows (shape, time step, …), as JSON-ready values."""
+        ...
+
+
+@cache
+def backend_entry_points() -> dict[str, EntryPoint]:
+    """Return the registered backends by name, without importing them."""
+    return {point.name: point for point in entry_points(group="spherefunc.backends")}
+
+
+def make_simulator(simulator: str | Simulator, **options) -> Simulator:
+    """Return a simulator by its registered name; one that is already made passes through.
+
+    Raises
+    ------
+    InputError
+        If no backend has that name, its package is missing, or an option is not one of its own.
+    """
+    if not isinstance(simulator, str):
+        return simulator
+    points = backend_entry_points()
+    if simulator not in points:
+        raise InputError(f"backend {simulator!r}: expected one of {', '.join(sorted(points)) or 'none installed'}")
+    try:
+        backend = points[simulator].load()
+    except ImportError as error:
+        raise InputError(f"backend {simulator!r} cannot be imported: {error}") from error
+    try:
+        return backend(**options)
+    except TypeError as error:
+        raise InputError(f"backend {simulator!r}: {error}") from error
