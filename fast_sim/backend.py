@@ -1,0 +1,130 @@
+"""The fast backend as a simulator: the paper's low-fidelity roller (§III-A)."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
+
+VERSION = "1"  # of the algorithm: another number, other centres
+CHUNK = 8192  # columns drawn at a time
+
+
+@dataclass(frozen=True, kw_only=True)
+class FastSimulator:
+    """Rolls spheres over a point cloud, one at a time, without forces or time.
+
+    A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere.
+    """
+
+    flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
+
+    name = "fast"
+    version = VERSION
+
+    def options(self) -> dict:
+        return asdict(self)
+
+    def drop(self, cloud, settings: DropSettings, seed: int = 0) -> DropResult:
+        """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
+
+        Raises
+        ------
+        InputError
+            If the sphere is larger than the object.
+        """
+        from .dropping import drop_spheres
+
+        check_size(cloud, settings.radius)
+        started = time.perf_counter()
+        run = DropRun(cloud, settings, self.flat_angle_deg)
+        columns = np.random.default_rng(seed)
+        ended = False
+        while not ended:
+            run.reserve(CHUNK)
+            xy = columns.uniform(run.low[:2], run.high[:2], size=(CHUNK, 2))
+            ended = drop_spheres(*run.arguments(xy))
+        return run.result(time.perf_counter() - started, self, seed)
+
+
+def check_size(cloud, radius: float):
+    """Refuse a sphere that is larger than the whole object."""
+    if radius > cloud.size.max():
+        raise InputError(
+            f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
+            f"got {radius:g} m; are the units right?"
+        )
+
+
+class DropRun:
+    """The state of one run: both grids, the tallies, and what the kernel needs beside them."""
+
+    def __init__(self, cloud, settings: DropSettings, flat_angle_deg: float):
+        from .contact import MAX_CONTACTS
+        from .grid import point_grid, sphere_grid
+
+        self.settings = settings
+        points = np.ascontiguousarray(cloud.points, dtype=np.float64)
+        self.low, self.high = points.min(axis=0), points.max(axis=0)
+        self.shape = roll_shape(settings.radius, cloud.spacing, flat_angle_deg)
+        self.points = point_grid(points, settings.radius)
+        self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, CHUNK)
+        self.state = np.zeros(5, np.int64)
+        self.on_object = np.zeros(CHUNK, np.bool_)
+        self.normals = np.empty((MAX_CONTACTS + 1, 3))
+
+    def reserve(self, count: int):
+        """Make room for so many more settled spheres."""
+        from .grid import grown
+
+        capacity = len(self.on_object)
+        if self.state[0] + count > capacity:
+            self.spheres = grown(self.spheres, 2 * capacity)
+            self.on_object = np.concatenate([self.on_object, np.zeros(capacity, np.bool_)])
+
+    def arguments(self, columns: np.ndarray) -> tuple:
+        """Return the kernel's arguments for columns (M, 2)."""
+        s = self.settings
+        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, self.normals)
+        return (self.points, self.spheres, columns, s.radius, self.shape, self.low, self.high, *limits)
+
+    def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
+        """Return what came of the run."""
+        settled, rolled_off, rejected, timed_out, misses = self.state.tolist()
+        provenance = {
+            "backend": simulator.name,
+            "version": simulator.version,
+            "options": simulator.options(),
+            "settings": asdict(self.settings),
+            "seed": seed,
+        }
+        return DropResult(
+            centers=self.spheres.centers[:settled].copy(),
+            on_object=self.on_object[:settled].copy(),
+            rolled_off=rolled_off,
+            rejected=rejected,
+            timed_out=timed_out,
+            stop=Stop.MISSES if misses >= self.settings.miss_limit else Stop.SPHERE_LIMIT,
+            seconds=seconds,
+            provenance=provenance,
+        )
+
+
+def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
+    """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
+    from .rolling import RollShape
+
+    gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
+    sink = radius - math.sqrt(radius * radius - gap * gap)
+    return RollShape(
+        gap=1.1 * gap,
+        patch=max(1.4 * spacing, 0.3 * radius),
+        bump=max(1.2 * sink, 0.015 * radius),
+        stride=0.5 * radius,
+        flat=math.sin(math.radians(flat_angle_deg)),
+    )

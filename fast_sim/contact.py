@@ -1,0 +1,196 @@
+"""What a sphere touches, and which way that lets it go.
+
+A contact is the unit normal pointing from what is touched to the sphere. For the cloud it is the normal of
+the plane estimated through the points in contact (paper, §III-A); for a settled sphere, the line of centres.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from .grid import EMPTY, cell_index, may_touch_points
+
+MAX_CONTACTS = 12
+
+
+@njit(cache=True)
+def nearest_point(points, x, y, z, reach):
+    """Return the index of and distance to the point nearest to (x, y, z) within ``reach``, or (-1, reach)."""
+    nearest, best = -1, reach * reach
+    top = cell_index(points.top - z - reach, points.cell, points.nz)
+    bottom = cell_index(points.top - z + reach, points.cell, points.nz)
+    for ix in range(
+        cell_index(x - reach - points.left, points.cell, points.nx),
+        cell_index(x + reach - points.left, points.cell, points.nx) + 1,
+    ):
+        for iy in range(
+            cell_index(y - reach - points.front, points.cell, points.ny),
+            cell_index(y + reach - points.front, points.cell, points.ny) + 1,
+        ):
+            column = (ix * points.ny + iy) * points.nz
+            for i in range(points.start[column + top], points.start[column + bottom + 1]):
+                d2 = (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 + (points.z[i] - z) ** 2
+                if d2 < best:
+                    nearest, best = i, d2
+    return nearest, math.sqrt(best)
+
+
+@njit(cache=True)
+def plane_normal(points, x, y, z, reach):
+    """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
+
+    (0, 0, 0) where they span no plane. The axis with the largest minor is solved for, which is exact for
+    points in a plane and needs no eigenvalues.
+    """
+    count = 0
+    mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0
+    top = cell_index(points.top - z - reach, points.cell, points.nz)
+    bottom = cell_index(points.top - z + reach, points.cell, points.nz)
+    for ix in range(
+        cell_index(x - reach - points.left, points.cell, points.nx),
+        cell_index(x + reach - points.left, points.cell, points.nx) + 1,
+    ):
+        for iy in range(
+            cell_index(y - reach - points.front, points.cell, points.ny),
+            cell_index(y + reach - points.front, points.cell, points.ny) + 1,
+        ):
+            column = (ix * points.ny + iy) * points.nz
+            for i in range(points.start[column + top], points.start[column + bottom + 1]):
+                px, py, pz = points.x[i] - x, points.y[i] - y, points.z[i] - z
+                if px * px + py * py + pz * pz < reach * reach:
+                    count += 1
+                    mx += px
+                    my += py
+                    mz += pz
+                    xx += px * px
+                    yy += py * py
+                    zz += pz * pz
+                    xy += px * py
+                    xz += px * pz
+                    yz += py * pz
+    if count < 3:
+        return 0.0, 0.0, 0.0
+    xx -= mx * mx / count
+    yy -= my * my / count
+    zz -= mz * mz / count
+    xy -= mx * my / count
+    xz -= mx * mz / count
+    yz -= my * mz / count
+    minor_x, minor_y, minor_z = yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy
+    largest = max(minor_x, minor_y, minor_z)
+    spread = xx + yy + zz
+    if largest <= 1e-3 * spread * spread:
+        return 0.0, 0.0, 0.0  # the points lie on a line
+    if largest == minor_z:
+        nx, ny, nz = xy * yz - xz * yy, xy * xz - yz * xx, minor_z
+    elif largest == minor_y:
+        nx, ny, nz = xz * yz - xy * zz, minor_y, xy * xz - yz * xx
+    else:
+        nx, ny, nz = minor_x, xz * yz - xy * zz, xy * yz - xz * yy
+    norm = math.sqrt(nx * nx + ny * ny + nz * nz)
+    return nx / norm, ny / norm, nz / norm
+
+
+@njit(cache=True)
+def cloud_contact(points, x, y, z, radius, shape, normals):
+    """Write the cloud's contact into ``normals[0]``; return whether there is one and whether it is a plane.
+
+    Where the nearest point lies farther aside than the cloud's spacing explains, the sphere hangs over an
+    edge, and its contact is that edge, not the plane beside it.
+    """
+    nearest, distance = nearest_point(points, x, y, z, radius + shape.bump)
+    if nearest < 0:
+        return False, False
+    px, py, pz = x - points.x[nearest], y - points.y[nearest], z - points.z[nearest]
+    nx, ny, nz = plane_normal(points, points.x[nearest], points.y[nearest], points.z[nearest], shape.patch)
+    along = px * nx + py * ny + pz * nz
+    if along < 0:
+        nx, ny, nz, along = -nx, -ny, -nz, -along
+    aside = distance * distance - along * along
+    is_plane = along > 0 and aside < shape.gap * shape.gap
+    if is_plane:
+        normals[0, 0], normals[0, 1], normals[0, 2] = nx, ny, nz
+    else:
+        normals[0, 0], normals[0, 1], normals[0, 2] = px / distance, py / distance, pz / distance
+    return True, is_plane
+
+
+@njit(cache=True)
+def sphere_contacts(spheres, x, y, z, radius, tolerance, normals, count):
+    """Append the contacts with settled spheres to ``normals``; return the new count."""
+    reach = 2 * radius + tolerance
+    for ix in range(
+        cell_index(x - reach - spheres.left, spheres.cell, spheres.nx),
+        cell_index(x + reach - spheres.left, spheres.cell, spheres.nx) + 1,
+    ):
+        for iy in range(
+            cell_index(y - reach - spheres.front, spheres.cell, spheres.ny),
+            cell_index(y + reach - spheres.front, spheres.cell, spheres.ny) + 1,
+        ):
+            column = ix * spheres.ny + iy
+            low = cell_index(z - reach - spheres.bottom, spheres.cell, spheres.nz)
+            high = min(spheres.highest[column], cell_index(z + reach - spheres.bottom, spheres.cell, spheres.nz))
+            for iz in range(low, high + 1):
+                i = spheres.first[column * spheres.nz + iz]
+                while i != EMPTY:
+                    dx, dy, dz = x - spheres.centers[i, 0], y - spheres.centers[i, 1], z - spheres.centers[i, 2]
+                    i = spheres.following[i]
+                    d2 = dx * dx + dy * dy + dz * dz
+                    if d2 < reach * reach and count < MAX_CONTACTS:
+                        d = math.sqrt(d2)
+                        normals[count, 0], normals[count, 1], normals[count, 2] = dx / d, dy / d, dz / d
+                        count += 1
+    return count
+
+
+@njit(cache=True)
+def allowed(normals, count, vx, vy, vz):
+    """Tell whether a motion moves into none of the contacts."""
+    for k in range(count):
+        if vx * normals[k, 0] + vy * normals[k, 1] + vz * normals[k, 2] < -1e-9:
+            return False
+    return True
+
+
+@njit(cache=True)
+def steepest_descent(normals, count):
+    """Project gravity's direction (0, 0, -1) onto the motions that the contacts allow.
+
+    Returns the projection, whose length is the sine of the slope, 0 where the sphere is blocked. Of the
+    feasible projections onto one contact's plane or two contacts' line, the longest is nearest to gravity.
+    """
+    if allowed(normals, count, 0.0, 0.0, -1.0):
+        return 0.0, 0.0, -1.0
+    bx = by = bz = 0.0
+    longest = 0.0
+    for i in range(count):
+        if normals[i, 2] <= 0:
+            continue
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+        vx, vy, vz = nz * nx, nz * ny, nz * nz - 1
+        length = -vz
+        if length > longest and allowed(normals, count, vx, vy, vz):
+            bx, by, bz, longest = vx, vy, vz, length
+    for i in range(count):
+        for j in range(i):
+            ax = normals[i, 1] * normals[j, 2] - normals[i, 2] * normals[j, 1]
+            ay = normals[i, 2] * normals[j, 0] - normals[i, 0] * normals[j, 2]
+            az = normals[i, 0] * normals[j, 1] - normals[i, 1] * normals[j, 0]
+            a2 = ax * ax + ay * ay + az * az
+            if a2 < 1e-12:
+                continue
+            vx, vy, vz = -az * ax / a2, -az * ay / a2, -az * az / a2
+            length = -vz
+            if length > longest and allowed(normals, count, vx, vy, vz):
+                bx, by, bz, longest = vx, vy, vz, length
+    return bx, by, bz
+
+
+@njit(cache=True)
+def touches_cloud(points, spheres, x, y, z, radius):
+    """Tell whether a sphere at rest touches the object, and not only other spheres."""
+    if not may_touch_points(spheres, x, y, z):
+        return False
+    return nearest_point(points, x, y, z, 1.01 * radius)[0] >= 0

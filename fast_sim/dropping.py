@@ -1,0 +1,54 @@
+"""Spheres are dropped one after another until 50 in a row were not placed (paper, §III-A)."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from .falling import fall
+from .grid import insert
+from .rolling import SETTLED, roll
+
+
+@njit(cache=True)
+def drop_spheres(points, spheres, columns, radius, shape, low, high, miss_limit, limit, state, on_object, normals):
+    """Drop a sphere down each of the columns until one of the limits is reached.
+
+    Parameters
+    ----------
+    points, spheres : PointGrid, SphereGrid
+        ``spheres`` receives those that settle.
+    columns : (M, 2) float64
+        Where to drop, metres.
+    low, high : (3,) float64
+        The object's bounding box.
+    miss_limit, limit : int
+        Consecutive misses, and settled spheres, that end the run.
+    state : (5,) int64
+        Settled, rolled off, rejected, timed out, and consecutive misses so far; updated.
+    on_object : (capacity,) bool
+        Receives whether each settled sphere touches the object.
+    normals : (MAX_CONTACTS, 3) float64
+        Scratch.
+
+    Returns
+    -------
+    bool
+        Whether the run has ended.
+    """
+    for k in range(len(columns)):
+        if state[4] >= miss_limit or state[0] >= limit:
+            return True
+        x, y = columns[k, 0], columns[k, 1]
+        # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
+        # one that rolls off it was two higher still.
+        z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
+        x, y, z, outcome, touching = roll(points, spheres, x, y, z, radius, shape, low, high, normals)
+        state[outcome] += 1
+        if outcome == SETTLED:
+            i = state[0] - 1
+            insert(spheres, i, x, y, z)
+            on_object[i] = touching
+            state[4] = 0
+        else:
+            state[4] += 1
+    return state[4] >= miss_limit or state[0] >= limit
