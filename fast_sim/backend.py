@@ -123,7 +123,7 @@ def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
     sink = radius - math.sqrt(radius * radius - gap * gap)
     return RollShape(
         gap=1.1 * gap,
-        patch=max(1.4 * spacing, 0.3 * radius),
+        patch=max(1.4 * spacing, 0.5 * radius),
         bump=max(1.2 * sink, 0.015 * radius),
         stride=0.5 * radius,
         flat=math.sin(math.radians(flat_angle_deg)),

@@ -13,6 +13,9 @@ from numba import njit
 from .grid import EMPTY, cell_index, may_touch_points
 
 MAX_CONTACTS = 12
+# Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
+# to rest on: product over squared sum of the two variances.
+RIDGE = 0.06
 
 
 @njit(cache=True)
@@ -41,7 +44,7 @@ def nearest_point(points, x, y, z, reach):
 def plane_normal(points, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
-    (0, 0, 0) where they span no plane. The axis with the largest minor is solved for, which is exact for
+    (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is exact for
     points in a plane and needs no eigenvalues.
     """
     count = 0
@@ -81,8 +84,8 @@ def plane_normal(points, x, y, z, reach):
     minor_x, minor_y, minor_z = yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy
     largest = max(minor_x, minor_y, minor_z)
     spread = xx + yy + zz
-    if largest <= 1e-3 * spread * spread:
-        return 0.0, 0.0, 0.0  # the points lie on a line
+    if largest <= RIDGE * spread * spread:
+        return 0.0, 0.0, 0.0
     if largest == minor_z:
         nx, ny, nz = xy * yz - xz * yy, xy * xz - yz * xx, minor_z
     elif largest == minor_y:

@@ -12,7 +12,7 @@ from .grid import EMPTY, cell_index
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
 GRAZE_POINT = 0.99
 GRAZE_SPHERE = 0.995
-TIGHT = 0.99  # nearer than this share of the contact distance is an overlap
+TIGHT = 0.982  # nearer than this share of the contact distance is an overlap
 
 
 @njit(cache=True)
@@ -55,7 +55,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     """Return the height of the first contact with settled spheres below (x, y, z), and whether it is clear."""
     reach = 2 * radius
     graze = (GRAZE_SPHERE * reach) ** 2
-    tight = (GRAZE_SPHERE * reach) ** 2
+    tight = (TIGHT * reach) ** 2
     first_x = cell_index(x - reach - spheres.left, spheres.cell, spheres.nx)
     last_x = cell_index(x + reach - spheres.left, spheres.cell, spheres.nx)
     first_y = cell_index(y - reach - spheres.front, spheres.cell, spheres.ny)

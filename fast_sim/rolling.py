@@ -14,6 +14,7 @@ from .grid import EMPTY, cell_index, may_touch_points
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 MAX_STEPS = 20_000  # of one sphere, whatever happens
 STALLED_STEPS = 4  # steps without a new lowest height after which a sphere is blocked
+GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
 
 class RollShape(NamedTuple):
@@ -45,7 +46,7 @@ def free_path_points(points, x, y, z, vx, vy, vz, radius, length):
             for i in range(points.start[column + top], points.start[column + bottom + 1]):
                 px, py, pz = x - points.x[i], y - points.y[i], z - points.z[i]
                 approach = px * vx + py * vy + pz * vz
-                if approach < 0:
+                if approach < -GRAZING * radius:
                     inside = approach * approach - (px * px + py * py + pz * pz) + touch
                     if inside > 0:
                         length = min(length, -approach - math.sqrt(inside))
@@ -74,7 +75,7 @@ def free_path_spheres(spheres, x, y, z, vx, vy, vz, radius, length):
                     px, py, pz = x - spheres.centers[i, 0], y - spheres.centers[i, 1], z - spheres.centers[i, 2]
                     i = spheres.following[i]
                     approach = px * vx + py * vy + pz * vz
-                    if approach < 0:
+                    if approach < -GRAZING * radius:
                         inside = approach * approach - (px * px + py * py + pz * pz) + touch
                         if inside > 0:
                             length = min(length, -approach - math.sqrt(inside))
@@ -88,13 +89,12 @@ def step(points, spheres, x, y, z, radius, shape, normals):
     It moves along the steepest descent that its contacts leave free, as far as nothing is in the way, is
     lifted over the roughness of a sampled surface, and falls again to what is below.
     """
-    count, lift = 0, 0.0
-    on_plane = False
+    count = 0
+    touching = on_plane = False
     near = may_touch_points(spheres, x, y, z)
     if near:
         touching, on_plane = cloud_contact(points, x, y, z, radius, shape, normals)
         count = 1 if touching else 0
-        lift = shape.bump if on_plane else 0.0
     count = sphere_contacts(spheres, x, y, z, radius, 0.02 * radius, normals, count)
     vx, vy, vz = steepest_descent(normals, count)
     slope = math.sqrt(vx * vx + vy * vy + vz * vz)
@@ -106,8 +106,10 @@ def step(points, spheres, x, y, z, radius, shape, normals):
     if length < 0.01 * radius:
         return x, y, z, False
     nx, ny, nz = x + length * vx, y + length * vy, z + length * vz
-    if on_plane:
-        nx, ny, nz = nx + lift * normals[0, 0], ny + lift * normals[0, 1], nz + lift * normals[0, 2]
+    if touching:
+        nx += shape.bump * normals[0, 0]
+        ny += shape.bump * normals[0, 1]
+        nz += shape.bump * normals[0, 2]
     height, clear = fall(points, spheres, nx, ny, nz, radius)
     if not clear:
         return x, y, z, False

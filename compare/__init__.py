@@ -1,0 +1,1 @@
+"""Experiments and reports: the paper's evaluation, baselines, pictures, benchmarks."""
