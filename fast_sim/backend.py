@@ -66,7 +66,7 @@ class DropRun:
 
     def __init__(self, cloud, settings: DropSettings, flat_angle_deg: float):
         from .contact import MAX_CONTACTS
-        from .grid import point_grid, sphere_grid
+        from .grid import MAX_NEIGHBOURS, point_grid, sphere_grid
 
         self.settings = settings
         points = np.ascontiguousarray(cloud.points, dtype=np.float64)
@@ -76,7 +76,7 @@ class DropRun:
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, CHUNK)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
-        self.normals = np.empty((MAX_CONTACTS + 1, 3))
+        self.scratch = np.empty((MAX_CONTACTS + 1, 3)), np.empty((MAX_NEIGHBOURS, 3))
 
     def reserve(self, count: int):
         """Make room for so many more settled spheres."""
@@ -90,7 +90,7 @@ class DropRun:
     def arguments(self, columns: np.ndarray) -> tuple:
         """Return the kernel's arguments for columns (M, 2)."""
         s = self.settings
-        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, self.normals)
+        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, self.scratch)
         return (self.points, self.spheres, columns, s.radius, self.shape, self.low, self.high, *limits)
 
     def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
@@ -125,6 +125,5 @@ def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
         gap=1.1 * gap,
         patch=max(1.4 * spacing, 0.5 * radius),
         bump=max(1.2 * sink, 0.015 * radius),
-        stride=0.5 * radius,
         flat=math.sin(math.radians(flat_angle_deg)),
     )

@@ -10,7 +10,7 @@ import math
 
 from numba import njit
 
-from .grid import EMPTY, cell_index, may_touch_points
+from .grid import cell_index, may_touch_points
 
 MAX_CONTACTS = 12
 # Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
@@ -121,30 +121,16 @@ def cloud_contact(points, x, y, z, radius, shape, normals):
 
 
 @njit(cache=True)
-def sphere_contacts(spheres, x, y, z, radius, tolerance, normals, count):
-    """Append the contacts with settled spheres to ``normals``; return the new count."""
+def sphere_contacts(neighbours, near, x, y, z, radius, tolerance, normals, count):
+    """Append the contacts with the first ``near`` neighbouring spheres to ``normals``; return the new count."""
     reach = 2 * radius + tolerance
-    for ix in range(
-        cell_index(x - reach - spheres.left, spheres.cell, spheres.nx),
-        cell_index(x + reach - spheres.left, spheres.cell, spheres.nx) + 1,
-    ):
-        for iy in range(
-            cell_index(y - reach - spheres.front, spheres.cell, spheres.ny),
-            cell_index(y + reach - spheres.front, spheres.cell, spheres.ny) + 1,
-        ):
-            column = ix * spheres.ny + iy
-            low = cell_index(z - reach - spheres.bottom, spheres.cell, spheres.nz)
-            high = min(spheres.highest[column], cell_index(z + reach - spheres.bottom, spheres.cell, spheres.nz))
-            for iz in range(low, high + 1):
-                i = spheres.first[column * spheres.nz + iz]
-                while i != EMPTY:
-                    dx, dy, dz = x - spheres.centers[i, 0], y - spheres.centers[i, 1], z - spheres.centers[i, 2]
-                    i = spheres.following[i]
-                    d2 = dx * dx + dy * dy + dz * dz
-                    if d2 < reach * reach and count < MAX_CONTACTS:
-                        d = math.sqrt(d2)
-                        normals[count, 0], normals[count, 1], normals[count, 2] = dx / d, dy / d, dz / d
-                        count += 1
+    for i in range(near):
+        dx, dy, dz = x - neighbours[i, 0], y - neighbours[i, 1], z - neighbours[i, 2]
+        d2 = dx * dx + dy * dy + dz * dz
+        if d2 < reach * reach and count < MAX_CONTACTS:
+            d = math.sqrt(d2)
+            normals[count, 0], normals[count, 1], normals[count, 2] = dx / d, dy / d, dz / d
+            count += 1
     return count
 
 

@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-from .grid import EMPTY, cell_index
+from .grid import EMPTY, cell_index, may_touch_points
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
@@ -87,6 +87,28 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
 
 
 @njit(cache=True)
+def fall_on_neighbours(neighbours, near, x, y, z, radius, best):
+    """Do as `fall_on_spheres` with the first ``near`` neighbouring spheres alone."""
+    reach = 2 * radius
+    graze = (GRAZE_SPHERE * reach) ** 2
+    tight = (TIGHT * reach) ** 2
+    for i in range(near):
+        dx, dy = neighbours[i, 0] - x, neighbours[i, 1] - y
+        d2 = dx * dx + dy * dy
+        if d2 >= graze:
+            continue
+        sz = neighbours[i, 2]
+        contact = sz + math.sqrt(reach * reach - d2)
+        if contact <= z:
+            best = max(best, contact)
+        elif d2 + (z - sz) ** 2 < tight:
+            return best, False
+        elif sz < z:
+            best = max(best, z)
+    return best, True
+
+
+@njit(cache=True)
 def fall(points, spheres, x, y, z, radius):
     """Return the height at which a sphere falling from (x, y, z) first touches, and whether it starts clear.
 
@@ -95,6 +117,19 @@ def fall(points, spheres, x, y, z, radius):
     best, clear = fall_on_spheres(spheres, x, y, z, radius, radius)
     if not clear:
         return best, False
+    return fall_on_points(points, x, y, z, radius, best)
+
+
+@njit(cache=True)
+def short_fall(points, spheres, neighbours, near, x, y, z, radius, depth):
+    """Do as `fall`, looking first at the neighbours, which are all the spheres that ``depth`` can reach."""
+    best, clear = fall_on_neighbours(neighbours, near, x, y, z, radius, radius)
+    if not clear:
+        return best, False
+    if z - best > depth:
+        return fall(points, spheres, x, y, z, radius)
+    if not may_touch_points(spheres, x, y, z):
+        return best, True
     return fall_on_points(points, x, y, z, radius, best)
 
 

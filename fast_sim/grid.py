@@ -12,6 +12,8 @@ from numba import njit
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = -1
+NEAR = 2.1  # radii: how far from a centre the cloud can matter within one step
+MAX_NEIGHBOURS = 96  # spheres that fit within NEAR + 1 radii of a centre: 0.74 * 4.1**3 = 51 at the densest
 
 
 class PointGrid(NamedTuple):
@@ -77,7 +79,7 @@ def sphere_grid(points: PointGrid, low: np.ndarray, high: np.ndarray, radius: fl
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
     near = np.zeros((nx, ny, nz), dtype=np.bool_)
-    mark_near_points(points, near, low - margin, side, 1.5 * radius)
+    mark_near_points(points, near, low - margin, side, NEAR * radius)
     return SphereGrid(
         np.empty((capacity, 3)),
         np.empty(capacity, np.int32),
@@ -146,3 +148,28 @@ def may_touch_points(spheres, x, y, z):
     if ix < 0 or iy < 0 or iz < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
+
+
+@njit(cache=True)
+def gather(spheres, x, y, z, reach, neighbours):
+    """Copy the centres of the settled spheres within ``reach`` of (x, y, z) to ``neighbours``; return how many."""
+    count = 0
+    first_y = cell_index(y - reach - spheres.front, spheres.cell, spheres.ny)
+    last_y = cell_index(y + reach - spheres.front, spheres.cell, spheres.ny)
+    low = cell_index(z - reach - spheres.bottom, spheres.cell, spheres.nz)
+    top = cell_index(z + reach - spheres.bottom, spheres.cell, spheres.nz)
+    for ix in range(
+        cell_index(x - reach - spheres.left, spheres.cell, spheres.nx),
+        cell_index(x + reach - spheres.left, spheres.cell, spheres.nx) + 1,
+    ):
+        for iy in range(first_y, last_y + 1):
+            column = ix * spheres.ny + iy
+            for iz in range(low, min(spheres.highest[column], top) + 1):
+                i = spheres.first[column * spheres.nz + iz]
+                while i != EMPTY:
+                    cx, cy, cz = spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2]
+                    i = spheres.following[i]
+                    if (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2 < reach * reach:
+                        neighbours[count, 0], neighbours[count, 1], neighbours[count, 2] = cx, cy, cz
+                        count += 1
+    return count

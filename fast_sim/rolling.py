@@ -8,12 +8,13 @@ from typing import NamedTuple
 from numba import njit
 
 from .contact import cloud_contact, sphere_contacts, steepest_descent, touches_cloud
-from .falling import fall, stands_on_floor
-from .grid import EMPTY, cell_index, may_touch_points
+from .falling import short_fall, stands_on_floor
+from .grid import cell_index, gather, may_touch_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 MAX_STEPS = 20_000  # of one sphere, whatever happens
 STALLED_STEPS = 4  # steps without a new lowest height after which a sphere is blocked
+STRIDE, DEPTH = 0.7, 0.4  # radii: the longest step, and the fall after it that neighbours decide
 GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
 
@@ -23,7 +24,6 @@ class RollShape(NamedTuple):
     gap: float  # farthest that a flat surface's nearest point lies aside of the contact
     patch: float  # reach around the contact whose points make the plane
     bump: float  # how far a sphere sinks between points, so how high it must be able to climb
-    stride: float  # length of a step
     flat: float  # sine of the slope that counts as flat
 
 
@@ -54,55 +54,44 @@ def free_path_points(points, x, y, z, vx, vy, vz, radius, length):
 
 
 @njit(cache=True)
-def free_path_spheres(spheres, x, y, z, vx, vy, vz, radius, length):
+def free_path_spheres(neighbours, near, x, y, z, vx, vy, vz, radius, length):
     """Return how far a sphere can move along the unit vector v before it hits a settled one."""
-    margin = 2 * radius + length
     touch = 4 * radius * radius
-    for ix in range(
-        cell_index(x - margin - spheres.left, spheres.cell, spheres.nx),
-        cell_index(x + margin - spheres.left, spheres.cell, spheres.nx) + 1,
-    ):
-        for iy in range(
-            cell_index(y - margin - spheres.front, spheres.cell, spheres.ny),
-            cell_index(y + margin - spheres.front, spheres.cell, spheres.ny) + 1,
-        ):
-            column = ix * spheres.ny + iy
-            low = cell_index(z - margin - spheres.bottom, spheres.cell, spheres.nz)
-            high = min(spheres.highest[column], cell_index(z + margin - spheres.bottom, spheres.cell, spheres.nz))
-            for iz in range(low, high + 1):
-                i = spheres.first[column * spheres.nz + iz]
-                while i != EMPTY:
-                    px, py, pz = x - spheres.centers[i, 0], y - spheres.centers[i, 1], z - spheres.centers[i, 2]
-                    i = spheres.following[i]
-                    approach = px * vx + py * vy + pz * vz
-                    if approach < -GRAZING * radius:
-                        inside = approach * approach - (px * px + py * py + pz * pz) + touch
-                        if inside > 0:
-                            length = min(length, -approach - math.sqrt(inside))
+    for i in range(near):
+        px, py, pz = x - neighbours[i, 0], y - neighbours[i, 1], z - neighbours[i, 2]
+        approach = px * vx + py * vy + pz * vz
+        if approach < -GRAZING * radius:
+            inside = approach * approach - (px * px + py * py + pz * pz) + touch
+            if inside > 0:
+                length = min(length, -approach - math.sqrt(inside))
     return length
 
 
 @njit(cache=True)
-def step(points, spheres, x, y, z, radius, shape, normals):
+def step(points, spheres, x, y, z, radius, shape, scratch):
     """Move a sphere in contact at (x, y, z) one stride downhill; return its new place and whether it moved.
 
     It moves along the steepest descent that its contacts leave free, as far as nothing is in the way, is
     lifted over the roughness of a sampled surface, and falls again to what is below.
     """
+    normals, neighbours = scratch
+    stride, depth = STRIDE * radius, DEPTH * radius
+    near = gather(spheres, x, y, z, 2 * radius + stride + depth, neighbours)
     count = 0
     touching = on_plane = False
-    near = may_touch_points(spheres, x, y, z)
-    if near:
+    near_cloud = may_touch_points(spheres, x, y, z)
+    if near_cloud:
         touching, on_plane = cloud_contact(points, x, y, z, radius, shape, normals)
         count = 1 if touching else 0
-    count = sphere_contacts(spheres, x, y, z, radius, 0.02 * radius, normals, count)
+    count = sphere_contacts(neighbours, near, x, y, z, radius, 0.02 * radius, normals, count)
     vx, vy, vz = steepest_descent(normals, count)
     slope = math.sqrt(vx * vx + vy * vy + vz * vz)
     if slope < (shape.flat if on_plane else 1e-3):
         return x, y, z, False
     vx, vy, vz = vx / slope, vy / slope, vz / slope
-    length = free_path_spheres(spheres, x, y, z, vx, vy, vz, radius, shape.stride)
-    length = free_path_points(points, x, y, z, vx, vy, vz, radius - shape.bump, length)
+    length = free_path_spheres(neighbours, near, x, y, z, vx, vy, vz, radius, stride)
+    if near_cloud:
+        length = free_path_points(points, x, y, z, vx, vy, vz, radius - shape.bump, length)
     if length < 0.01 * radius:
         return x, y, z, False
     nx, ny, nz = x + length * vx, y + length * vy, z + length * vz
@@ -110,7 +99,7 @@ def step(points, spheres, x, y, z, radius, shape, normals):
         nx += shape.bump * normals[0, 0]
         ny += shape.bump * normals[0, 1]
         nz += shape.bump * normals[0, 2]
-    height, clear = fall(points, spheres, nx, ny, nz, radius)
+    height, clear = short_fall(points, spheres, neighbours, near, nx, ny, nz, radius, depth - shape.bump)
     if not clear:
         return x, y, z, False
     return nx, ny, height, True
@@ -129,7 +118,7 @@ def rest(points, spheres, x, y, z, radius, low, high):
 
 
 @njit(cache=True)
-def roll(points, spheres, x, y, z, radius, shape, low, high, normals):
+def roll(points, spheres, x, y, z, radius, shape, low, high, scratch):
     """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
 
     Returns x, y, z, the outcome, and whether it rests on the object itself.
@@ -140,7 +129,7 @@ def roll(points, spheres, x, y, z, radius, shape, low, high, normals):
             if stands_on_floor(points, x, y, radius):
                 return x, y, z, SETTLED, True
             return x, y, z, ROLLED_OFF, False
-        x, y, z, moved = step(points, spheres, x, y, z, radius, shape, normals)
+        x, y, z, moved = step(points, spheres, x, y, z, radius, shape, scratch)
         if not moved:
             outcome, on_object = rest(points, spheres, x, y, z, radius, low, high)
             return x, y, z, outcome, on_object
