@@ -1,0 +1,1 @@
+"""Where objects come from: catalogues, libraries of furniture, rooms and depth sensors."""

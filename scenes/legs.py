@@ -1,0 +1,134 @@
+"""What tables and seats stand on: legs, frames, pedestals and stars."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .solids import beam, box, circle, lathe, rectangle, rounded, shift, sweep, tube
+
+CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+def four_legs(
+    width: float,
+    depth: float,
+    height: float,
+    thickness: float,
+    *,
+    splay: float = 0.0,
+    taper: float = 1.0,
+    round_bars: bool = False,
+):
+    """Return four legs whose outer faces bound ``width`` x ``depth`` at the top.
+
+    ``splay`` is how far each foot stands out in x and y, metres; ``taper`` the foot's thickness over the top's.
+    """
+    section = circle(thickness / 2, 12) if round_bars else rectangle(thickness, thickness)
+    legs = []
+    for x, y in CORNERS:
+        top = np.array([x * (width - thickness) / 2, y * (depth - thickness) / 2, height])
+        foot = top + [x * splay, y * splay, -height]
+        legs.append(sweep([top, foot], section, scale=[1.0, taper]))
+    return legs
+
+
+def stretchers(width: float, depth: float, z: float, thickness: float):
+    """Return bars in an H between four legs: one along each side and one across."""
+    sides = [
+        beam([x * width / 2, -depth / 2, z], [x * width / 2, depth / 2, z], thickness, thickness)
+        for x in (-1, 1)
+    ]
+    return [*sides, beam([-width / 2, 0, z], [width / 2, 0, z], thickness, thickness)]
+
+
+def apron(width: float, depth: float, height: float, thickness: float, z: float):
+    """Return the four boards below a top, their upper edges at z."""
+    low = z - height
+    front = [box(width, thickness, height, y=y * (depth - thickness) / 2, z=low) for y in (-1, 1)]
+    return front + [box(thickness, depth, height, x=x * (width - thickness) / 2, z=low) for x in (-1, 1)]
+
+
+def pedestal(height: float, foot_radius: float, column_radius: float):
+    """Return a turned column on a round foot."""
+    rim = 0.012
+    profile = [
+        (0, 0),
+        (foot_radius, 0),
+        (foot_radius, rim),
+        (0.6 * foot_radius, 2.2 * rim),
+        (column_radius, 0.12 * height + rim),
+        (column_radius, 0.9 * height),
+        (1.8 * column_radius, height),
+        (0, height),
+    ]
+    return [lathe(profile, sections=28)]
+
+
+def cross_foot(height: float, reach: float, column_radius: float, arms: int = 4):
+    """Return a column on a foot of flat arms."""
+    angles = np.arange(arms) * 2 * np.pi / arms + np.pi / 4
+    tips = [np.array([reach * np.cos(a), reach * np.sin(a), 0.015]) for a in angles]
+    feet = [beam([0, 0, 0.05], tip, 0.06, 0.03, taper=0.8) for tip in tips]
+    return [
+        *feet,
+        lathe([(0, 0.03), (column_radius, 0.03), (column_radius, height), (0, height)], sections=16),
+    ]
+
+
+def star_base(reach: float, height: float, arms: int = 5):
+    """Return an office chair's base: arms on castors and a gas spring up to ``height``."""
+    parts = [
+        lathe(
+            [(0, 0.07), (0.03, 0.07), (0.03, 0.22), (0.018, 0.22), (0.018, height), (0, height)], sections=14
+        )
+    ]
+    castor = lathe([(0, -0.02), (0.022, -0.02), (0.028, 0), (0.022, 0.02), (0, 0.02)], sections=12)
+    castor.vertices = castor.vertices[:, [2, 0, 1]]
+    for angle in np.arange(arms) * 2 * np.pi / arms - np.pi / 2:
+        x, y = np.cos(angle), np.sin(angle)
+        parts.append(beam([0, 0, 0.1], [reach * x, reach * y, 0.065], 0.05, 0.035, taper=0.7))
+        parts.append(shift(castor, reach * x, reach * y, 0.028))
+        parts.append(tube([[reach * x, reach * y, 0.03], [reach * x, reach * y, 0.075]], 0.008, sections=6))
+    return parts
+
+
+def sled(width: float, depth: float, height: float, radius: float):
+    """Return two upright loops of bent tube, one on each side."""
+    loop = rounded([
+        [0, -depth / 2, height], [0, -depth / 2, radius], [0, depth / 2, radius], [0, depth / 2, height],
+    ], rounds=3)  # fmt: skip
+    return [tube(loop + [x * (width / 2 - radius), 0, 0], radius, sections=8) for x in (-1, 1)]
+
+
+def trestles(width: float, depth: float, height: float, thickness: float):
+    """Return two T-shaped ends on feet, joined by a rail."""
+    parts = []
+    for x in (-width / 2, width / 2):
+        parts.append(box(thickness, depth, 0.06, x=x))
+        parts.append(box(thickness, 1.6 * thickness, height - 0.12, x=x, z=0.06))
+        parts.append(box(thickness, 0.85 * depth, 0.06, x=x, z=height - 0.06))
+    return [*parts, beam([-width / 2, 0, 0.45 * height], [width / 2, 0, 0.45 * height], 0.03, 0.09)]
+
+
+def crossed_legs(width: float, depth: float, height: float, thickness: float):
+    """Return an X of two bars at each end, joined by a rail where they cross."""
+    parts = []
+    for x in (-width / 2, width / 2):
+        for y in (-1, 1):
+            parts.append(beam([x, y * depth / 2, height], [x, -y * depth / 2, 0.01], thickness, thickness))
+    return [*parts, beam([-width / 2, 0, height / 2], [width / 2, 0, height / 2], thickness, thickness)]
+
+
+def panel_ends(width: float, depth: float, height: float, thickness: float):
+    """Return two boards that stand on the floor at the ends."""
+    return [box(thickness, depth, height, x=x * (width - thickness) / 2) for x in (-1, 1)]
+
+
+def hairpins(width: float, depth: float, height: float):
+    """Return four bent wires, each two rods that meet at the foot."""
+    parts = []
+    for x, y in CORNERS:
+        foot = np.array([x * width / 2, y * depth / 2, 0.006])
+        for dx, dy in ((-x * 0.10, 0), (0, -y * 0.10)):
+            parts.append(tube([foot, foot + [dx, dy, height - 0.006]], 0.006, sections=6))
+    return parts
