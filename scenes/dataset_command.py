@@ -1,0 +1,166 @@
+"""``spherefunc dataset``: build, import and describe data sets."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")]
+Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
+
+
+@app.command()
+def build(
+    catalogue: Annotated[str, typer.Argument(help="Name of a catalogue, such as household.")],
+    directory: Directory,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other objects.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Write a built-in catalogue as PLY files with a manifest."""
+    from .catalogue import write_catalogue
+
+    objects = _catalogue(catalogue)(seed)
+    with _progress(f"{catalogue}: writing") as step:
+        manifest = write_catalogue(objects, directory, catalogue, advance=lambda: step(len(objects)))
+    labels = _count(item.label for item in objects)
+    _say({"manifest": str(manifest), "objects": len(objects), "labels": labels, "seed": seed}, as_json)
+
+
+@app.command("import")
+def import_furniture(
+    file: Annotated[Path, typer.Argument(help="A Sweet Home 3D furniture library (.sh3f).")],
+    directory: Directory,
+    include_all: Annotated[
+        bool, typer.Option("--all", help="Also objects whose function is disputed: beds, bowls, dressers.")
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Write the objects of a furniture library, labelled from their names."""
+    from .sweethome3d import import_library
+
+    with _progress(f"{file.name}: reading") as step:
+        summary = import_library(file, directory, include_ambiguous=include_all, report=_warn, advance=step)
+    about = {
+        "manifest": str(summary.manifest),
+        "objects": summary.imported,
+        "labels": dict(sorted(summary.labels.items())),
+        "ambiguous": summary.ambiguous,
+        "skipped": summary.skipped,
+    }
+    _say(about, as_json)
+
+
+@app.command()
+def describe(
+    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    as_json: Json = False,
+) -> None:
+    """Count a data set's objects by label, category and source, and give their sizes."""
+    from spherefunc_bullet.dataset import open_dataset
+
+    objects = open_dataset(data).objects
+    with _progress(f"{data}: measuring") as step:
+        heights = _heights(objects, lambda: step(len(objects)))
+    about = {
+        "objects": len(objects),
+        "labels": _count(_label(item) for item in objects),
+        "also": _count(name for item in objects for name in item.also),
+        "categories": _count(item.category for item in objects),
+        "groups": _count(item.group for item in objects),
+        "height": heights,
+    }
+    _say(about, as_json)
+
+
+def _catalogue(name: str):
+    """Return the function that makes a catalogue's objects from a seed."""
+    from importlib.metadata import entry_points
+
+    from spherefunc_bullet.errors import InputError
+
+    points = {point.name: point for point in entry_points(group="spherefunc.catalogues")}
+    if name not in points:
+        raise InputError(
+            f"catalogue {name!r}: expected one of {', '.join(sorted(points)) or 'none installed'}"
+        )
+    return points[name].load()
+
+
+def _label(item) -> str:
+    return ";".join(sorted(item.functions)) or "none"
+
+
+def _count(names) -> dict[str, int]:
+    from collections import Counter
+
+    return dict(sorted(Counter(names).items()))
+
+
+def _heights(objects, advance) -> dict[str, dict[str, float]]:
+    """Return the least, middle and greatest height of each label's objects, metres."""
+    from statistics import median
+
+    heights: dict[str, list[float]] = {}
+    for item in objects:
+        heights.setdefault(_label(item), []).append(_height(item.path))
+        advance()
+    found = {
+        name: [round(each(values), 3) for each in (min, median, max)] for name, values in heights.items()
+    }
+    return {name: dict(zip(("min", "median", "max"), found[name], strict=True)) for name in sorted(found)}
+
+
+def _height(path: Path) -> float:
+    import trimesh
+
+    from spherefunc_bullet.errors import InputError
+
+    try:
+        low, high = trimesh.load(path, process=False).bounds
+    except Exception as error:  # the readers raise whatever a damaged file makes them trip over
+        raise InputError(f"{path}: expected a mesh or a cloud; {error}") from error
+    return float(high[2] - low[2])
+
+
+def _say(about: dict, as_json: bool) -> None:
+    """Print a result: JSON on standard output, or lines to read on standard error."""
+    if as_json:
+        print(json.dumps(about))
+        return
+    for name, value in about.items():
+        inner = value.items() if isinstance(value, dict) else ()
+        text = ", ".join(f"{key or 'unnamed'} {_plain(each)}" for key, each in inner) or str(value)
+        typer.echo(f"{name}: {text}", err=True)
+
+
+def _plain(value) -> str:
+    return (
+        " to ".join(f"{each:g}" for each in (value["min"], value["max"])) + " m"
+        if isinstance(value, dict)
+        else str(value)
+    )
+
+
+def _warn(line: str) -> None:
+    typer.echo(line, err=True)
+
+
+@contextmanager
+def _progress(title: str):
+    """Yield a function that counts one step of the given total; it draws only on a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda total: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(title, total=None)
+        yield lambda total: progress.update(task, advance=1, total=total)

@@ -1,0 +1,88 @@
+"""What an object is for, from its English name: the table ``functions.csv``.
+
+An English name says what a thing is in its last noun before any *with*, *and* or *of*: a table lamp is a lamp, a
+desk chair a chair, a chair with cushion a chair.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+
+_REST = re.compile(r",|\(|\b(?:with|and|for|of|in|on|by)\b|&")
+
+
+@dataclass(frozen=True)
+class Purpose:
+    """What an object is for, or may be."""
+
+    label: str  # cup, table, sittable or none
+    also: str = ""  # functions that are true as well, or the other reading of an ambiguous one; ';'-separated
+    ambiguous: bool = False  # people would dispute it, or its height contradicts its name
+
+
+@dataclass(frozen=True)
+class _Rule:
+    field: str
+    pattern: re.Pattern
+    purpose: Purpose
+    max_height: float  # metres; above it the name is not to be trusted
+
+
+@cache
+def _rules() -> tuple[_Rule, ...]:
+    with files(__package__).joinpath("functions.csv").open(encoding="utf-8", newline="") as stream:
+        return tuple(_rule(row) for row in csv.DictReader(stream))
+
+
+def _rule(row: dict[str, str]) -> _Rule:
+    pattern = re.compile(rf"\b(?:{row['pattern']})(?:e?s)?\b", re.IGNORECASE)
+    purpose = Purpose(row["label"], row["also"], row["ambiguous"] == "1")
+    return _Rule(row["field"], pattern, purpose, float(row["max_height"] or "inf"))
+
+
+def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
+    """Return what an object of this name is for; a name that no row knows is for none.
+
+    Parameters
+    ----------
+    name : str
+        In English. Of all rows that match it, the one whose match ends last wins, then the longest, then the
+        first in the table; what follows a *with* or *and* counts only if nothing before it matches.
+    category : str
+        Of the catalogue that names it; some (doors, lights, vehicles) settle the question alone.
+    height : float
+        Metres. A table of 1.8 m has something on it, so that its purpose becomes ambiguous.
+
+    Examples
+    --------
+    >>> purpose_of("Table lamp").label, purpose_of("Coffee table").label, purpose_of("Chair with cushion").label
+    ('none', 'table', 'sittable')
+    """
+    if any(rule.pattern.fullmatch(category.strip()) for rule in _rules() if rule.field == "category"):
+        return Purpose("none")
+    rest = _REST.search(name)
+    head = rest.start() if rest else len(name)
+    found = []
+    for order, rule in enumerate(_rules()):
+        for match in rule.pattern.finditer(name) if rule.field == "name" else ():
+            rank = (match.start() < head, match.end(), match.end() - match.start(), -order)
+            found.append((rank, rule))
+    if not found:
+        return Purpose("none")
+    rule = max(found, key=lambda pair: pair[0])[1]
+    return rule.purpose if height <= rule.max_height else Purpose("none", rule.purpose.label, True)
+
+
+def slug(name: str) -> str:
+    """Return a name as a category and file name.
+
+    Examples
+    --------
+    >>> slug("Coffee mug, 12 oz")
+    'coffee_mug_12_oz'
+    """
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:60] or "object"
