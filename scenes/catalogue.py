@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import os
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import trimesh
 
-from spherefunc_bullet.errors import InputError
-
 from .solids import stand
-
-COLUMNS = ("file", "label", "also", "category", "group")
 
 
 @dataclass(frozen=True)
@@ -56,54 +49,3 @@ def draw(families: Iterable[Family], label: str, seed: int) -> Iterator[Catalogu
             mesh = stand(family.build(rng))
             name = f"{family.category}_{number:02d}"
             yield CatalogueObject(name, label, family.also, family.category, mesh, family.watertight)
-
-
-def write_catalogue(
-    objects: Iterable[CatalogueObject],
-    directory: str | os.PathLike,
-    group: str,
-    *,
-    advance: Callable = lambda: None,
-) -> Path:
-    """Write one binary PLY per object and, last, ``manifest.csv``; return the manifest's path.
-
-    Parameters
-    ----------
-    objects : iterable of CatalogueObject
-    directory : path
-        Made if it is missing.
-    group : str
-        The source that the manifest names for every object.
-    advance : callable
-        Called after each object.
-
-    Raises
-    ------
-    InputError
-        If the directory cannot be written.
-    """
-    directory = Path(directory)
-    rows = []
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for item in objects:
-            file = f"{item.name}.ply"
-            (directory / file).write_bytes(item.mesh.export(file_type="ply", encoding="binary"))
-            rows.append((file, item.label, item.also, item.category, group))
-            advance()
-        return write_manifest(directory, COLUMNS, rows)
-    except OSError as error:
-        raise InputError(
-            f"{directory}: expected a directory that can be written, got {error.strerror}"
-        ) from error
-
-
-def write_manifest(directory: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
-    """Write ``manifest.csv`` in one step, so that a reader never finds half of it; return its path."""
-    part, path = directory / "manifest.csv.part", directory / "manifest.csv"
-    with part.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(columns)
-        writer.writerows(rows)
-    os.replace(part, path)
-    return path

@@ -24,9 +24,9 @@ def build(
     as_json: Json = False,
 ) -> None:
     """Write a built-in catalogue as PLY files with a manifest."""
-    from .catalogue import write_catalogue
+    from spherefunc_bullet.catalogue import make_catalogue, write_catalogue
 
-    objects = _catalogue(catalogue)(seed)
+    objects = make_catalogue(catalogue, seed)
     with _progress(f"{catalogue}: writing") as step:
         manifest = write_catalogue(objects, directory, catalogue, advance=lambda: step(len(objects)))
     labels = _count(item.label for item in objects)
@@ -77,20 +77,6 @@ def describe(
         "height": heights,
     }
     _say(about, as_json)
-
-
-def _catalogue(name: str):
-    """Return the function that makes a catalogue's objects from a seed."""
-    from importlib.metadata import entry_points
-
-    from spherefunc_bullet.errors import InputError
-
-    points = {point.name: point for point in entry_points(group="spherefunc.catalogues")}
-    if name not in points:
-        raise InputError(
-            f"catalogue {name!r}: expected one of {', '.join(sorted(points)) or 'none installed'}"
-        )
-    return points[name].load()
 
 
 def _label(item) -> str:

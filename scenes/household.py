@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from .belongings import BELONGINGS
 from .cabinets import CABINETS
-from .catalogue import CatalogueObject, Family, draw, write_catalogue
+from .catalogue import CatalogueObject, Family, draw
 from .containers import CONTAINERS
 from .cups import CUPS
 from .devices import DEVICES
 from .fixtures import FIXTURES
 from .seats import SEATS
 from .tables import TABLES
-
-__all__ = ["CatalogueObject", "household_objects", "write_catalogue"]
 
 FAMILIES: dict[str, list[Family]] = {
     "sittable": SEATS,

@@ -19,9 +19,9 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 import trimesh
 
+from spherefunc_bullet.catalogue import write_manifest
 from spherefunc_bullet.errors import InputError
 
-from .catalogue import write_manifest
 from .functions import Purpose, purpose_of, slug
 from .solids import stand
 

@@ -8,18 +8,15 @@ from __future__ import annotations
 
 import csv
 import os
-import shutil
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import entry_points
 from pathlib import Path
 
+from .catalogue import built_catalogue, catalogue_entry_points
 from .errors import InputError
 
 NONE = "none"
 SUFFIXES = {".ply", ".pcd", ".obj", ".stl", ".3ds", ".off", ".glb", ".gltf", ".xyz", ".npz"}
-CATALOGUE_VERSION = "1"  # of the built catalogues on disk; another number, built anew
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,9 +58,8 @@ def open_dataset(data: str | Path) -> Dataset:
     if path.is_dir():
         manifest = path / "manifest.csv"
         return read_manifest(manifest) if manifest.is_file() else read_label_folders(path)
-    catalogues = {point.name: point for point in entry_points(group="spherefunc.catalogues")}
-    if str(data) in catalogues:
-        return read_manifest(built_catalogue(str(data), catalogues[str(data)].load()))
+    if str(data) in (catalogues := catalogue_entry_points()):
+        return read_manifest(built_catalogue(str(data)))
     if path.is_file() and path.suffix.lower() == ".csv":
         return read_manifest(path)
     kinds = f"a folder with manifest.csv or label folders, or one of {', '.join(sorted(catalogues))}"
@@ -135,30 +131,3 @@ def read_label_folders(folder: Path) -> Dataset:
             f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
         )
     return Dataset(folder.resolve().name, objects)
-
-
-def cache_home() -> Path:
-    """Return the folder for what can be computed again: $SPHEREFUNC_CACHE, or the user's cache folder."""
-    given = os.environ.get("SPHEREFUNC_CACHE")
-    return Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "spherefunc"
-
-
-def built_catalogue(name: str, build) -> Path:
-    """Return the manifest of a catalogue; ``build(folder)`` writes it into the cache the first time."""
-    from importlib.metadata import version
-
-    home = cache_home() / "catalogues"
-    folder = home / f"{name}-{version('spherefunc-bullet')}-{CATALOGUE_VERSION}" / name
-    if not (folder / "manifest.csv").is_file():
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=home) as scratch:
-            made = Path(scratch) / name
-            build(made)
-            # Two processes may build at once: the first to rename wins, the other's copy is dropped.
-            try:
-                os.replace(made, folder)
-            except OSError:
-                if not (folder / "manifest.csv").is_file():
-                    shutil.rmtree(folder, ignore_errors=True)
-                    os.replace(made, folder)
-    return folder / "manifest.csv"

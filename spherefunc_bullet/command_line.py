@@ -1,0 +1,50 @@
+"""The console script ``spherefunc``: subcommands found through entry points, errors as one line.
+
+Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from importlib.metadata import entry_points
+
+import typer
+
+from .errors import InputError
+
+
+def application() -> typer.Typer:
+    """Return the application with every registered subcommand, ours and other packages'."""
+    app = typer.Typer(
+        name="spherefunc",
+        help="Tell what an object is for from how spheres come to rest on it.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+    )
+    for point in sorted(entry_points(group="spherefunc.commands"), key=lambda point: point.name):
+        command = point.load()
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=point.name)
+        else:
+            app.command(point.name)(command)
+    return app
+
+
+def main():
+    """Run the command line; a user's mistake is one line on stderr and exit code 2."""
+    logger = logging.getLogger("spherefunc")
+    logger.setLevel(logging.INFO)
+    logger.addHandler(logging.StreamHandler())  # says what takes long, on stderr
+    try:
+        application()()
+    except InputError as error:
+        sys.exit(fail(error))
+
+
+def fail(error: InputError) -> int:
+    """Print a user's mistake on stderr and return its exit code."""
+    line = " ".join(str(error).split())
+    print(f"spherefunc: {line}", file=sys.stderr)
+    return 2

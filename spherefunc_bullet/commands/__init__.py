@@ -1,0 +1,1 @@
+"""The subcommands of the shared stack, one file each."""

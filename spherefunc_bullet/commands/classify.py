@@ -1,0 +1,79 @@
+"""``spherefunc classify``: say what objects are for."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from ..lengths import format_length
+from .options import Json, Units, Up
+
+
+def classify(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    backend: Annotated[str | None, typer.Option(help="The backend that the model must be for.")] = None,
+    explain: Annotated[bool, typer.Option(help="Name the training objects that decided.")] = False,
+    up: Up = "z",
+    units: Units = "m",
+    json: Json = False,
+):
+    """Say what each object is for."""
+    from ..model_file import load_model, shipped_model
+
+    classifier = load_model(model or shipped_model(backend or "fast"), backend)
+    failures, rows = Failures(), []
+    for file in progress(files, len(files), "classifying"):
+        try:
+            rows.append(classified(file, classifier, explain, up, units))
+        except InputError as error:
+            failures.add(error)
+    print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
+    failures.exit()
+
+
+def classified(file: Path, classifier, explain: bool, up: str, units: str) -> dict:
+    """Return the scores of one file's object."""
+    from ..cloud import load_cloud
+    from ..simulation import settle
+    from ..validation import THRESHOLD
+
+    started = time.perf_counter()
+    cloud = load_cloud(file, up=up, units=units, report=say)
+    settled = settle(cloud, classifier.simulator, classifier.chosen_radii(), classifier.seed)
+    scores = classifier.score_settled([settled])[0]
+    functions = {
+        name: {"member": bool(score > THRESHOLD), "score": round(float(score), 4), "radius": classifier.radius_[name]}
+        for name, score in zip(classifier.functions_, scores, strict=True)
+    }
+    row = {"file": str(file), "functions": functions, "seconds": round(time.perf_counter() - started, 3)}
+    if explain:
+        row["neighbors"] = {name: classifier.neighbors(settled, name) for name in classifier.functions_}
+    return row
+
+
+def print_functions(rows: list[dict], functions: tuple[str, ...], explain: bool):
+    """Print what each object is for, with its scores."""
+    table = []
+    for row in rows:
+        members = [name for name in functions if row["functions"][name]["member"]]
+        scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
+        table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
+    if table:
+        print_table("What objects are for (score of each function, member above 0.5)", ["file", "for", *functions], table)
+    for row in rows if explain else []:
+        for name, neighbors in row["neighbors"].items():
+            print_table(
+                f"\n{Path(row['file']).name}: nearest to be compared with for {name}, "
+                f"spheres of {format_length(row['functions'][name]['radius'])}",
+                ["training object", "has it", "distance", "weight"],
+                [
+                    [each["name"], "yes" if each["member"] else "no", f"{each['distance']:.2f}", f"{each['weight']:.3f}"]
+                    for each in neighbors
+                ],
+            )

@@ -1,0 +1,24 @@
+"""Options that several subcommands share."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+Backend = Annotated[str, typer.Option(help="Which simulator drops the spheres; see `spherefunc backends`.")]
+Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision shape.")]
+Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
+Up = Annotated[str, typer.Option(help="Which axis of the file points up: z, y, x or auto.")]
+Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
+Radii = Annotated[str, typer.Option(help="Sphere radii to choose from, such as 5mm,1cm,2cm.")]
+Method = Annotated[str, typer.Option(help="default, or paper: Hinkle and Olson's method to the letter.")]
+Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
+
+DEFAULT_RADII = "5mm,1cm,2cm,3cm,5cm"
+
+
+def simulator_options(shape: str | None) -> dict:
+    """Return the options that go to the simulator, those that were given."""
+    return {} if shape is None else {"shape": shape}

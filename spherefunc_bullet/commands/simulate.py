@@ -1,0 +1,129 @@
+"""``spherefunc simulate``: drop spheres on objects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from ..lengths import format_length, parse_lengths
+from .options import Backend, Json, Seed, Shape, Units, Up, simulator_options
+
+
+def simulate(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    radius: Annotated[str, typer.Option(help="Of the spheres: 1cm, 5mm, 0.01; several with commas.")] = "1cm",
+    backend: Backend = "fast",
+    shape: Shape = None,
+    seed: Seed = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
+    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
+    up: Up = "z",
+    units: Units = "m",
+    json: Json = False,
+):
+    """Drop spheres on each object and say how many settle."""
+    from ..simulator import DropSettings, make_simulator
+
+    simulator = make_simulator(backend, **simulator_options(shape))
+    runs = [DropSettings(radius=each, max_spheres=max_spheres) for each in parse_lengths(radius)]
+    prepare_folder(out)
+    failures, rows, written = Failures(), [], set()
+    for file in progress(files, len(files), "dropping"):
+        try:
+            for cloud, result in simulated(file, simulator, runs, seed, up, units):
+                rows.append(summary(file, cloud, result))
+                if out is not None:
+                    save_result(result, unused_name(out, file, result, written), cloud)
+        except InputError as error:
+            failures.add(error)
+    print_json(rows) if json else print_summaries(rows)
+    failures.exit()
+
+
+def simulated(file, simulator, runs, seed, up, units):
+    """Yield the cloud of a file and the result of each run on it."""
+    from ..cloud import load_cloud
+
+    cloud = load_cloud(file, up=up, units=units, report=say)
+    for settings in runs:
+        yield cloud, simulator.drop(cloud, settings, seed)
+
+
+def prepare_folder(folder: Path | None):
+    """Make a folder for results, or say why it cannot be."""
+    if folder is None:
+        return
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".writable"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"{folder}: expected a folder that can be written to; {error.strerror}") from error
+
+
+def unused_name(folder: Path, file: Path, result, written: set) -> Path:
+    """Return the path of a result, which begins with the file's stem; two files of one stem get two names."""
+    provenance = result.provenance
+    radius = format_length(provenance["settings"]["radius"]).replace(" ", "")
+    name, number = f"{file.stem}_{provenance['backend']}_r{radius}", 1
+    while (unused := f"{name}_{number}.npz" if number > 1 else f"{name}.npz") in written:
+        number += 1
+    written.add(unused)
+    return folder / unused
+
+
+def save_result(result, path: Path, cloud):
+    """Write a result's centres and what produced them."""
+    import io
+    import json
+
+    import numpy as np
+
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        centers=result.centers,
+        on_object=result.on_object,
+        bounding_box=cloud.bounds,
+        provenance=np.array(json.dumps(result.provenance)),
+    )
+    try:
+        path.write_bytes(buffer.getvalue())
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+
+
+def summary(file: Path, cloud, result) -> dict:
+    """Return what the contract prints of one run."""
+    provenance = result.provenance
+    return {
+        "file": str(file),
+        "backend": provenance["backend"],
+        "radius": provenance["settings"]["radius"],
+        "seed": provenance["seed"],
+        "points": len(cloud.points),
+        "drops": result.drops,
+        "settled": result.settled,
+        "rolled_off": result.rolled_off,
+        "rejected": result.rejected,
+        "timed_out": result.timed_out,
+        "stop": result.stop.name.lower(),
+        "seconds": round(result.seconds, 4),
+        "bounding_box": cloud.bounds.tolist(),
+        "provenance": provenance,
+    }
+
+
+def print_summaries(rows: list[dict]):
+    """Print runs as a table."""
+    names = ("points", "drops", "settled", "rolled_off", "rejected", "timed_out", "seconds")
+    table = [
+        [Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)] for row in rows
+    ]
+    if table:
+        print_table(f"Spheres dropped by {rows[0]['backend']}", ["file", "radius", *names], table)

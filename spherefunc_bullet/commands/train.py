@@ -1,0 +1,50 @@
+"""``spherefunc train``: learn functions from a data set."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..console import Failures, print_json, say
+from ..lengths import format_length, parse_lengths
+from .options import DEFAULT_RADII, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, simulator_options
+
+
+def train(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
+    out: Annotated[Path, typer.Option(help="The model file to write.")],
+    backend: Backend = "fast",
+    shape: Shape = None,
+    radii: Radii = DEFAULT_RADII,
+    method: Method = "default",
+    seed: Seed = 0,
+    up: Up = "z",
+    units: Units = "m",
+    jobs: Jobs = -1,
+    json: Json = False,
+):
+    """Learn every function's radius and examples, and write the model."""
+    from ..dataset import open_dataset
+    from ..model_file import save_model
+    from ..simulation import Loading
+    from ..simulator import make_simulator
+    from ..training import simulate_dataset, train_on
+
+    failures = Failures()
+    simulator = make_simulator(backend, **simulator_options(shape))
+    lengths = parse_lengths(radii)
+    loading = Loading(up=up, units=units)
+    simulated = simulate_dataset(
+        open_dataset(data), simulator, lengths, seed=seed, loading=loading, jobs=jobs, failed=failures.add
+    )
+    model = train_on(simulated, simulator, lengths, method=method, seed=seed)
+    save_model(model, out)
+    if json:
+        counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
+        print_json({"backend": backend, "radii": model.radius_, "functions": counts, "objects": len(model.names_)})
+    else:
+        chosen = ", ".join(f"{name} {format_length(radius)}" for name, radius in model.radius_.items())
+        say(f"learnt {len(model.names_)} objects ({chosen}); wrote {out}")
+    failures.exit()

@@ -1,0 +1,65 @@
+"""What commands print: JSON on stdout, everything else on stderr, a progress bar only on a terminal."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+
+from .errors import InputError
+
+
+def print_json(value):
+    """Print a value as JSON on stdout."""
+    print(json.dumps(value, indent=2))
+
+
+def say(line: str):
+    """Print a line on stderr."""
+    print(line, file=sys.stderr)
+
+
+def progress(items: Iterable, total: int, doing: str) -> Iterator:
+    """Pass items on and show how far it is, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield from items
+        return
+    from rich.console import Console
+    from rich.progress import track
+
+    yield from track(items, description=doing, total=total, console=Console(stderr=True), transient=True)
+
+
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
+    """Print a table on stdout, the first column to the left and numbers to the right."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*[cell if isinstance(cell, str) else f"{cell:g}" for cell in row])
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=200)  # a pipe has no width to fit
+    console.print(table)
+
+
+class Failures:
+    """Files that could not be used: said at once, and remembered for the exit code."""
+
+    def __init__(self):
+        self.count = 0
+
+    def add(self, error: InputError):
+        """Say one file's error and go on."""
+        from .command_line import fail
+
+        fail(error)
+        self.count += 1
+
+    def exit(self):
+        """Leave with code 2 if there were any."""
+        if self.count:
+            sys.exit(2)

@@ -1,0 +1,191 @@
+"""What an object is for: one binary classifier per function, each with the radius that serves it best (§III-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from sklearn.base import BaseEstimator
+from sklearn.metrics.pairwise import euclidean_distances
+from sklearn.utils.validation import check_is_fitted
+
+from .classifier import inverse_distance_scores
+from .dataset import parse_functions
+from .errors import InputError
+from .histogram import widened
+from .method import find_method
+from .simulation import settle
+from .validation import THRESHOLD, best_radius
+
+RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
+
+
+class FunctionClassifier(BaseEstimator):
+    """Learn functions from labelled clouds, and tell those of others: several, or none.
+
+    Parameters
+    ----------
+    simulator : str or Simulator
+        A registered backend's name, or a simulator.
+    radii : sequence of float
+        Sphere radii to choose from, metres.
+    method : {'default', 'paper'} or Method
+    seed : int
+        Of the drops.
+    random_state : int
+        Of the validation splits.
+
+    Attributes
+    ----------
+    functions_ : tuple of str
+    radius_ : dict of str to float
+        The radius chosen for each function, metres.
+    histograms_ : dict of float to CubeHistogram
+    examples_ : dict of float to (N, V + 1) sparse matrix
+        The training objects' features at each radius.
+    members_ : (N, F) bool
+    names_ : list of str
+        What the training objects are called.
+    """
+
+    def __init__(self, simulator="fast", *, radii=RADII, method="default", seed=0, random_state=0):
+        self.simulator = simulator
+        self.radii = radii
+        self.method = method
+        self.seed = seed
+        self.random_state = random_state
+
+    def fit(self, X, y):
+        """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""
+        return self.fit_settled(self._settled(X), y, [cloud.name for cloud in X])
+
+    def partial_fit(self, X, y):
+        """Learn from more clouds: earlier examples stay, and the radii are chosen anew."""
+        if not hasattr(self, "examples_"):
+            return self.fit(X, y)
+        return self.add_settled(self._settled(X), y, [cloud.name for cloud in X])
+
+    def fit_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+        """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
+        labels = as_sets(y)
+        if not len(settled) == len(labels) == len(names):
+            raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")
+        method = find_method(self.method)
+        self.functions_ = tuple(sorted(set().union(*labels)))
+        self.members_ = memberships(labels, self.functions_)
+        self.names_ = list(names)
+        self.histograms_, self.examples_ = {}, {}
+        for radius in self.radii:
+            self.histograms_[radius] = method.histogram(radius)
+            self.examples_[radius] = self.histograms_[radius].fit_transform([each[radius] for each in settled])
+        return self._choose_radii()
+
+    def add_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+        """Learn from more settled centres."""
+        from scipy import sparse
+
+        check_is_fitted(self)
+        labels = as_sets(y)
+        functions = tuple(sorted(set(self.functions_).union(*labels)))
+        known = [self.functions_.index(name) if name in self.functions_ else None for name in functions]
+        old = np.column_stack([self.members_[:, k] if k is not None else self._no_members() for k in known])
+        self.functions_, self.members_ = functions, np.vstack([old, memberships(labels, functions)])
+        self.names_ = [*self.names_, *names]
+        for radius, histogram in self.histograms_.items():
+            centers = [each[radius] for each in settled]
+            before = histogram.keys_
+            histogram.partial_fit(centers)
+            old = widened(self.examples_[radius], before, histogram.keys_)
+            self.examples_[radius] = sparse.vstack([old, histogram.transform(centers)]).tocsr()
+        return self._choose_radii()
+
+    def predict_proba(self, X) -> np.ndarray:
+        """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
+        return self.score_settled(self._settled(X, self.chosen_radii()))
+
+    def predict(self, X) -> list[frozenset[str]]:
+        """Return the functions of each cloud, an empty set for none."""
+        return [
+            frozenset(name for name, score in zip(self.functions_, row, strict=True) if score > THRESHOLD)
+            for row in self.predict_proba(X)
+        ]
+
+    def score_settled(self, settled: Sequence[dict]) -> np.ndarray:
+        """Return the scores (N, F) of objects given as settled centres at the chosen radii."""
+        check_is_fitted(self)
+        scores = np.zeros((len(settled), len(self.functions_)))
+        for radius in self.chosen_radii():
+            distances = self.distances(settled, radius)
+            for column, name in enumerate(self.functions_):
+                if self.radius_[name] == radius:
+                    members = self.members_[:, column]
+                    k = find_method(self.method).n_neighbors
+                    scores[:, column] = inverse_distance_scores(distances, members, k)
+        return scores
+
+    def distances(self, settled: Sequence[dict], radius: float) -> np.ndarray:
+        """Return the Euclidean distances (Q, N) from objects to the training examples."""
+        features = self.histograms_[radius].transform([each[radius] for each in settled])
+        return euclidean_distances(features, self.examples_[radius])
+
+    def neighbors(self, settled: dict, name: str) -> list[dict]:
+        """Return the training objects that decide one object's membership, nearest first, with their weights.
+
+        The weights of those that have the function sum to its score.
+        """
+        k = find_method(self.method).n_neighbors
+        distances = self.distances([settled], self.radius_[name])[0]
+        members = self.members_[:, self.functions_.index(name)]
+        sides = [np.flatnonzero(side)[np.argsort(distances[side], kind="stable")[:k]] for side in (members, ~members)]
+        weights = [1 / np.maximum(distances[side], 1e-9) / max(len(side), 1) for side in sides]
+        total = sum(each.sum() for each in weights)
+        pairs = sorted(zip(np.concatenate(sides), np.concatenate(weights) / total, strict=True), key=lambda p: -p[1])
+        return [
+            {
+                "name": self.names_[i],
+                "member": bool(members[i]),
+                "distance": round(float(distances[i]), 4),
+                "weight": round(float(weight), 4),
+            }
+            for i, weight in pairs
+        ]
+
+    def chosen_radii(self) -> list[float]:
+        """Return the radii that some function uses, ascending, metres."""
+        check_is_fitted(self)
+        return sorted(set(self.radius_.values()))
+
+    def _choose_radii(self):
+        distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
+        k = find_method(self.method).n_neighbors
+        self.radius_ = {
+            name: best_radius(distances, members, n_neighbors=k, random_state=self.random_state)
+            for name, members in zip(self.functions_, self.members_.T, strict=True)
+        }
+        return self
+
+    def _no_members(self) -> np.ndarray:
+        return np.zeros(len(self.members_), bool)
+
+    def _settled(self, clouds, radii=None) -> list[dict]:
+        return [settle(cloud, self.simulator, radii or self.radii, self.seed) for cloud in clouds]
+
+
+def as_sets(labels) -> list[frozenset[str]]:
+    """Return each label as a set of functions.
+
+    Examples
+    --------
+    >>> [sorted(each) for each in as_sets(["cup", "none", {"table", "sittable"}])]
+    [['cup'], [], ['sittable', 'table']]
+    """
+    sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]
+    if not sets:
+        raise InputError("training set: expected at least one labelled object, got none")
+    return sets
+
+
+def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:
+    """Return which object has which function, (N, F) bool."""
+    return np.array([[name in label for name in functions] for label in labels], bool).reshape(len(labels), -1)
+

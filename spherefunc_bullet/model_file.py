@@ -1,0 +1,134 @@
+"""Trained classifiers on disk: one NPZ of plain arrays, data and never code.
+
+The file carries the backend with its version and options, radii, function names, package versions and examples,
+and is refused with a clear line where those do not fit.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import asdict
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from .errors import InputError
+from .function_classifier import FunctionClassifier
+from .method import Method, find_method
+from .simulator import make_simulator
+
+FORMAT = "spherefunc-model"
+FORMAT_VERSION = 1
+
+
+def shipped_model(backend: str = "fast") -> Path:
+    """Return the model that comes with the package for a backend (made by ``make model``)."""
+    path = Path(str(files("spherefunc_bullet") / "models" / f"household-{backend}.npz"))
+    if not path.is_file():
+        raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
+    return path
+
+
+def save_model(model: FunctionClassifier, path: str | Path):
+    """Write a fitted classifier."""
+    simulator = make_simulator(model.simulator)
+    about = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "backend": simulator.name,
+        "backend_version": simulator.version,
+        "backend_options": simulator.options(),
+        "method": asdict(find_method(model.method)),
+        "functions": list(model.functions_),
+        "radii": [float(radius) for radius in model.radii],
+        "radius": {name: float(radius) for name, radius in model.radius_.items()},
+        "seed": model.seed,
+        "random_state": model.random_state,
+        "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
+    }
+    arrays = {"about": np.array(json.dumps(about)), "members": model.members_, "names": np.array(model.names_)}
+    for i, radius in enumerate(model.radii):
+        matrix = model.examples_[radius]
+        arrays[f"keys_{i}"] = model.histograms_[radius].keys_
+        arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
+    try:
+        with open(path, "wb") as file:
+            np.savez_compressed(file, **arrays)
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+
+
+def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifier:
+    """Read a classifier back, ready to classify and to learn more.
+
+    Parameters
+    ----------
+    path : path
+    backend : str, optional
+        The backend whose features it is to be used with.
+
+    Raises
+    ------
+    InputError
+        If it is no model, cut short, of another version, or of another backend.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        about = json.loads(str(arrays["about"]))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: expected a model file, found nothing of that name") from error
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, MemoryError) as error:
+        raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
+    check_about(about, path, backend)
+    try:
+        return rebuilt(about, arrays)
+    except (KeyError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
+
+
+def check_about(about, path, backend: str | None):
+    """Refuse a model that is none, or is another version's or another backend's."""
+    if not isinstance(about, dict) or about.get("format") != FORMAT:
+        raise InputError(f"{path}: expected a model as `spherefunc train` writes it, got another NPZ file")
+    if about.get("format_version") != FORMAT_VERSION:
+        raise InputError(
+            f"{path}: expected model format {FORMAT_VERSION}, got {about.get('format_version')}; train it again"
+        )
+    if backend is not None and about["backend"] != backend:
+        raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
+    simulator = make_simulator(about["backend"], **about["backend_options"])
+    if simulator.version != about["backend_version"]:
+        raise InputError(
+            f"{path}: learnt with version {about['backend_version']} of the backend {about['backend']}, "
+            f"installed is {simulator.version}; train it again"
+        )
+
+
+def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
+    """Return the classifier that a model file describes."""
+    simulator = make_simulator(about["backend"], **about["backend_options"])
+    method = Method(**about["method"])
+    radii = tuple(about["radii"])
+    model = FunctionClassifier(
+        simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]
+    )
+    model.functions_ = tuple(about["functions"])
+    model.radius_ = {name: about["radius"][name] for name in model.functions_}
+    model.members_ = arrays["members"].astype(bool)
+    model.names_ = [str(name) for name in arrays["names"]]
+    if model.members_.shape != (len(model.names_), len(model.functions_)):
+        raise ValueError("members, names and functions differ in number")
+    model.histograms_, model.examples_ = {}, {}
+    for i, radius in enumerate(radii):
+        histogram = method.histogram(radius)
+        histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
+        parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
+        matrix = sparse.csr_matrix(parts, shape=(len(model.names_), len(histogram.keys_) + 1))
+        matrix.check_format(full_check=True)
+        model.histograms_[radius], model.examples_[radius] = histogram, matrix
+    return model

@@ -1,0 +1,152 @@
+"""Objects and their settled spheres: each simulated once per radius, and kept by content.
+
+A cache entry is named for the hash of everything that decides it: the file's bytes, how it was loaded, the
+backend with its version and options, the radius, the limits and the seed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .cache import entry_path, read_entry, write_entry
+from .cloud import Cloud, load_cloud
+from .errors import InputError
+from .simulator import DropSettings, Simulator, make_simulator
+
+FORMAT = 1  # of the cache; another number, other entries
+VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loading:
+    """How files become clouds."""
+
+    up: str = "z"
+    units: str = "m"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectRecord:
+    """What is kept of one object: where spheres settled, and its shape for the baselines."""
+
+    path: Path
+    size: np.ndarray  # (3,) extents of the bounding box, metres
+    voxels: np.ndarray  # (V, 3) int16, the occupied cubes of VOXEL metres
+    settled: dict[float, np.ndarray] = field(repr=False)  # radius in metres -> centres (S, 3) float32, metres
+    seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
+    drops: dict[float, int] = field(repr=False)
+
+
+def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> dict:
+    """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
+
+    Where the sphere is larger than the object nothing can settle, and there are none.
+    """
+    simulator = make_simulator(simulator)
+    return {radius: drop_or_nothing(cloud, simulator, radius, seed)[0] for radius in radii}
+
+
+def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> tuple[np.ndarray, float, int]:
+    """Return the settled centres (S, 3) float32, the seconds and the drops of one radius."""
+    if radius > cloud.size.max():
+        return np.empty((0, 3), np.float32), 0.0, 0
+    result = simulator.drop(cloud, DropSettings(radius=radius), seed)
+    return result.centers.astype(np.float32), result.seconds, result.drops
+
+
+def simulate_objects(
+    paths: Sequence[Path],
+    simulator: str | Simulator,
+    radii: Sequence[float],
+    *,
+    seed: int = 0,
+    loading: Loading | None = None,
+    jobs: int = -1,
+) -> Iterator[tuple[int, ObjectRecord | InputError]]:
+    """Simulate the objects of files at every radius, in parallel and from the cache where it has them.
+
+    Yields
+    ------
+    index, outcome : int, ObjectRecord or InputError
+        In the order in which they are done. A file that cannot be used yields its error, and the rest goes on.
+    """
+    from joblib import Parallel, delayed
+
+    simulator, loading = make_simulator(simulator), loading or Loading()
+    work = delayed(_indexed_record)
+    tasks = (work(i, path, simulator, tuple(radii), seed, loading) for i, path in enumerate(paths))
+    yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)
+
+
+def _indexed_record(index, path, simulator, radii, seed, loading):
+    try:
+        return index, object_record(path, simulator, radii, seed, loading)
+    except InputError as error:
+        return index, error
+
+
+def object_record(
+    path: Path, simulator: Simulator, radii: Iterable[float], seed: int, loading: Loading
+) -> ObjectRecord:
+    """Return the record of one file, computing only what the cache lacks.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used.
+    """
+    object_hash = content_hash(path, loading)
+    cloud = None
+    shape = read_entry(entry_path("shape", object_hash))
+    if shape is None:
+        cloud = load_cloud(path, up=loading.up, units=loading.units)
+        voxels = np.unique(np.floor(cloud.points / VOXEL).astype(np.int16), axis=0)
+        shape = {"size": cloud.size, "voxels": voxels}
+        write_entry(entry_path("shape", object_hash), shape)
+    runs = {}
+    for radius in radii:
+        entry = entry_path("settled", run_hash(object_hash, simulator, radius, seed))
+        runs[radius] = read_entry(entry)
+        if runs[radius] is None:
+            cloud = cloud or load_cloud(path, up=loading.up, units=loading.units)
+            centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed)
+            runs[radius] = {"centers": centers, "seconds": np.array(seconds), "drops": np.array(drops)}
+            write_entry(entry, runs[radius])
+    return ObjectRecord(
+        path=path,
+        size=shape["size"],
+        voxels=shape["voxels"],
+        settled={radius: run["centers"] for radius, run in runs.items()},
+        seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
+        drops={radius: int(run["drops"]) for radius, run in runs.items()},
+    )
+
+
+def content_hash(path: Path, loading: Loading) -> str:
+    """Return the hash of a file's bytes and of how it is loaded.
+
+    A glTF file keeps its geometry in ``.bin`` files beside it, so those count as well.
+    """
+    path = Path(path)
+    parts = [path, *sorted(path.parent.glob("*.bin"))] if path.suffix.lower() == ".gltf" else [path]
+    digest = hashlib.sha256(f"{FORMAT} {path.suffix.lower()} {asdict(loading)}".encode())
+    for part in parts:
+        try:
+            with open(part, "rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+        except OSError as error:
+            raise InputError(f"{part}: expected a file that can be read; {error.strerror}") from error
+    return digest.hexdigest()
+
+
+def run_hash(object_hash: str, simulator: Simulator, radius: float, seed: int) -> str:
+    """Return the hash of one run."""
+    run = [object_hash, simulator.name, simulator.version, simulator.options(), round(radius, 9), seed]
+    run.append(asdict(DropSettings(radius=radius)))
+    return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()

@@ -1,0 +1,66 @@
+"""From a data set to settled spheres and labels, whatever happens to single files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from .console import progress
+from .dataset import Dataset, DatasetObject
+from .errors import InputError
+from .function_classifier import FunctionClassifier
+from .method import find_method
+from .simulation import Loading, ObjectRecord, simulate_objects
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A data set's objects that could be simulated, with their records, in the order of the manifest."""
+
+    name: str
+    objects: tuple[DatasetObject, ...]
+    records: tuple[ObjectRecord, ...]
+
+    @property
+    def settled(self) -> list[dict]:
+        return [record.settled for record in self.records]
+
+
+def simulate_dataset(
+    dataset: Dataset,
+    simulator,
+    radii: Sequence[float],
+    *,
+    seed: int = 0,
+    loading: Loading | None = None,
+    jobs: int = -1,
+    failed: Callable[[InputError], None],
+) -> Simulated:
+    """Simulate every object of a data set; a file that cannot be used goes to ``failed`` and is left out.
+
+    Raises
+    ------
+    InputError
+        If no object is left.
+    """
+    paths = [each.path for each in dataset.objects]
+    done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs)
+    records: dict[int, ObjectRecord] = {}
+    for index, outcome in progress(done, len(paths), f"dropping spheres on {dataset.name}"):
+        if isinstance(outcome, InputError):
+            failed(outcome)
+        else:
+            records[index] = outcome
+    if not records:
+        raise InputError(f"{dataset.name}: expected at least one object that can be simulated, got none")
+    kept = sorted(records)
+    return Simulated(dataset.name, tuple(dataset.objects[i] for i in kept), tuple(records[i] for i in kept))
+
+
+def train_on(simulated: Simulated, simulator, radii, *, method="default", seed=0) -> FunctionClassifier:
+    """Return a classifier that has learnt all objects of a data set."""
+    model = FunctionClassifier(simulator, radii=tuple(radii), method=find_method(method), seed=seed)
+    labels = [each.functions for each in simulated.objects]
+    if not any(labels):
+        raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
+    return model.fit_settled(simulated.settled, labels, [each.path.name for each in simulated.objects])
