@@ -1,33 +1,161 @@
-"""Geometry from files."""
+"""Geometry from files of any supported format, and one clear error for every kind of bad file."""
 
 from __future__ import annotations
 
+import importlib
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from .errors import InputError
+from .formats import FormatError
+
+MAX_FILE_BYTES = 1 << 30
+
+# By ending: the module in ``formats`` and its function; imported only when such a file is read.
+READERS = {
+    ".ply": ("ply", "read_ply"),
+    ".pcd": ("pcd", "read_pcd"),
+    ".obj": ("obj", "read_obj"),
+    ".stl": ("stl", "read_stl"),
+    ".3ds": ("three_ds", "read_3ds"),
+    ".off": ("off", "read_off"),
+    ".glb": ("gltf", "read_gltf"),
+    ".gltf": ("gltf", "read_gltf"),
+    ".xyz": ("xyz", "read_xyz"),
+    ".npz": ("npz", "read_npz"),
+}
+
+# First bytes that no reader but the one for the named ending takes.
+_SIGNATURES = {
+    b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "NPZ or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
+    b"# .PCD": "PCD",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """What a file holds, in the file's own units and axes."""
+    """What a file holds, in its own units and axes."""
 
     vertices: np.ndarray  # (N, 3) float64
-    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), dtype=np.int64))  # (M, 3); none: a cloud
+    faces: np.ndarray = field(
+        default_factory=lambda: np.empty((0, 3), dtype=np.int64)
+    )  # (M, 3); none: a cloud
+
+
+def _read_bytes(path: Path) -> bytes:
+    """Return a file's bytes, or raise InputError if there are none to be had."""
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: expected a file, got a folder; name a file in it")
+        if not path.is_file():
+            raise InputError(f"{path}: expected a file, found none; check the path")
+        size = path.stat().st_size
+        if size > MAX_FILE_BYTES:
+            raise InputError(
+                f"{path}: expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB; simplify it"
+            )
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(
+            f"{_one_line(path)}: cannot be read: {reason}; check the path and its permissions"
+        ) from error
+    if not data:
+        raise InputError(f"{path}: expected a mesh or a cloud, got an empty file; was its download cut off?")
+    return data
+
+
+def _one_line(value: object) -> str:
+    return " ".join(str(value).split())
+
+
+def _require_own_signature(data: bytes, path: Path) -> None:
+    """Raise InputError for a file whose first bytes are another format's than its ending's."""
+    kind = next((kind for magic, kind in _SIGNATURES.items() if data.startswith(magic)), None)
+    expected = path.suffix.lower()[1:].upper()
+    is_binary_stl = expected == "STL" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    if kind and expected not in kind and not is_binary_stl:  # a binary STL may begin with any 80 bytes
+        raise InputError(
+            f"{path.name}: expected {expected}, got a {kind} file; give it the ending of what it is"
+        )
+
+
+def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Raise FormatError for arrays that are no mesh and no cloud."""
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
+        raise FormatError(f"expected vertices or points, got {len(vertices)}; is the file empty?")
+    if not len(faces):
+        return
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        wrong = faces.min() if faces.min() < 0 else faces.max()
+        raise FormatError(
+            f"expected faces of its {len(vertices)} vertices, got one of number {wrong}; is it damaged?"
+        )
+    broken = int((~np.isfinite(vertices)).any(axis=1).sum())
+    if broken:
+        raise FormatError(
+            f"expected finite vertices, got NaN or infinity in {broken} of {len(vertices)}; repair it"
+        )
+
+
+def _read_arrays(data: bytes, path: Path) -> Geometry:
+    """Return what the reader of the file's ending makes of it, checked."""
+    module, name = READERS[path.suffix.lower()]
+    reader = getattr(importlib.import_module(f".formats.{module}", __package__), name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        vertices, faces = reader(data, path)
+        geometry = Geometry(
+            np.ascontiguousarray(vertices, dtype=np.float64),
+            np.ascontiguousarray(np.empty((0, 3)) if faces is None else faces, dtype=np.int64),
+        )
+        _require_consistent(geometry.vertices, geometry.faces)
+    return geometry
 
 
 def read_geometry(path: str | Path) -> Geometry:
-    """Return the vertices and triangles of a file."""
-    import trimesh
+    """Return the vertices and triangles of a file, or its points.
 
+    Parameters
+    ----------
+    path : str or Path
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, XYZ or NPZ, told by the ending. Polygons are cut into
+        triangles; the parts of a scene become one object in the scene's frame.
+
+    Returns
+    -------
+    Geometry
+        In the file's own units and axes. The points of a cloud may be NaN, where a sensor saw nothing; the
+        vertices of a mesh are finite.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not what its ending says, or damaged, or too large.
+    """
     path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: expected a file, found none; check the path")
-    scene = trimesh.load_scene(path, process=False, skip_materials=True)
-    loaded = scene.to_geometry() if len(scene.geometry) else None
-    if loaded is None:
-        raise InputError(f"{path}: expected a mesh or points, found none")
-    faces = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
-    return Geometry(np.asarray(loaded.vertices, dtype=np.float64), faces)
+    if path.suffix.lower() not in READERS:
+        endings = ", ".join(READERS)
+        raise InputError(f"{_one_line(path)}: expected one of {endings}, got '{path.suffix}'; convert it")
+    data = _read_bytes(path)
+    _require_own_signature(data, path)
+    try:
+        return _read_arrays(data, path)
+    except ImportError:
+        raise  # a broken installation, not a bad file
+    except FormatError as error:
+        raise InputError(f"{path.name}: {_one_line(error)}") from error
+    except (
+        Exception
+    ) as error:  # the one place where what readers raise on damaged bytes becomes the user's error
+        kind = path.suffix.lower()[1:].upper()
+        detail = _one_line(f"{type(error).__name__}: {error}")[:160]
+        raise InputError(
+            f"{path.name}: expected a {kind} file, could not read it ({detail}); is it damaged?"
+        ) from error

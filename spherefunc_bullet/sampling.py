@@ -1,10 +1,10 @@
 """Points on a mesh, at least one every half centimetre along its faces (paper, §III-A).
 
 Each plane in space carries one triangular lattice, fixed to the origin, so that triangles of one flat panel
-share it and the panel comes out regular. A triangle's candidates are the nearest points on it of all lattice
+share it and the panel comes out regular. A triangle's candidates are the points on it nearest to the lattice
 points within ``cover``. The lattice covers the plane with that radius, and moving a lattice point to the
-nearest point of a convex set brings it no farther from any point of the set: so no location of the triangle is
-farther than ``cover`` from a candidate. Thinning drops a candidate only for a kept one nearer than
+nearest point of a convex set takes it no farther from any point of the set: so no location of the triangle
+is farther than ``cover`` from a candidate. Thinning drops a candidate only for a kept one nearer than
 ``max_gap - cover``; the two add up to ``max_gap``.
 """
 
@@ -199,22 +199,27 @@ def surface_candidates(triangles: np.ndarray, cover: float) -> tuple[np.ndarray,
     return out[:front], out[:back:-1]
 
 
+def surface_area(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """Return the area of a mesh, square metres."""
+    edges = vertices[faces[:, 1:]] - vertices[faces[:, :1]]
+    return float(np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2)
+
+
 def needed_samples(vertices: np.ndarray, faces: np.ndarray, max_gap: float) -> float:
     """Return about how many points a surface needs, from its area and the borders of its larger faces."""
     cover = COVER * max_gap
     edges = np.roll(vertices[faces], -1, axis=1) - vertices[faces]
     lengths = np.linalg.norm(edges, axis=2)
-    areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
-    perimeters = np.where(lengths.max(axis=1) > max_gap, lengths.sum(axis=1), 0.0)
-    return float((areas + cover * perimeters).sum() / (1.5 * math.sqrt(3.0) * cover**2))
+    perimeters = np.where(lengths.max(axis=1) > max_gap, lengths.sum(axis=1), 0.0).sum()
+    return (surface_area(vertices, faces) + cover * perimeters) / (1.5 * math.sqrt(3.0) * cover**2)
 
 
 def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.005) -> np.ndarray:
     """Return points on a mesh such that no location of its surface is farther than ``max_gap`` from one.
 
-    The same mesh gives the same points. Flat panels get a triangular lattice of pitch ``0.8 max_gap``; no two
-    points are nearer than ``0.54 max_gap``, however fine the mesh. Corners and sharp edges come first, so that
-    they keep their outline.
+    The same mesh gives the same points. Flat panels get a triangular lattice of pitch ``0.8 max_gap``; no
+    two points are nearer than ``0.54 max_gap``, however fine the mesh. Corners and sharp edges come first, so
+    that they keep their outline.
 
     Parameters
     ----------
@@ -228,7 +233,9 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     (K, 3) float64, metres
     """
     cover = COVER * max_gap
-    vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
+    vertices, faces = merge_vertices(
+        np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
+    )
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
     inside, border = surface_candidates(vertices[faces], cover)
     return thin(np.concatenate([outline, inside, border]), max_gap - cover)

@@ -1,0 +1,120 @@
+"""glTF and GLB, read by trimesh: all parts in one frame, without materials.
+
+Trimesh gets the buffers as bytes and cannot open files itself; a buffer outside the file's folder is refused.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+from pathlib import Path
+from urllib.parse import unquote
+
+import numpy as np
+
+from . import FormatError
+
+MAX_BYTES = 1 << 30  # of one buffer, and of all accessors together: a small file can declare any size
+MAX_CORNERS = 60_000_000  # of all parts, each as often as the scene shows it
+_ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+_READABLE_MODES = (0, 1, 4, 5)  # points, lines (passed over), triangles, triangle strips
+
+
+def _parse_tree(data: bytes) -> dict:
+    """Return the JSON part of a glTF or GLB file."""
+    if data.startswith(b"glTF"):
+        if len(data) < 20 or int.from_bytes(data[8:12], "little") > len(data):
+            raise FormatError("expected a GLB file as long as its header says, it is shorter; is it cut off?")
+        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    return json.loads(data)
+
+
+def _require_sizes(tree: dict) -> None:
+    """Raise FormatError for compression that is not read, and for more data than a file can honestly hold."""
+    packed = [name for name in _PACKED if name in tree.get("extensionsUsed", [])]
+    if packed:
+        raise FormatError(f"expected plain geometry, got {packed[0]}; save it without compression")
+    accessors = tree.get("accessors", [])
+    for accessor in accessors:
+        if not isinstance(accessor["count"], int) or accessor["count"] < 0:
+            raise FormatError(
+                f"expected accessors with a count, got {accessor['count']!r}; is the file damaged?"
+            )
+    total = sum(a["count"] * _ITEM_BYTES[a["componentType"]] * _ITEMS[a["type"]] for a in accessors)
+    if total > MAX_BYTES:
+        raise FormatError(
+            f"expected at most {MAX_BYTES >> 20} MiB of geometry, got {total >> 20} MiB declared"
+        )
+    corners = [
+        sum(_count_corners(p, accessors) for p in mesh["primitives"]) for mesh in tree.get("meshes", [])
+    ]
+    shown = sum(corners[node["mesh"]] for node in tree.get("nodes", []) if "mesh" in node)
+    if shown > MAX_CORNERS:
+        raise FormatError(f"expected at most {MAX_CORNERS} corners of faces, got {shown}; simplify the mesh")
+
+
+def _count_corners(primitive: dict, accessors: list[dict]) -> int:
+    """Return how many vertices one part draws."""
+    if primitive.get("mode", 4) not in _READABLE_MODES:
+        raise FormatError("expected triangles or triangle strips, got another kind; save it as triangles")
+    used = primitive["attributes"]["POSITION"]
+    return max(accessors[used]["count"], accessors[primitive.get("indices", used)]["count"])
+
+
+def _read_buffer(uri: str, folder: Path) -> bytes:
+    """Return the bytes of a buffer that stands beside the file or below it."""
+    target = (folder / unquote(uri)).resolve()
+    if "://" in uri or not target.is_relative_to(folder.resolve()):
+        raise FormatError(f"expected its buffers in its own folder, got {uri[:80]!r}; put them beside it")
+    if not target.is_file() or target.stat().st_size > MAX_BYTES:
+        raise FormatError(
+            f"expected the buffer {uri[:80]!r} beside it, of at most {MAX_BYTES >> 20} MiB; is it missing?"
+        )
+    return target.read_bytes()
+
+
+def _buffers(tree: dict, folder: Path) -> dict[str, bytes]:
+    """Return the bytes of all buffers that are files, by their name in the tree."""
+    uris = {buffer["uri"] for buffer in tree.get("buffers", []) if "uri" in buffer}
+    return {uri: _read_buffer(uri, folder) for uri in uris if not uri.startswith("data:")}
+
+
+def _in_one_frame(scene, kind: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the vertices in the scene's frame and the faces of every part that has ``kind``."""
+    from trimesh.transformations import transform_points
+
+    parts = []
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        part = scene.geometry[name]
+        if len(getattr(part, kind, ())):
+            faces = getattr(part, "faces", np.empty((0, 3), dtype=np.int64))
+            vertices = transform_points(np.asarray(part.vertices, dtype=np.float64), transform)
+            parts.append((vertices, np.asarray(faces, dtype=np.int64)))
+    return parts
+
+
+def read_gltf(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # errors come as exceptions, not as lines
+    tree = _parse_tree(data)
+    _require_sizes(tree)
+    file_type = "glb" if data.startswith(b"glTF") else "gltf"
+    scene = trimesh.load_scene(
+        io.BytesIO(data),
+        file_type=file_type,
+        resolver=_buffers(tree, path.parent),
+        process=False,
+        skip_materials=True,
+    )
+    parts = _in_one_frame(scene, "faces") or _in_one_frame(scene, "vertices")
+    if not parts:
+        raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)])
+    return np.concatenate([vertices for vertices, _ in parts]), faces if len(faces) else None

@@ -1,0 +1,68 @@
+"""NPZ: an array ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3)."""
+
+from __future__ import annotations
+
+import io
+import math
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from . import FormatError
+
+MAX_BYTES = 1 << 30  # of one array, unpacked: a small archive can declare any size
+
+
+def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...] | None:
+    """Return the shape of a member, from its header alone; None for what is no array of real numbers."""
+    with archive.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        read = (
+            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        )
+        shape, _, dtype = read(file)
+        begin = file.tell()
+    if dtype.kind not in "fiu":
+        return None
+    size = math.prod(shape) * dtype.itemsize
+    if max(size, member.file_size) > MAX_BYTES:
+        raise FormatError(
+            f"expected arrays of at most {MAX_BYTES >> 20} MiB, got '{member.filename}', larger"
+        )
+    if begin + size != member.file_size:
+        raise FormatError(
+            f"expected '{member.filename}' as long as its shape {shape}, it is not; is it damaged?"
+        )
+    return shape
+
+
+def _load(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+    return np.load(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
+
+
+def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
+    """Return the name of the array that holds the points."""
+    for name in ("points", "vertices"):
+        if name in shapes:
+            return name
+    names = [name for name, shape in shapes.items() if shape and len(shape) == 2 and shape[1] == 3]
+    if len(names) != 1:
+        found = ", ".join(sorted(shapes)[:8]) or "none"
+        raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {found}")
+    return names[0]
+
+
+def read_npz(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
+        shapes = {member.filename.removesuffix(".npy"): _shape(archive, member) for member in members}
+        name = _points_name(shapes)
+        vertices = _load(archive, name)
+        faces = _load(archive, "faces") if name == "vertices" and "faces" in shapes else None
+    if vertices.dtype.kind not in "fiu" or vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise FormatError(f"expected '{name}' as real numbers (N, 3), got {vertices.dtype} {vertices.shape}")
+    if faces is not None and (faces.dtype.kind not in "iu" or faces.ndim != 2 or faces.shape[1] != 3):
+        raise FormatError(f"expected 'faces' as integers (M, 3), got {faces.dtype} {faces.shape}")
+    return vertices, faces

@@ -1,0 +1,184 @@
+"""PLY, ASCII and binary, meshes and clouds.
+
+Not trimesh's reader: it takes the first face's corner count for all of a binary file's faces, so that a mesh
+of triangles and quads is refused or, where the lengths happen to agree, misread.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from . import FormatError
+from .polygons import fan_triangles
+
+_TYPES = {
+    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
+    "ushort": "u2", "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4",
+    "float": "f4", "float32": "f4", "double": "f8", "float64": "f8", "int64": "i8", "uint64": "u8",
+}  # fmt: skip
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_FACE_LISTS = ("vertex_indices", "vertex_index")
+
+
+@dataclass(frozen=True)
+class _Property:
+    name: str
+    kind: str  # numpy type of the value, or of the items of a list
+    count_kind: str = ""  # numpy type of a list's length; empty: no list
+
+
+@dataclass
+class _Element:
+    name: str
+    count: int
+    properties: list[_Property] = field(default_factory=list)
+
+
+def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
+    """Return the byte order ("" for ASCII), the elements, and where the body begins."""
+    end = re.search(rb"(?:^|\n)[ \t]*end_header[ \t]*(?:\r\n|\n|\r)", data[: 1 << 20])
+    if not data.startswith(b"ply") or end is None:
+        raise FormatError("expected a PLY header from 'ply' to 'end_header', found none; is it a PLY file?")
+    order, elements = None, []
+    for line in data[: end.start()].decode("latin-1").splitlines()[1:]:
+        words = line.split()
+        match words[:1]:
+            case ["format"]:
+                order = _FORMATS.get(words[1])
+            case ["element"]:
+                elements.append(_Element(words[1], int(words[2])))
+            case ["property"] if words[1] == "list":
+                elements[-1].properties.append(_Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+            case ["property"]:
+                elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
+    if order is None:
+        raise FormatError(
+            f"expected a PLY header with one of the formats {', '.join(_FORMATS)}; is it damaged?"
+        )
+    return order, elements, end.end()
+
+
+def _row_dtype(element: _Element, order: str, lengths: dict[str, int]) -> np.dtype:
+    """Return the layout of a row whose lists have the given lengths."""
+    fields = []
+    for prop in element.properties:
+        if prop.count_kind:
+            fields.append((f"{prop.name} count", order + prop.count_kind))
+            fields.append((prop.name, order + prop.kind, (lengths[prop.name],)))
+        else:
+            fields.append((prop.name, order + prop.kind))
+    return np.dtype(fields)
+
+
+class _BinaryBody:
+    """Takes values of stated types off the bytes after the header."""
+
+    def __init__(self, data: bytes, start: int, order: str):
+        self.data, self.position, self.order = data, start, order
+
+    def room(self, element: _Element) -> int:
+        """Return how many rows of an element the rest could hold, its lists empty."""
+        sizes = (np.dtype(prop.count_kind or prop.kind).itemsize for prop in element.properties)
+        return (len(self.data) - self.position) // max(1, sum(sizes))
+
+    def take(self, kind: str, count: int) -> np.ndarray:
+        values = np.frombuffer(self.data, self.order + kind, count, self.position)
+        self.position += values.nbytes
+        return values
+
+    def table(self, element: _Element) -> np.ndarray | None:
+        """Return all rows at once if their lists are as long as those of the first row, else None."""
+        start, lengths = self.position, {}
+        for prop in element.properties:
+            lengths[prop.name] = int(self.take(prop.count_kind or prop.kind, 1)[0])
+            if prop.count_kind:
+                self.take(prop.kind, max(lengths[prop.name], 0))
+        self.position = start
+        dtype = _row_dtype(element, self.order, lengths)
+        if start + element.count * dtype.itemsize > len(self.data):
+            return None
+        rows = np.frombuffer(self.data, dtype, element.count, start)
+        if any(
+            (rows[f"{p.name} count"] != lengths[p.name]).any() for p in element.properties if p.count_kind
+        ):
+            return None
+        self.position += rows.nbytes
+        return rows
+
+
+class _TextBody(_BinaryBody):
+    """The same for numbers in text; a row is then as many numbers as its values and list lengths."""
+
+    def __init__(self, data: bytes, start: int):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # numpy stops at what is no number, with a warning only
+            numbers = np.fromstring(data[start:].decode("ascii"), sep=" ")
+        super().__init__(numbers.tobytes(), 0, "")
+
+    def room(self, element: _Element) -> int:
+        return (len(self.data) - self.position) // (8 * max(1, len(element.properties)))
+
+    def take(self, kind: str, count: int) -> np.ndarray:
+        return super().take("f8", count)
+
+    def table(self, element: _Element) -> np.ndarray | None:
+        as_numbers = [_Property(p.name, "f8", "f8" if p.count_kind else "") for p in element.properties]
+        return super().table(_Element(element.name, element.count, as_numbers))
+
+
+def _rows_one_by_one(body: _BinaryBody, element: _Element) -> dict[str, list]:
+    """Return the values of an element whose lists differ in length."""
+    columns = {prop.name: [] for prop in element.properties}
+    for _ in range(element.count):
+        for prop in element.properties:
+            count = int(body.take(prop.count_kind, 1)[0]) if prop.count_kind else 1
+            if count < 0:
+                raise FormatError(f"expected lists of no negative length, got {count}; is the file damaged?")
+            columns[prop.name].append(body.take(prop.kind, count) if count else np.empty(0))
+    return columns
+
+
+def _read_element(body: _BinaryBody, element: _Element) -> dict[str, list] | np.ndarray:
+    """Return an element's columns."""
+    if not 0 <= element.count <= body.room(element):
+        raise FormatError(
+            f"expected {element.count} of '{element.name}', more than the file holds; is it cut off?"
+        )
+    if not element.count or not element.properties:
+        return {}
+    rows = body.table(element)
+    return _rows_one_by_one(body, element) if rows is None else rows
+
+
+def _triangles(columns, element: _Element) -> np.ndarray:
+    """Return the triangles of the face element."""
+    name = next((p.name for p in element.properties if p.name in _FACE_LISTS and p.count_kind), None)
+    if name is None:
+        raise FormatError(
+            "expected faces as a list 'vertex_indices', found none; save it as a mesh or a cloud"
+        )
+    if isinstance(columns, np.ndarray):
+        corners = columns[name]
+        return fan_triangles(np.full(len(corners), corners.shape[1]), corners.reshape(-1))
+    return fan_triangles([len(polygon) for polygon in columns[name]], np.concatenate(columns[name]))
+
+
+def read_ply(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+    order, elements, start = _parse_header(data)
+    body = _BinaryBody(data, start, order) if order else _TextBody(data, start)
+    vertices, faces = np.empty((0, 3)), None
+    for element in elements:
+        columns = _read_element(body, element)
+        if element.name == "vertex" and element.count:
+            vertices = np.column_stack([np.asarray(columns[axis], dtype=np.float64) for axis in "xyz"])
+        elif element.name == "face" and element.count:
+            faces = _triangles(columns, element)
+        elif element.name == "tristrips" and element.count:
+            raise FormatError("expected faces, got triangle strips; save it with faces")
+    return vertices, faces

@@ -1,0 +1,38 @@
+"""STL, ASCII and binary, read by trimesh."""
+
+from __future__ import annotations
+
+import io
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from . import FormatError
+
+
+def _count_facets(data: bytes) -> int | None:
+    """Return how many facets an ASCII file begins, None for a binary one."""
+    if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        return None
+    text = data.lower()
+    if not text.lstrip().startswith(b"solid"):
+        raise FormatError(
+            "expected 'solid' or a binary STL as long as its header says; is it cut off or no STL?"
+        )
+    return text.count(b"facet normal")
+
+
+def read_stl(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the vertices (N, 3), repeated for each face, and triangles (M, 3)."""
+    import trimesh
+
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # errors come as exceptions, not as lines
+    facets = _count_facets(data)
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
+    meshes = list(scene.geometry.values())  # one for each 'solid'; STL has no transforms
+    found = sum(len(mesh.faces) for mesh in meshes)
+    if not found or facets not in (None, found):
+        raise FormatError(f"expected {facets or 'some'} facets, got {found}; is the file cut off or damaged?")
+    vertices = np.concatenate([mesh.vertices[mesh.faces.reshape(-1)] for mesh in meshes])
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
