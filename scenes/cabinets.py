@@ -73,7 +73,7 @@ def wardrobe(rng, *, doors: int = 2):
     parts = [box(width, depth - 0.03, height - 0.08, y=0.01, z=0.05), box(width - 0.04, depth - 0.1, 0.06)]
     return join(
         parts,
-        _doors(width, height - 0.12, -depth / 2 + 0.01, 0.06, doors),
+        _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, doors),
         box(width + 0.03, depth, 0.035, z=height - 0.035),
     )
 
@@ -198,7 +198,7 @@ def locker(rng):
     count = int(rng.integers(1, 4))
     width, depth, height = 0.32 * count, rng.uniform(0.42, 0.5), rng.uniform(1.7, 1.9)
     return join(
-        box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.005, 0.08, count)
+        box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.012, 0.08, count)
     )
 
 

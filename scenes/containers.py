@@ -151,7 +151,7 @@ def utensil_pot(rng):
     for angle in np.linspace(0, 2 * np.pi, 7)[:-1] + rng.uniform(0, 1):
         x, y = np.cos(angle), np.sin(angle)
         tip = np.array([0.085 * x, 0.085 * y, rng.uniform(0.28, 0.34)])
-        parts.append(tube([[-0.5 * radius * x, -0.5 * radius * y, 0.012], tip], 0.006, sections=6))
+        parts.append(tube([[-0.5 * radius * x, -0.5 * radius * y, 0.009], tip], 0.006, sections=6))
         parts.append(shift(cushion(0.05, 0.01, 0.07, rounding=0.004, corner=0.004), *(tip - [0, 0, 0.02])))
     return join(parts)
 
@@ -221,7 +221,7 @@ def bucket(rng):
     )
     angles = np.linspace(0, np.pi, 13)
     bail = np.column_stack(
-        [1.05 * rim * np.cos(angles), -1.06 * rim * np.sin(angles), height - 0.02 - 0.05 * np.sin(angles)]
+        [1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles), height - 0.012 - 0.05 * np.sin(angles)]
     )
     return join(body, tube(bail, 0.003, sections=6))
 

@@ -105,8 +105,7 @@ def wine_glass(rng):
     """Return a wine glass, 17 to 23 cm high, widest below the middle of its bowl."""
     wide, tall = rng.uniform(0.033, 0.045), rng.uniform(0.085, 0.115)
     t = np.linspace(0.04, 1, 10)
-    radius = wide * np.sin(np.pi * (0.15 + 0.85 * t**0.55) * 0.78) * (1 - 0.12 * t**3) / np.sin(np.pi / 2)
-    radius = np.maximum(radius * np.minimum(1, (t / 0.25) ** 0.5), 0.006)
+    radius = wide * np.sqrt(np.sin(np.pi * (0.04 + rng.uniform(0.55, 0.72) * t))) * np.minimum(1, (t / 0.2) ** 0.5)
     return stemmed(
         rng,
         list(zip(radius, t * tall, strict=True)),

@@ -53,19 +53,18 @@ def potted_plant(rng):
 
 
 def tree(rng):
-    """Return a small tree in a pot: a trunk and a crown of leaves."""
+    """Return a small tree in a pot: a trunk, and twigs with leaves along them."""
     pot, height = flower_pot(rng), rng.uniform(1.2, 1.9)
-    trunk = tube([[0, 0, 0.1], [0.03, 0, 0.5 * height], [0, 0.02, 0.85 * height]], 0.02, scale=[1.2, 1, 0.6])
-    crown = []
-    for number in range(48):
-        direction = rng.normal(size=3)
-        spot = direction / np.linalg.norm(direction) * [0.24, 0.24, 0.32] * rng.uniform(0.3, 1)
-        crown.append(leaf(spot + [0, 0, 0.85 * height], number * 137.5, 0.14, 0.07, 0.03, 0.04))
-    twigs = [
-        tube([[0, 0, 0.7 * height], [0.16 * np.cos(a), 0.16 * np.sin(a), 0.95 * height]], 0.006, sections=5)
-        for a in np.arange(6) * 1.05
-    ]
-    return join(pot, trunk, crown, twigs)
+    parts = [pot, tube([[0, 0, 0.1], [0, 0, 0.5 * height], [0, 0, 0.9 * height]], 0.02, scale=[1.2, 1, 0.4])]
+    for number in range(12):
+        bearing, rise = number * 137.5, rng.uniform(0.05, 0.25)
+        root = np.array([0, 0, height * rng.uniform(0.55, 0.88)])
+        reach = rng.uniform(0.2, 0.38) * np.array([np.cos(np.radians(bearing)), np.sin(np.radians(bearing)), 0])
+        parts.append(tube([root, root + reach + [0, 0, rise]], 0.006, sections=5))
+        for along in (0.4, 0.7, 1.0):
+            spot = root + along * (reach + [0, 0, rise])
+            parts.append(leaf(spot, bearing + rng.uniform(-80, 80), 0.14, 0.07, 0.03, 0.04))
+    return join(parts)
 
 
 def cactus(rng):
@@ -192,7 +191,9 @@ def ladder(rng):
         parts.append(beam([x * width / 2, -spread, 0.01], [x * 0.42 * width, -0.03, height], 0.025, 0.06))
         parts.append(beam([x * width / 2, spread, 0.01], [x * 0.42 * width, 0.03, height], 0.02, 0.04))
     steps = np.arange(0.25, height - 0.15, 0.25)
-    parts += [box(0.9 * width, 0.07, 0.025, y=-spread + (spread - 0.03) * z / height, z=z) for z in steps]
+    for z in steps:
+        span = width * (1 - 0.16 * z / height)
+        parts.append(box(span, 0.07, 0.025, y=-spread + (spread - 0.03) * z / height, z=z))
     return join(parts, beam([-width / 2, 0.8 * spread, 0.3], [width / 2, 0.8 * spread, 0.3], 0.02, 0.03))
 
 
@@ -346,7 +347,7 @@ def whiteboard(rng):
         posts,
         feet,
         box(width + 0.02, 0.02, 0.5 * height, z=0.48 * height),
-        box(0.5 * width, 0.07, 0.015, y=-0.03, z=0.47 * height),
+        box(0.5 * width, 0.07, 0.015, y=-0.03, z=0.48 * height),
     )
 
 

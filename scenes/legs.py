@@ -94,9 +94,9 @@ def star_base(reach: float, height: float, arms: int = 5):
 
 def sled(width: float, depth: float, height: float, radius: float):
     """Return two upright loops of bent tube, one on each side."""
-    loop = rounded([
-        [0, -depth / 2, height], [0, -depth / 2, radius], [0, depth / 2, radius], [0, depth / 2, height],
-    ], rounds=3)  # fmt: skip
+    y, bend = depth / 2, 0.08  # how far from each lower corner the tube starts to bend
+    half = [[0, -y, height], [0, -y, bend], [0, -y, radius], [0, bend - y, radius]]
+    loop = rounded([*half, *[[0, -back, z] for _, back, z in half[::-1]]], rounds=2)
     return [tube(loop + [x * (width / 2 - radius), 0, 0], radius, sections=8) for x in (-1, 1)]
 
 

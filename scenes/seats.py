@@ -165,15 +165,13 @@ def shell_chair(rng, *, stand: str = "splayed"):
     width, depth, seat = rng.uniform(0.44, 0.52), rng.uniform(0.42, 0.47), rng.uniform(0.42, 0.46)
     grid = shell_grid(width, depth, rng.uniform(0.33, 0.42), rng.uniform(0.02, 0.06), rng.uniform(0.06, 0.12))
     shell = shift(sheet(grid, 0.008), z=seat)
-    plate = box(0.26, 0.26, 0.02, z=seat - 0.022)
     stands = {
-        "splayed": lambda: four_legs(0.26, 0.26, seat - 0.006, 0.03, splay=0.11, taper=0.6, round_bars=True),
-        "tubes": lambda: [
-            four_legs(0.36, 0.34, seat - 0.006, 0.022, splay=0.03, round_bars=True),
-            box(0.36, 0.34, 0.012, z=seat - 0.018),
-        ],
+        "splayed": lambda: four_legs(0.26, 0.24, seat - 0.006, 0.03, splay=0.11, taper=0.6, round_bars=True),
+        "tubes": lambda: four_legs(0.36, 0.28, seat - 0.006, 0.022, splay=0.05, round_bars=True),
     }
-    return join(shell, plate, stands[stand]())
+    reach = 0.105 if stand == "splayed" else 0.129  # of the legs' tops in y
+    rails = [beam([-0.17, y, seat - 0.015], [0.17, y, seat - 0.015], 0.03, 0.02) for y in (-reach, reach)]
+    return join(shell, rails, stands[stand]())
 
 
 def cantilever_chair(rng):
@@ -193,14 +191,14 @@ def bistro_chair(rng):
     """Return a bentwood chair: a round seat, a hoop for a back, four turned legs."""
     radius, seat, high = rng.uniform(0.19, 0.22), rng.uniform(0.44, 0.47), rng.uniform(0.84, 0.92)
     disc = prism(circle(radius, 32), 0.03, seat - 0.03)
-    ring = tube(np.column_stack([circle(0.8 * radius, 20), np.full(20, 0.2)]), 0.009, loop=True, sections=6)
+    ring = tube(np.column_stack([circle(0.99 * radius + 0.009, 20), np.full(20, 0.2)]), 0.009, loop=True, sections=6)
     legs = four_legs(1.4 * radius, 1.4 * radius, seat - 0.02, 0.03, splay=0.04, taper=0.75, round_bars=True)
     hoops = [_hoop(width, radius, seat - 0.02, top) for width, top in ((0.92, high), (0.5, high - 0.1))]
     return join(disc, ring, legs, hoops)
 
 
 def _hoop(width: float, radius: float, low: float, high: float):
-    x, y = width * radius, 0.75 * radius
+    x, y = 0.66 * width * radius, 0.7 * radius
     path = [
         [-x, y, low],
         [-x, y + 0.08, high - 0.1],
@@ -304,7 +302,7 @@ def bar_chair(rng, *, back: bool = True):
         wall = np.stack(
             [
                 np.column_stack([rim * s, np.full(len(rim), seat + z)])
-                for s, z in ((0.97, -0.06), (1.03, 0.1), (1.12, 0.24))
+                for s, z in ((0.88, -0.05), (1.03, 0.1), (1.12, 0.24))
             ]
         )
         parts.append(sheet(wall, 0.018))

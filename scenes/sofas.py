@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from .catalogue import Family
-from .legs import four_legs
+from .legs import four_legs, stretchers
 from .solids import arc, beam, box, cushion, join, lathe, sheet, shift, tube, turn
 
 
@@ -24,7 +24,7 @@ def sofa(rng, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bo
         four_legs(width - 0.12, depth - 0.12, feet + 0.01, 0.05),
     ]
     parts += _seat_cushions(seats, place, depth - back, seat, thick, y=-back / 2, crown=0.02 if soft else 0.0)
-    parts += _back_cushions(seats, place, depth, back, seat - 0.03, high)
+    parts += _back_cushions(seats, place, depth, seat - 0.03, high)
     parts += _sofa_arms(arms, width, arm, depth, feet, rng.uniform(0.54, 0.66))
     return join(parts)
 
@@ -39,12 +39,12 @@ def _seat_cushions(seats, place, depth, seat, thick, y, crown):
     ]
 
 
-def _back_cushions(seats, place, depth, back, low, high):
+def _back_cushions(seats, place, depth, low, high):
     """Return one leaning pad for each place, and the frame behind them."""
     pads = []
     for x in (np.arange(seats) - (seats - 1) / 2) * place:
         pad = turn(cushion(place - 0.01, high - low, 0.14, crown=0.02, rounding=0.05, corner=0.06), "x", 78)
-        pads.append(shift(pad, x, depth / 2 - back + 0.1, (low + high) / 2))
+        pads.append(shift(pad, x, depth / 2 - 0.08, (low + high) / 2))
     return [*pads, cushion(place * seats, 0.1, high - 0.12, y=depth / 2 - 0.05, z=0.08, rounding=0.03)]
 
 
@@ -76,7 +76,7 @@ def corner_sofa(rng, *, ottoman: bool = False):
         four_legs(inner - 0.1, depth - 0.12, 0.08, 0.05),
     ]
     parts += _seat_cushions(3, place, depth - back, seat, thick, y=-back / 2, crown=0.015)
-    parts += _back_cushions(3, place, depth, back, seat - 0.03, high)
+    parts += _back_cushions(3, place, depth, seat - 0.03, high)
     x, y = inner / 2 - place / 2, -(depth + reach) / 2
     parts += [
         box(place, reach, seat - thick - 0.05, x=x, y=y, z=0.06),
@@ -115,7 +115,7 @@ def wing_chair(rng):
 
 def tub_chair(rng):
     """Return a club chair whose arms and back are one curved wall."""
-    radius, seat, high = rng.uniform(0.36, 0.41), rng.uniform(0.4, 0.45), rng.uniform(0.68, 0.78)
+    radius, seat, high = rng.uniform(0.29, 0.33), rng.uniform(0.4, 0.45), rng.uniform(0.68, 0.78)
     rim = arc(radius, -35, 215, 24)
     drop = np.clip((-rim[:, 1] / radius + 0.3) / 0.9, 0, 1) * 0.12
     rows = [
@@ -123,9 +123,7 @@ def tub_chair(rng):
         for s, z in ((0.95, 0.06), (1.0, seat), (1.03, high))
     ]
     wall = sheet(np.stack(rows), 0.1)
-    base = cushion(
-        1.6 * radius, 1.62 * radius, seat - 0.06, y=-0.05, z=0.06, corner=0.75 * radius, crown=0.02
-    )
+    base = cushion(1.96 * radius, 1.9 * radius, seat - 0.06, y=-0.03, z=0.06, corner=0.8 * radius, crown=0.02)
     return join(wall, base, four_legs(1.2 * radius, 1.2 * radius, 0.08, 0.05))
 
 
@@ -149,11 +147,9 @@ def ottoman(rng):
 def bench(rng):
     """Return a bench without a back."""
     width, depth, height = rng.uniform(0.9, 1.5), rng.uniform(0.32, 0.4), rng.uniform(0.42, 0.48)
-    return join(
-        box(width, depth, 0.035, z=height - 0.035),
-        four_legs(width - 0.1, depth - 0.04, height - 0.035, 0.05),
-        beam([-width / 2 + 0.08, 0, 0.15], [width / 2 - 0.08, 0, 0.15], 0.03, 0.05),
-    )
+    under = height - 0.035
+    legs = four_legs(width - 0.1, depth - 0.04, under, 0.05)
+    return join(box(width, depth, 0.035, z=under), legs, stretchers(width - 0.15, depth - 0.09, 0.15, 0.03))
 
 
 def park_bench(rng):

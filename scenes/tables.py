@@ -141,7 +141,7 @@ def bedside_table(rng):
     """Return a bedside table: a drawer under its top, on four legs."""
     width, depth, height = rng.uniform(0.4, 0.5), rng.uniform(0.35, 0.42), rng.uniform(0.5, 0.6)
     drawer = box(width - 0.03, depth - 0.03, 0.14, z=height - 0.16)
-    knob = box(0.06, 0.02, 0.012, y=-depth / 2, z=height - 0.1)
+    knob = box(0.06, 0.04, 0.012, y=-depth / 2, z=height - 0.1)
     return join(
         box(width, depth, 0.02, z=height - 0.02),
         drawer,
@@ -261,9 +261,9 @@ def child_table(rng):
 def covered_table(rng):
     """Return a table under a cloth that hangs in folds most of the way to the floor."""
     width, height = rng.uniform(0.8, 1.1), rng.uniform(0.72, 0.76)
-    angles = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
     wave = 1 + 0.035 * np.sin(12 * angles)
-    unit = superellipse(1, 1, 5.0, 64)
+    unit = superellipse(1, 1, 5.0, 96)
     cloth = prism(unit * width, 0.006, height - 0.006)
     hem = height - rng.uniform(0.25, 0.5)
     skirt = _skirt(unit * width, unit * width * 1.07 * wave[:, None], height - 0.003, hem)
