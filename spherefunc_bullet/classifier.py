@@ -9,8 +9,8 @@ from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.multiclass import check_classification_targets, unique_labels
 from sklearn.utils.validation import check_is_fitted, validate_data
 
-NEIGHBOURS = 2
-_SAME = 1e-9  # distance below which two histograms are the same, in spheres
+NEIGHBOURS = 1
+SAME = 1e-9  # distance below which two histograms are the same, in spheres
 
 
 def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighbors: int = NEIGHBOURS) -> np.ndarray:
@@ -45,7 +45,7 @@ def mean_inverse_distance(distances: np.ndarray, n_neighbors: int) -> np.ndarray
     if count == 0:
         return np.zeros(len(distances))
     nearest = np.partition(distances, count - 1, axis=1)[:, :count]
-    return np.mean(1 / np.maximum(nearest, _SAME), axis=1)
+    return np.mean(1 / np.maximum(nearest, SAME), axis=1)
 
 
 class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):

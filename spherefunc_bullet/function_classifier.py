@@ -9,13 +9,13 @@ from sklearn.base import BaseEstimator
 from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.validation import check_is_fitted
 
-from .classifier import inverse_distance_scores
+from .classifier import SAME
 from .dataset import parse_functions
 from .errors import InputError
 from .histogram import widened
 from .method import find_method
 from .simulation import settle
-from .validation import THRESHOLD, best_radius
+from .validation import THRESHOLD, radius_weights, voted_scores
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 
@@ -38,8 +38,8 @@ class FunctionClassifier(BaseEstimator):
     Attributes
     ----------
     functions_ : tuple of str
-    radius_ : dict of str to float
-        The radius chosen for each function, metres.
+    weights_ : dict of str to dict of float to float
+        For each function, the radii in metres that count and how much; one alone where the method takes the best.
     histograms_ : dict of float to CubeHistogram
     examples_ : dict of float to (N, V + 1) sparse matrix
         The training objects' features at each radius.
@@ -99,6 +99,11 @@ class FunctionClassifier(BaseEstimator):
             self.examples_[radius] = sparse.vstack([old, histogram.transform(centers)]).tocsr()
         return self._choose_radii()
 
+    @property
+    def radius_(self) -> dict[str, float]:
+        """The radius that counts most for each function, metres."""
+        return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
+
     def predict_proba(self, X) -> np.ndarray:
         """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
         return self.score_settled(self._settled(X, self.chosen_radii()))
@@ -113,15 +118,12 @@ class FunctionClassifier(BaseEstimator):
     def score_settled(self, settled: Sequence[dict]) -> np.ndarray:
         """Return the scores (N, F) of objects given as settled centres at the chosen radii."""
         check_is_fitted(self)
-        scores = np.zeros((len(settled), len(self.functions_)))
-        for radius in self.chosen_radii():
-            distances = self.distances(settled, radius)
-            for column, name in enumerate(self.functions_):
-                if self.radius_[name] == radius:
-                    members = self.members_[:, column]
-                    k = find_method(self.method).n_neighbors
-                    scores[:, column] = inverse_distance_scores(distances, members, k)
-        return scores
+        distances = {radius: self.distances(settled, radius) for radius in self.chosen_radii()}
+        columns = [
+            voted_scores(distances, members, self.weights_[name], find_method(self.method))
+            for name, members in zip(self.functions_, self.members_.T, strict=True)
+        ]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(settled), 0))
 
     def distances(self, settled: Sequence[dict], radius: float) -> np.ndarray:
         """Return the Euclidean distances (Q, N) from objects to the training examples."""
@@ -129,37 +131,41 @@ class FunctionClassifier(BaseEstimator):
         return euclidean_distances(features, self.examples_[radius])
 
     def neighbors(self, settled: dict, name: str) -> list[dict]:
-        """Return the training objects that decide one object's membership, nearest first, with their weights.
+        """Return the training objects that decide one object's membership, by radius and nearest first.
 
         The weights of those that have the function sum to its score.
         """
-        k = find_method(self.method).n_neighbors
-        distances = self.distances([settled], self.radius_[name])[0]
+        rows = []
+        for radius, share in self.weights_[name].items():
+            distances = self.distances([settled], radius)[0]
+            rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
+        return rows
+
+    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
         members = self.members_[:, self.functions_.index(name)]
+        k = find_method(self.method).n_neighbors
         sides = [np.flatnonzero(side)[np.argsort(distances[side], kind="stable")[:k]] for side in (members, ~members)]
-        weights = [1 / np.maximum(distances[side], 1e-9) / max(len(side), 1) for side in sides]
-        total = sum(each.sum() for each in weights)
-        pairs = sorted(zip(np.concatenate(sides), np.concatenate(weights) / total, strict=True), key=lambda p: -p[1])
+        weights = [1 / np.maximum(distances[side], SAME) / max(len(side), 1) for side in sides]
+        total = sum(each.sum() for each in weights) / share
         return [
             {
                 "name": self.names_[i],
                 "member": bool(members[i]),
                 "distance": round(float(distances[i]), 4),
-                "weight": round(float(weight), 4),
+                "weight": round(float(weight / total), 4),
             }
-            for i, weight in pairs
+            for i, weight in zip(np.concatenate(sides), np.concatenate(weights), strict=True)
         ]
 
     def chosen_radii(self) -> list[float]:
         """Return the radii that some function uses, ascending, metres."""
         check_is_fitted(self)
-        return sorted(set(self.radius_.values()))
+        return sorted(set().union(*self.weights_.values()))
 
     def _choose_radii(self):
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
-        k = find_method(self.method).n_neighbors
-        self.radius_ = {
-            name: best_radius(distances, members, n_neighbors=k, random_state=self.random_state)
+        self.weights_ = {
+            name: radius_weights(distances, members, find_method(self.method), self.random_state)
             for name, members in zip(self.functions_, self.members_.T, strict=True)
         }
         return self

@@ -6,7 +6,7 @@ measured comparison shows that it does better (docs/method.md has the table and 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from .errors import InputError
 from .histogram import DIAMETERS, CubeHistogram
@@ -21,18 +21,19 @@ class Method:
     anchor: str = "centre"
     heading: str = "as_given"
     counts: str = "raw"
-    n_neighbors: int = 2
+    n_neighbors: int = 1  # nearest of either side
+    vote: bool = False  # over radii, instead of the best one alone
 
     def histogram(self, radius: float) -> CubeHistogram:
         """Return the histogram of this method for a radius in metres."""
-        options = asdict(self)
-        del options["name"], options["n_neighbors"]
-        return CubeHistogram(radius, **options)
+        return CubeHistogram(
+            radius, diameters=self.diameters, anchor=self.anchor, heading=self.heading, counts=self.counts
+        )
 
 
 METHODS = {
     "paper": Method(name="paper"),
-    "default": Method(name="default", heading="front", counts="sqrt"),
+    "default": Method(name="default", vote=True),
 }
 
 

@@ -45,7 +45,7 @@ def save_model(model: FunctionClassifier, path: str | Path):
         "method": asdict(find_method(model.method)),
         "functions": list(model.functions_),
         "radii": [float(radius) for radius in model.radii],
-        "radius": {name: float(radius) for name, radius in model.radius_.items()},
+        "weights": {name: list(weights.items()) for name, weights in model.weights_.items()},
         "seed": model.seed,
         "random_state": model.random_state,
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
@@ -118,7 +118,7 @@ def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
         simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]
     )
     model.functions_ = tuple(about["functions"])
-    model.radius_ = {name: about["radius"][name] for name in model.functions_}
+    model.weights_ = {name: {radius: weight for radius, weight in about["weights"][name]} for name in model.functions_}
     model.members_ = arrays["members"].astype(bool)
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):

@@ -20,6 +20,7 @@ from .errors import InputError
 from .simulator import DropSettings, Simulator, make_simulator
 
 FORMAT = 1  # of the cache; another number, other entries
+MAX_SPHERES = 20_000  # per run: what fills thousands of spheres is no cup, and larger spheres tell the rest apart
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
 
 
@@ -56,7 +57,7 @@ def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int
     """Return the settled centres (S, 3) float32, the seconds and the drops of one radius."""
     if radius > cloud.size.max():
         return np.empty((0, 3), np.float32), 0.0, 0
-    result = simulator.drop(cloud, DropSettings(radius=radius), seed)
+    result = simulator.drop(cloud, DropSettings(radius=radius, max_spheres=MAX_SPHERES), seed)
     return result.centers.astype(np.float32), result.seconds, result.drops
 
 
@@ -148,5 +149,5 @@ def content_hash(path: Path, loading: Loading) -> str:
 def run_hash(object_hash: str, simulator: Simulator, radius: float, seed: int) -> str:
     """Return the hash of one run."""
     run = [object_hash, simulator.name, simulator.version, simulator.options(), round(radius, 9), seed]
-    run.append(asdict(DropSettings(radius=radius)))
+    run.append(asdict(DropSettings(radius=radius, max_spheres=MAX_SPHERES)))
     return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()

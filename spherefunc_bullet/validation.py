@@ -8,10 +8,12 @@ import numpy as np
 from sklearn.metrics import precision_recall_fscore_support
 from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
 
-from .classifier import NEIGHBOURS, inverse_distance_scores
+from .classifier import inverse_distance_scores
+from .method import Method
 
 THRESHOLD = 0.5  # score above which an object is a member
 HELD_OUT = 0.3  # share of the training set that validates the radius (paper, §III-C)
+SPLITS = 20  # repeats of that split: with one, a rare function's radius is a matter of luck
 
 
 @dataclass(frozen=True)
@@ -34,17 +36,14 @@ def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | No
     return Quality(float(f_measure), float(precision), float(recall), float(np.mean(members == predicted)))
 
 
-def validation_splits(members: np.ndarray, splits: int, random_state: int):
-    """Yield train and validation indices, 70 to 30, with members (N,) bool on both sides where possible."""
+def validation_splits(members: np.ndarray, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return train and validation indices, 70 to 30, with members (N,) bool on both sides where possible."""
     smallest = min(members.sum(), (~members).sum())
-    if smallest >= 2 and len(members) >= 4:
-        splitter = StratifiedShuffleSplit(splits, test_size=HELD_OUT, random_state=random_state)
-    else:
-        splitter = ShuffleSplit(splits, test_size=HELD_OUT, random_state=random_state)
-    yield from splitter.split(members, members)
+    kind = StratifiedShuffleSplit if smallest >= 2 and len(members) >= 4 else ShuffleSplit
+    return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
 
 
-def validated_f_measure(distances, members, *, splits, n_neighbors, random_state) -> float:
+def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, n_neighbors: int) -> float:
     """Return the F-measure of one function over validation splits of its training set, all counted together.
 
     Parameters
@@ -52,32 +51,60 @@ def validated_f_measure(distances, members, *, splits, n_neighbors, random_state
     distances : (N, N) float
         Between the training objects' histograms.
     members : (N,) bool
+    splits : list of (train, validation) indices
     """
     truth, predicted = [], []
-    for train, held_out in validation_splits(members, splits, random_state):
+    for train, held_out in splits:
         scores = inverse_distance_scores(distances[np.ix_(held_out, train)], members[train], n_neighbors)
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
-    return quality(np.concatenate(truth), np.concatenate(predicted)).f_measure
+    truth, predicted = np.concatenate(truth), np.concatenate(predicted)
+    found = truth.sum() + predicted.sum()
+    return 2 * float((truth & predicted).sum()) / float(found) if found else 0.0
 
 
-def best_radius(
-    distances: dict[float, np.ndarray],
-    members: np.ndarray,
-    *,
-    splits: int = 5,
-    n_neighbors: int = NEIGHBOURS,
-    random_state: int = 0,
-) -> float:
-    """Return the radius (metres) with the best validated F-measure, of equals the largest: it is the cheapest.
+def radius_weights(
+    distances: dict[float, np.ndarray], members: np.ndarray, method: Method, random_state: int = 0
+) -> dict[float, float]:
+    """Return how much each radius counts for one function; those that do not count are left out.
+
+    The paper takes the radius with the best validated F-measure (§III-C), of equals the largest, which is the
+    cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half, squared.
 
     Parameters
     ----------
-    distances : dict of radius to (N, N) float
+    distances : dict of radius in metres to (N, N) float
+        Between the training objects' histograms.
     members : (N,) bool
     """
     radii = sorted(distances, reverse=True)
     if len(members) < 3 or members.all() or not members.any():
-        return radii[0]
-    options = {"splits": splits, "n_neighbors": n_neighbors, "random_state": random_state}
-    return max(radii, key=lambda radius: round(validated_f_measure(distances[radius], members, **options), 9))
+        return {radii[0]: 1.0}
+    splits = validation_splits(members, SPLITS, random_state)
+    measured = {r: round(validated_f_measure(distances[r], members, splits, method.n_neighbors), 9) for r in radii}
+    best = max(radii, key=measured.get)
+    votes = {radius: (f_measure - 0.5) ** 2 for radius, f_measure in measured.items() if f_measure > 0.5}
+    if not method.vote or best not in votes:
+        return {best: 1.0}
+    # Which vote is largest names the function's radius, so a tie goes to the largest radius as well.
+    return {radius: votes[radius] / sum(votes.values()) for radius in radii if radius in votes}
+
+
+def voted_scores(
+    distances: dict[float, np.ndarray], members: np.ndarray, weights: dict[float, float], method: Method
+) -> np.ndarray:
+    """Return one function's scores (Q,), the weighted mean over radii.
+
+    Parameters
+    ----------
+    distances : dict of radius in metres to (Q, N) float
+        From the queried objects to the training objects.
+    members : (N,) bool
+    weights : dict of radius to float
+        Summing to one.
+    """
+    scores = [
+        weight * inverse_distance_scores(distances[radius], members, method.n_neighbors)
+        for radius, weight in weights.items()
+    ]
+    return np.sum(scores, axis=0)

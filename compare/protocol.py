@@ -1,0 +1,157 @@
+"""The paper's experiments (§IV) on distances between objects: which train, which test, and how well.
+
+Distances between histograms do not depend on which objects train, so each feature's are computed once, and a
+trial only chooses rows and columns.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.method import Method
+from spherefunc_bullet.validation import THRESHOLD, quality, radius_weights, voted_scores
+
+from .baselines import Distances
+
+FOLDS = 20  # of leave-one-out, for the choice of the radius
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What is true of the objects."""
+
+    functions: tuple[str, ...]
+    members: np.ndarray  # (N, F) bool, the primary function
+    also: np.ndarray  # (N, F) bool, true as well, so not counted in the fair score
+    groups: np.ndarray  # (N,) str, the sources
+
+
+@dataclass(frozen=True)
+class Split:
+    """One trial: rows that train, rows that are tested."""
+
+    train: np.ndarray
+    test: np.ndarray
+
+
+def random_splits(count: int, train_size: int, trials: int, seed: int) -> list[Split]:
+    """Return the paper's trials: half of the objects at random, of which the first ``train_size`` train.
+
+    The same seed gives the same halves whatever the training size, so that sizes can be compared.
+
+    Raises
+    ------
+    InputError
+        If the half is smaller than the training set.
+    """
+    half = count // 2
+    if not 0 < train_size <= half:
+        raise InputError(f"training size {train_size}: expected at most {half}, half of the {count} objects")
+    orders = [np.random.default_rng([seed, trial]).permutation(count) for trial in range(trials)]
+    return [Split(order[:train_size], order[half:]) for order in orders]
+
+
+def leave_one_out(count: int, seed: int) -> list[Split]:
+    """Return splits that leave out one object each, grouped in folds by `trial_scores`."""
+    order = np.random.default_rng([seed, count]).permutation(count)
+    return [Split(np.delete(np.arange(count), i), np.array([i])) for i in order]
+
+
+def leave_one_group_out(groups: np.ndarray) -> list[Split]:
+    """Return splits that leave out all objects of one source each.
+
+    Raises
+    ------
+    InputError
+        If there are not at least two sources.
+    """
+    names = sorted(set(groups.tolist()))
+    if len(names) < 2:
+        raise InputError("--groups: expected a manifest with a column group that names at least two sources")
+    return [Split(np.flatnonzero(groups != name), np.flatnonzero(groups == name)) for name in names]
+
+
+def split_scores(distances: Distances, labels: Labels, split: Split, method: Method, weights=None):
+    """Return the scores (T, F) of a split's test objects, and each function's radius weights."""
+    inside = {radius: matrix[np.ix_(split.train, split.train)] for radius, matrix in distances.items()}
+    across = {radius: matrix[np.ix_(split.test, split.train)] for radius, matrix in distances.items()}
+    if weights is None:
+        weights = [radius_weights(inside, members, method) for members in labels.members[split.train].T]
+    columns = [
+        voted_scores(across, members, chosen, method)
+        for members, chosen in zip(labels.members[split.train].T, weights, strict=True)
+    ]
+    return np.stack(columns, axis=1), weights
+
+
+def pooled_scores(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method):
+    """Return the scores (N, F) of all objects, each tested once, and each split's weights.
+
+    Where splits leave out one object each, the radius is chosen once for every twentieth of them, without all
+    objects of that twentieth: never with the help of a tested object, at a twentieth of the cost.
+    """
+    scores = np.zeros(labels.members.shape)
+    chosen = []
+    for fold in np.array_split(np.arange(len(splits)), min(FOLDS, len(splits))):
+        weights = None
+        if len(fold) > 1:
+            train = np.setdiff1d(np.arange(len(scores)), np.concatenate([splits[i].test for i in fold]))
+            weights = split_scores(distances, labels, Split(train, splits[fold[0]].test), method)[1]
+        for i in fold:
+            scores[splits[i].test], weights_used = split_scores(distances, labels, splits[i], method, weights)
+            chosen.append(weights_used)
+    return scores, chosen
+
+
+def trials_measured(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> dict:
+    """Return each function's mean quality over trials, with spread and the radius chosen most often."""
+    runs = []
+    for split in splits:
+        scores, weights = split_scores(distances, labels, split, method)
+        runs.append((scores, weights, split.test))
+    return {name: _summary(runs, labels, column) for column, name in enumerate(labels.functions)}
+
+
+def pooled_measured(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> dict:
+    """Return each function's quality with every object tested once and all counted together."""
+    scores, chosen = pooled_scores(distances, labels, splits, method)
+    everything = np.arange(len(scores))
+    measured = {}
+    for column, name in enumerate(labels.functions):
+        row = _summary([(scores, chosen[0], everything)], labels, column)
+        row["radius"] = _most_common(weights[column] for weights in chosen)
+        row["f_measure_std"] = None  # one run over all objects has no spread
+        measured[name] = row
+    return measured
+
+
+def _summary(runs, labels: Labels, column: int) -> dict:
+    strict, fair = [], []
+    for scores, _, test in runs:
+        predicted = scores[:, column] > THRESHOLD
+        members = labels.members[test, column]
+        strict.append(quality(members, predicted))
+        fair.append(quality(members, predicted, ~labels.also[test, column]).f_measure)
+    return {
+        "f_measure": _mean(each.f_measure for each in strict),
+        "f_measure_std": round(float(np.std([each.f_measure for each in strict])), 4),
+        "f_measure_fair": _mean(fair),
+        "precision": _mean(each.precision for each in strict),
+        "recall": _mean(each.recall for each in strict),
+        "accuracy": _mean(each.accuracy for each in strict),
+        "radius": _most_common(weights[column] for _, weights, _ in runs),
+    }
+
+
+def _mean(values) -> float:
+    return round(float(np.mean(list(values))), 4)
+
+
+def _most_common(weights: Iterator[dict[float, float]]) -> float:
+    """Return the radius that most trials gave the largest weight."""
+    return Counter(max(each, key=each.get) for each in weights).most_common(1)[0][0]
