@@ -1,4 +1,4 @@
-"""Containers that nobody drinks from: bottles, jars, tins, vases, pots, boxes, bins and dishes."""
+"""Containers that nobody drinks from: bottles, jars, tins, vases and flower pots."""
 
 from __future__ import annotations
 
@@ -7,21 +7,14 @@ from functools import partial
 import numpy as np
 
 from .catalogue import Family
-from .cups import handle, vessel, wall_profile
+from .cups import vessel
 from .solids import (
     beam,
     box,
-    circle,
-    cushion,
     join,
     lathe,
     loft,
-    rectangle,
-    rounded,
-    shift,
     superellipse,
-    tube,
-    turn,
 )
 
 
@@ -144,226 +137,6 @@ def flower_pot(rng):
     )
 
 
-def utensil_pot(rng):
-    """Return a pot crowded with spoons and spatulas."""
-    radius, height = rng.uniform(0.05, 0.065), rng.uniform(0.13, 0.16)
-    parts = [vessel(wall_profile(radius, radius, height), 0.005, 0.008)]
-    for angle in np.linspace(0, 2 * np.pi, 7)[:-1] + rng.uniform(0, 1):
-        x, y = np.cos(angle), np.sin(angle)
-        tip = np.array([0.085 * x, 0.085 * y, rng.uniform(0.28, 0.34)])
-        parts.append(tube([[-0.5 * radius * x, -0.5 * radius * y, 0.009], tip], 0.006, sections=6))
-        parts.append(shift(cushion(0.05, 0.01, 0.07, rounding=0.004, corner=0.004), *(tip - [0, 0, 0.02])))
-    return join(parts)
-
-
-def carton(rng):
-    """Return a milk carton with a gable top."""
-    width, height = rng.uniform(0.07, 0.095), rng.uniform(0.17, 0.2)
-    gable = loft([_plan(width, width, height), _plan(width, 0.004, height + 0.45 * width)])
-    return join(box(width, width, height), gable, box(width, 0.004, 0.02, z=height + 0.44 * width))
-
-
-def _plan(width: float, depth: float, z: float) -> np.ndarray:
-    return np.column_stack([rectangle(width, depth), np.full(4, z)])
-
-
-def packet(rng, *, size=(0.16, 0.06, 0.23)):
-    """Return a closed box of about the given size, metres."""
-    width, depth, height = np.asarray(size) * rng.uniform(0.85, 1.15, 3)
-    return box(width, depth, height)
-
-
-def open_box(rng):
-    """Return a cardboard box whose four flaps hang open."""
-    width, depth, height = rng.uniform(0.35, 0.6), rng.uniform(0.28, 0.42), rng.uniform(0.22, 0.36)
-    parts = _tray(width, depth, height, 0.005)
-    for y in (-1, 1):
-        flap = [[0, y * depth / 2, height - 0.004], [0, y * (depth / 2 + 0.1), height + 0.08]]
-        parts.append(beam(*flap, width, 0.004))
-    for x in (-1, 1):
-        parts.append(
-            beam([x * width / 2, 0, height - 0.004], [x * (width / 2 + 0.09), 0, height - 0.06], depth, 0.004)
-        )
-    return join(parts)
-
-
-def _tray(width: float, depth: float, height: float, wall: float):
-    """Return a floor and four walls, as a list of boxes."""
-    sides = [box(wall, depth, height, x=x * (width - wall) / 2) for x in (-1, 1)]
-    ends = [box(width, wall, height, y=y * (depth - wall) / 2) for y in (-1, 1)]
-    return [box(width, depth, wall), *sides, *ends]
-
-
-def basket(rng):
-    """Return a laundry basket woven from bands."""
-    width, depth, height = rng.uniform(0.45, 0.6), rng.uniform(0.32, 0.42), rng.uniform(0.24, 0.32)
-    plan = superellipse(1, 1, 4.0, 28)
-    parts = [
-        loft([np.column_stack([plan * [0.84 * width, 0.84 * depth], np.full(28, z)]) for z in (0, 0.01)])
-    ]
-    for t in np.linspace(0.08, 1, 6):
-        size = np.array([width, depth]) * (0.84 + 0.16 * t)
-        parts.append(
-            tube(np.column_stack([plan * size, np.full(28, t * height)]), 0.012, sections=6, loop=True)
-        )
-    foot, rim = plan[::2] * [0.84 * width, 0.84 * depth], plan[::2] * [width, depth]
-    parts += [tube([[*a, 0.005], [*b, height]], 0.007, sections=6) for a, b in zip(foot, rim, strict=True)]
-    return join(parts)
-
-
-def bucket(rng):
-    """Return a bucket with its bail down."""
-    rim, height = rng.uniform(0.13, 0.155), rng.uniform(0.24, 0.29)
-    body = vessel(
-        [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)],
-        0.004,
-        0.006,
-    )
-    angles = np.linspace(0, np.pi, 13)
-    bail = np.column_stack(
-        [1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles), height - 0.012 - 0.05 * np.sin(angles)]
-    )
-    return join(body, tube(bail, 0.003, sections=6))
-
-
-def waste_bin(rng, *, lid: bool = False):
-    """Return a bin: open like an office's, or closed by a dome."""
-    rim, height = rng.uniform(0.13, 0.2), rng.uniform(0.28, 0.36)
-    if not lid:
-        return vessel([(0.8 * rim, 0), (rim, height)], 0.004, 0.006)
-    tall = height * rng.uniform(1.6, 2.2)
-    return lathe(
-        [
-            (0, 0),
-            (rim, 0),
-            (rim, 0.8 * tall),
-            (1.04 * rim, 0.81 * tall),
-            (0.9 * rim, 0.92 * tall),
-            (0.5 * rim, 0.985 * tall),
-            (0, tall),
-        ]
-    )
-
-
-def wheelie_bin(rng):
-    """Return a street bin on two wheels, its lid shut."""
-    width, depth, height = rng.uniform(0.48, 0.6), rng.uniform(0.52, 0.7), rng.uniform(0.9, 1.05)
-    body = loft([_plan(0.8 * width, 0.75 * depth, 0.03), _plan(width, depth, height)])
-    wheel = turn(lathe([(0, -0.025), (0.1, -0.025), (0.1, 0.025), (0, 0.025)], sections=20), "y", 90)
-    wheels = [shift(wheel, x * 0.38 * width, 0.4 * depth, 0.1) for x in (-1, 1)]
-    return join(body, cushion(1.05 * width, 1.05 * depth, 0.08, z=height - 0.01, crown=0.03), wheels)
-
-
-def kettle(rng, *, tea: bool = False):
-    """Return a kettle or teapot with its lid on, a spout and a handle."""
-    radius, height = rng.uniform(0.07, 0.09), rng.uniform(0.15, 0.2) * (0.75 if tea else 1)
-    t = np.linspace(0, 1, 9)
-    belly = radius * (np.sin(np.pi * (0.2 + 0.7 * t)) if tea else 1 - 0.3 * t**2)
-    profile = [
-        (0, 0),
-        *zip(belly, 0.004 + t * 0.85 * height, strict=True),
-        (0.3 * radius, 0.92 * height),
-        (0.015, 0.94 * height),
-        (0.018, height),
-        (0, height + 0.004),
-    ]
-    spout = tube(
-        [
-            [-0.8 * radius, 0, 0.35 * height],
-            [-1.3 * radius, 0, 0.55 * height],
-            [-1.7 * radius, 0, 0.85 * height],
-        ],
-        0.018,
-        scale=[1.2, 0.9, 0.6],
-    )
-    ear = handle(0.85 * radius, 0.7 * radius, 0.2 * height, 0.75 * height, 0.06, 0.009)
-    return join(lathe(profile), spout, ear)
-
-
-def pan(rng, *, deep: bool = False, lid: bool = False):
-    """Return a frying pan, or a pot, with a long handle or two ears; a lid closes it."""
-    radius = rng.uniform(0.1, 0.15)
-    height = rng.uniform(0.11, 0.15) if deep else rng.uniform(0.035, 0.05)
-    low = 0.98 if deep else 0.75
-    parts = [vessel([(low * radius - 0.004, 0), (low * radius, 0.004), (radius, height)], 0.003, 0.005)]
-    if lid:
-        parts.append(
-            lathe(
-                [
-                    (0, height - 0.003),
-                    (1.02 * radius, height - 0.003),
-                    (1.02 * radius, height + 0.002),
-                    (0.6 * radius, height + 0.02),
-                    (0.02, height + 0.028),
-                    (0.022, height + 0.05),
-                    (0, height + 0.052),
-                ]
-            )
-        )
-        ear = handle(radius, radius, 0.7 * height, 0.85 * height, 0.04, 0.006)
-        return join(parts, ear, turn(ear, "z", 180))
-    return join(
-        parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011)
-    )
-
-
-def plate(rng, *, oval: bool = False):
-    """Return a dinner plate with a raised rim."""
-    reach, rise = rng.uniform(0.09, 0.14), rng.uniform(0.016, 0.026)
-    profile = [
-        (0, 0),
-        (0.55 * reach, 0),
-        (0.68 * reach, 0.005),
-        (reach, rise),
-        (reach, rise + 0.003),
-        (0.66 * reach, 0.01),
-        (0.55 * reach, 0.005),
-        (0, 0.005),
-    ]
-    dish = lathe(profile, sections=40)
-    return dish.apply_scale([1.0, 0.72 if oval else 1.0, 1.0])
-
-
-def tray(rng):
-    """Return a serving tray with a low rim and two grips."""
-    width, depth = rng.uniform(0.38, 0.5), rng.uniform(0.26, 0.34)
-    parts = _tray(width, depth, rng.uniform(0.025, 0.045), 0.006)
-    grips = [
-        tube(
-            rounded(
-                [
-                    [x * width / 2, -0.06, 0.02],
-                    [x * width / 2, -0.05, 0.06],
-                    [x * width / 2, 0.05, 0.06],
-                    [x * width / 2, 0.06, 0.02],
-                ]
-            ),
-            0.005,
-            sections=6,
-        )
-        for x in (-1, 1)
-    ]
-    return join(parts, grips)
-
-
-def barrel(rng):
-    """Return a closed wooden barrel with hoops."""
-    radius, height = rng.uniform(0.25, 0.32), rng.uniform(0.75, 0.95)
-    t = np.linspace(0, 1, 9)
-    body = [
-        (0, 0.02),
-        (0.8 * radius, 0.02),
-        *zip(radius * (0.84 + 0.16 * np.sin(np.pi * t)), t * height, strict=True),
-        (0.8 * radius, height - 0.02),
-        (0, height - 0.02),
-    ]
-    hoops = [
-        tube(np.column_stack([circle(radius * r, 32), np.full(32, z * height)]), 0.012, loop=True, sections=6)
-        for r, z in ((0.9, 0.14), (0.9, 0.86), (0.99, 0.38), (0.99, 0.62))
-    ]
-    return join(lathe(body), hoops)
-
-
 CONTAINERS = [
     Family("wine_bottle", partial(bottle, kind="wine"), 1),
     Family("water_bottle", partial(bottle, kind="water"), 1),
@@ -375,22 +148,4 @@ CONTAINERS = [
     Family("vase", partial(vase, kind="narrow"), 1),
     Family("vase", partial(vase, kind="flared"), 1),
     Family("flower_pot", flower_pot),
-    Family("utensil_pot", utensil_pot),
-    Family("milk_carton", carton),
-    Family("cereal_box", partial(packet, size=(0.16, 0.06, 0.23)), 1),
-    Family("parcel", partial(packet, size=(0.36, 0.27, 0.22)), 1),
-    Family("open_box", open_box),
-    Family("laundry_basket", basket),
-    Family("bucket", bucket),
-    Family("waste_bin", partial(waste_bin, lid=False), 1),
-    Family("trash_can", partial(waste_bin, lid=True), 1),
-    Family("wheelie_bin", wheelie_bin),
-    Family("kettle", partial(kettle, tea=False), 1),
-    Family("teapot", partial(kettle, tea=True), 1),
-    Family("frying_pan", partial(pan, deep=False), 1),
-    Family("cooking_pot", partial(pan, deep=True, lid=True), 1),
-    Family("plate", partial(plate, oval=False), 1),
-    Family("plate", partial(plate, oval=True), 1),
-    Family("tray", tray),
-    Family("barrel", barrel),
 ]

@@ -94,7 +94,7 @@ def faceted_glass(rng):
 
 
 def stemmed(rng, bowl, *, stem: float, foot: float, wall: float = 0.0018):
-    """Return a glass whose bowl, (K, 2) radius and height above its lowest point, stands on a stem, metres."""
+    """Return a glass whose bowl, (K, 2) radius and height above its lowest point, stands on a stem."""
     thickness = rng.uniform(0.0035, 0.005)
     base = [(foot, 0), (foot, 0.002), (0.4 * foot, 0.006), (thickness, 0.02), (thickness, stem - 0.006)]
     outside = base + [(radius, stem + height) for radius, height in bowl]
@@ -105,7 +105,9 @@ def wine_glass(rng):
     """Return a wine glass, 17 to 23 cm high, widest below the middle of its bowl."""
     wide, tall = rng.uniform(0.033, 0.045), rng.uniform(0.085, 0.115)
     t = np.linspace(0.04, 1, 10)
-    radius = wide * np.sqrt(np.sin(np.pi * (0.04 + rng.uniform(0.55, 0.72) * t))) * np.minimum(1, (t / 0.2) ** 0.5)
+    radius = (
+        wide * np.sqrt(np.sin(np.pi * (0.04 + rng.uniform(0.55, 0.72) * t))) * np.minimum(1, (t / 0.2) ** 0.5)
+    )
     return stemmed(
         rng,
         list(zip(radius, t * tall, strict=True)),

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import sys
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from spherefunc_bullet.console import print_json, progress, say
 
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
 
@@ -27,8 +26,7 @@ def build(
     from spherefunc_bullet.catalogue import make_catalogue, write_catalogue
 
     objects = make_catalogue(catalogue, seed)
-    with _progress(f"{catalogue}: writing") as step:
-        manifest = write_catalogue(objects, directory, catalogue, advance=lambda: step(len(objects)))
+    manifest = write_catalogue(progress(objects, len(objects), "writing"), directory, catalogue)
     labels = _count(item.label for item in objects)
     _say({"manifest": str(manifest), "objects": len(objects), "labels": labels, "seed": seed}, as_json)
 
@@ -45,8 +43,10 @@ def import_furniture(
     """Write the objects of a furniture library, labelled from their names."""
     from .sweethome3d import import_library
 
-    with _progress(f"{file.name}: reading") as step:
-        summary = import_library(file, directory, include_ambiguous=include_all, report=_warn, advance=step)
+    def shown(entries):
+        return progress(entries, len(entries), "importing")
+
+    summary = import_library(file, directory, include_ambiguous=include_all, report=say, progress=shown)
     about = {
         "manifest": str(summary.manifest),
         "objects": summary.imported,
@@ -66,15 +66,13 @@ def describe(
     from spherefunc_bullet.dataset import open_dataset
 
     objects = open_dataset(data).objects
-    with _progress(f"{data}: measuring") as step:
-        heights = _heights(objects, lambda: step(len(objects)))
     about = {
         "objects": len(objects),
         "labels": _count(_label(item) for item in objects),
         "also": _count(name for item in objects for name in item.also),
         "categories": _count(item.category for item in objects),
         "groups": _count(item.group for item in objects),
-        "height": heights,
+        "height": _heights(progress(objects, len(objects), "measuring")),
     }
     _say(about, as_json)
 
@@ -89,14 +87,13 @@ def _count(names) -> dict[str, int]:
     return dict(sorted(Counter(names).items()))
 
 
-def _heights(objects, advance) -> dict[str, dict[str, float]]:
+def _heights(objects) -> dict[str, dict[str, float]]:
     """Return the least, middle and greatest height of each label's objects, metres."""
     from statistics import median
 
     heights: dict[str, list[float]] = {}
     for item in objects:
         heights.setdefault(_label(item), []).append(_height(item.path))
-        advance()
     found = {
         name: [round(each(values), 3) for each in (min, median, max)] for name, values in heights.items()
     }
@@ -118,12 +115,12 @@ def _height(path: Path) -> float:
 def _say(about: dict, as_json: bool) -> None:
     """Print a result: JSON on standard output, or lines to read on standard error."""
     if as_json:
-        print(json.dumps(about))
+        print_json(about)
         return
     for name, value in about.items():
         inner = value.items() if isinstance(value, dict) else ()
         text = ", ".join(f"{key or 'unnamed'} {_plain(each)}" for key, each in inner) or str(value)
-        typer.echo(f"{name}: {text}", err=True)
+        say(f"{name}: {text}")
 
 
 def _plain(value) -> str:
@@ -132,21 +129,3 @@ def _plain(value) -> str:
         if isinstance(value, dict)
         else str(value)
     )
-
-
-def _warn(line: str) -> None:
-    typer.echo(line, err=True)
-
-
-@contextmanager
-def _progress(title: str):
-    """Yield a function that counts one step of the given total; it draws only on a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda total: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(title, total=None)
-        yield lambda total: progress.update(task, advance=1, total=total)

@@ -1,158 +1,25 @@
-"""Plants, lamps, bathroom and house fittings, and large things that stand in rooms."""
+"""House and bathroom fittings, instruments, and other large things that stand in rooms."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from .catalogue import Family
-from .containers import flower_pot
 from .solids import (
     beam,
     box,
     circle,
     cushion,
-    ellipsoid,
     join,
     lathe,
     loft,
     prism,
     rounded,
-    sheet,
     shift,
     superellipse,
     tube,
     turn,
 )
-
-
-def leaf(root, bearing_deg: float, length: float, width: float, rise: float, droop: float):
-    """Return one arched leaf from its root, metres; it rises and then droops along its bearing."""
-    t = np.linspace(0, 1, 7)
-    out = np.column_stack([t * length, np.zeros(7), rise * np.sin(np.pi * t * 0.6) - droop * t**2])
-    half = width / 2 * np.sin(np.pi * (0.08 + 0.88 * t))
-    grid = out[:, None, :] + half[:, None, None] * np.array([[0, -1, 0.2], [0, 0, 0], [0, 1, 0.2]])[None]
-    return shift(turn(sheet(grid, 0.002), "z", bearing_deg), *root)
-
-
-def potted_plant(rng):
-    """Return a pot of arching leaves."""
-    pot = flower_pot(rng)
-    top, reach = pot.bounds[1, 2] * 0.85, rng.uniform(0.25, 0.45)
-    leaves = [
-        leaf(
-            [0, 0, top],
-            bearing,
-            reach * rng.uniform(0.7, 1.1),
-            rng.uniform(0.05, 0.1),
-            reach * rng.uniform(0.6, 1.3),
-            reach * rng.uniform(0.1, 0.5),
-        )
-        for bearing in np.arange(16) * 137.5
-    ]
-    return join(pot, leaves)
-
-
-def tree(rng):
-    """Return a small tree in a pot: a trunk, and twigs with leaves along them."""
-    pot, height = flower_pot(rng), rng.uniform(1.2, 1.9)
-    parts = [pot, tube([[0, 0, 0.1], [0, 0, 0.5 * height], [0, 0, 0.9 * height]], 0.02, scale=[1.2, 1, 0.4])]
-    for number in range(12):
-        bearing, rise = number * 137.5, rng.uniform(0.05, 0.25)
-        root = np.array([0, 0, height * rng.uniform(0.55, 0.88)])
-        reach = rng.uniform(0.2, 0.38) * np.array([np.cos(np.radians(bearing)), np.sin(np.radians(bearing)), 0])
-        parts.append(tube([root, root + reach + [0, 0, rise]], 0.006, sections=5))
-        for along in (0.4, 0.7, 1.0):
-            spot = root + along * (reach + [0, 0, rise])
-            parts.append(leaf(spot, bearing + rng.uniform(-80, 80), 0.14, 0.07, 0.03, 0.04))
-    return join(parts)
-
-
-def cactus(rng):
-    """Return a cactus with two arms in a pot."""
-    pot, height = flower_pot(rng), rng.uniform(0.3, 0.55)
-    low = pot.bounds[1, 2] * 0.8
-    angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
-    ribs = (
-        np.column_stack([np.cos(angles), np.sin(angles)])
-        * (0.045 * (1 + 0.12 * np.cos(10 * angles)))[:, None]
-    )
-    body = loft(
-        [
-            np.column_stack([ribs * s, np.full(40, low + z * height)])
-            for s, z in ((0.8, 0), (1, 0.3), (1, 0.8), (0.75, 0.95), (0.2, 1))
-        ]
-    )
-    arms = [
-        tube(rounded([[0, 0, low + z], [x, 0, low + z], [x, 0, low + z + 0.14]], 2), 0.02)
-        for x, z in ((0.1, 0.35 * height), (-0.09, 0.5 * height))
-    ]
-    return join(pot, body, arms)
-
-
-def shade(low: float, high: float, bottom: float, top: float):
-    """Return a lampshade: an open cone 3 mm thick, its radii at heights ``bottom`` and ``top``, metres."""
-    rings = [(low, bottom), (high, top), (high - 0.003, top), (low - 0.003, bottom)]
-    return loft([np.column_stack([circle(r, 32), np.full(32, z)]) for r, z in rings], loop=True)
-
-
-def floor_lamp(rng):
-    """Return a floor lamp with a shade."""
-    height, radius = rng.uniform(1.4, 1.75), rng.uniform(0.16, 0.24)
-    post = lathe(
-        [(0, 0), (0.15, 0), (0.15, 0.02), (0.012, 0.035), (0.012, height - 0.05), (0, height - 0.05)]
-    )
-    spokes = [
-        beam([0, 0, height - 0.1], [x * (radius - 0.03), 0, height - 0.1], 0.006, 0.006) for x in (-1, 1)
-    ]
-    return join(
-        post,
-        shade(radius, 0.75 * radius, height - 0.28, height),
-        spokes,
-        ellipsoid(0.06, 0.06, 0.1, z=height - 0.06),
-    )
-
-
-def table_lamp(rng):
-    """Return a table lamp: a bellied foot and a shade."""
-    height, radius = rng.uniform(0.38, 0.6), rng.uniform(0.12, 0.17)
-    foot = lathe(
-        [
-            (0, 0),
-            (0.06, 0),
-            (0.065, 0.02),
-            (0.075, 0.3 * height),
-            (0.03, 0.5 * height),
-            (0.012, 0.55 * height),
-            (0.012, 0.85 * height),
-            (0, 0.85 * height),
-        ]
-    )
-    spokes = [
-        beam([0, 0, 0.8 * height], [x * (0.8 * radius), 0, 0.8 * height], 0.005, 0.005) for x in (-1, 1)
-    ]
-    return join(foot, shade(radius, 0.65 * radius, 0.55 * height, height), spokes)
-
-
-def desk_lamp(rng):
-    """Return a jointed desk lamp."""
-    lower, upper = rng.uniform(0.28, 0.36), rng.uniform(0.26, 0.34)
-    knee = np.array([0, 0.45 * lower, 0.9 * lower])
-    head = knee + [0, -0.85 * upper, 0.5 * upper]
-    base = lathe([(0, 0), (0.085, 0), (0.085, 0.015), (0.02, 0.03), (0, 0.03)])
-    cone = loft(
-        [
-            np.column_stack([circle(r, 24), np.full(24, z)])
-            for r, z in ((0.07, -0.1), (0.03, 0), (0.027, 0), (0.067, -0.1))
-        ],
-        loop=True,
-    )
-    lid = prism(circle(0.03, 24), 0.02, -0.01)
-    return join(
-        base,
-        tube([[0, 0, 0.02], knee], 0.008),
-        tube([knee, head], 0.008),
-        shift(turn(join(cone, lid), "x", -25), *head),
-    )
 
 
 def radiator(rng):
@@ -378,12 +245,6 @@ def extinguisher(rng):
 
 
 FIXTURES = [
-    Family("potted_plant", potted_plant, 1),
-    Family("tree", tree),
-    Family("cactus", cactus),
-    Family("floor_lamp", floor_lamp),
-    Family("table_lamp", table_lamp),
-    Family("desk_lamp", desk_lamp),
     Family("radiator", radiator),
     Family("door", door),
     Family("ladder", ladder),

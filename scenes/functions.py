@@ -1,7 +1,7 @@
 """What an object is for, from its English name: the table ``functions.csv``.
 
-An English name says what a thing is in its last noun before any *with*, *and* or *of*: a table lamp is a lamp, a
-desk chair a chair, a chair with cushion a chair.
+An English name says what a thing is in its last noun before any *with*, *and* or *of*: a table lamp is a
+lamp, a desk chair a chair, a chair with cushion a chair.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
     ----------
     name : str
         In English. Of all rows that match it, the one whose match ends last wins, then the longest, then the
-        first in the table; what follows a *with* or *and* counts only if nothing before it matches.
+        first in the table; what follows *with* or *and* counts only if nothing before it matches.
     category : str
         Of the catalogue that names it; some (doors, lights, vehicles) settle the question alone.
     height : float
@@ -59,8 +59,8 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
 
     Examples
     --------
-    >>> purpose_of("Table lamp").label, purpose_of("Coffee table").label, purpose_of("Chair with cushion").label
-    ('none', 'table', 'sittable')
+    >>> [purpose_of(name).label for name in ("Table lamp", "Coffee table", "Chair with cushion")]
+    ['none', 'table', 'sittable']
     """
     if any(rule.pattern.fullmatch(category.strip()) for rule in _rules() if rule.field == "category"):
         return Purpose("none")

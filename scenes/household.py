@@ -7,20 +7,40 @@ tables, with and without backs; filing cabinets, counters, vases and shoes.
 from __future__ import annotations
 
 from .belongings import BELONGINGS
+from .boxes import BOXES
 from .cabinets import CABINETS
 from .catalogue import CatalogueObject, Family, draw
+from .chairs import CHAIRS
 from .containers import CONTAINERS
 from .cups import CUPS
+from .desks import DESKS
 from .devices import DEVICES
+from .dishes import DISHES
 from .fixtures import FIXTURES
-from .seats import SEATS
+from .lamps import LAMPS
+from .low_tables import LOW_TABLES
+from .plants import PLANTS
+from .sofas import SOFAS
+from .stools import STOOLS
 from .tables import TABLES
+from .tools import TOOLS
 
 FAMILIES: dict[str, list[Family]] = {
-    "sittable": SEATS,
-    "table": TABLES,
+    "sittable": [*CHAIRS, *STOOLS, *SOFAS],
+    "table": [*TABLES, *LOW_TABLES, *DESKS],
     "cup": CUPS,
-    "none": [*CONTAINERS, *CABINETS, *DEVICES, *FIXTURES, *BELONGINGS],
+    "none": [
+        *CONTAINERS,
+        *BOXES,
+        *DISHES,
+        *CABINETS,
+        *DEVICES,
+        *LAMPS,
+        *PLANTS,
+        *FIXTURES,
+        *TOOLS,
+        *BELONGINGS,
+    ],
 }
 
 

@@ -21,7 +21,7 @@ def four_legs(
 ):
     """Return four legs whose outer faces bound ``width`` x ``depth`` at the top.
 
-    ``splay`` is how far each foot stands out in x and y, metres; ``taper`` the foot's thickness over the top's.
+    ``splay`` is how far each foot stands out in x and y (m); ``taper`` the foot's thickness over its top's.
     """
     section = circle(thickness / 2, 12) if round_bars else rectangle(thickness, thickness)
     legs = []

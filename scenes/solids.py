@@ -1,8 +1,8 @@
 """Solids from which catalogue objects are built: lofts, sweeps, lathes, prisms and thick sheets.
 
-Everything is in metres, z up. Every solid is closed and faces outward, and is made of its own vertices, so that
-solids joined into one object may overlap and the object still counts as watertight. No solid needs a boolean
-backend or a polygon library.
+Everything is in metres, z up. Every solid is closed and faces outward, and is made of its own vertices, so
+that solids joined into one object may overlap and the object still counts as watertight. No solid needs a
+boolean backend or a polygon library.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def cushion(
     corner: float = 0.06,
     crown: float = 0.0,
 ) -> trimesh.Trimesh:
-    """Return a box with rounded edges whose bottom is centred on (x, y, z); ``crown`` domes its top, metres."""
+    """Return a box with rounded edges whose bottom is centred on (x, y, z); ``crown`` domes its top."""
     rounding = min(rounding, 0.45 * height, 0.3 * width, 0.3 * depth)
     angles = np.linspace(0, np.pi / 2, 4)
     insets = rounding * (1 - np.sin(angles))
@@ -206,7 +206,7 @@ def tube(path, radius: float, *, sections: int = 10, scale=1.0, loop: bool = Fal
 
 
 def beam(start, end, width: float, depth: float, *, taper: float = 1.0) -> trimesh.Trimesh:
-    """Return a rectangular bar between two points; its section at the end is ``taper`` of that at the start."""
+    """Return a rectangular bar between two points; the section at its end is ``taper`` of the first."""
     return sweep([start, end], rectangle(width, depth), scale=[1.0, taper])
 
 
@@ -233,8 +233,8 @@ def sheet(grid, thickness: float) -> trimesh.Trimesh:
     normals = np.cross(np.gradient(grid, axis=0), np.gradient(grid, axis=1))
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     normals *= np.sign(normals[..., 2].sum()) or 1.0
-    # Each ring runs along a row of the grid and back beneath it; the ends are closed by strips, not fans, because
-    # a curved row is not star-shaped.
+    # Each ring runs along a row of the grid and back beneath it; the ends are closed by strips, not fans,
+    # because a curved row is not star-shaped.
     rings = np.concatenate([grid, (grid - thickness * normals)[:, ::-1]], axis=1)
     count, size = rings.shape[:2]
     near = np.arange(size // 2 - 1)

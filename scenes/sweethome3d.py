@@ -1,8 +1,8 @@
 """Libraries of furniture for Sweet Home 3D (``.sh3f``) as data sets.
 
 Such a file is a zip archive: a catalogue (``PluginFurnitureCatalog.properties``) and a model for each of its
-objects. The archive is not trusted: nothing is unpacked to disk, names that climb out of it are refused, and what
-is read from it is limited.
+objects. The archive is not trusted: nothing is unpacked to disk, names that climb out of it are refused, and
+what is read from it is limited.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -83,7 +83,7 @@ def import_library(
     *,
     include_ambiguous: bool = False,
     report: Callable[[str], None] | None = None,
-    advance: Callable[[int], None] = lambda total: None,
+    progress: Callable[[list], Iterable] = iter,
 ) -> ImportSummary:
     """Write the objects of a library as PLY, in metres, z up, on the ground, with a ``manifest.csv``.
 
@@ -97,8 +97,8 @@ def import_library(
         Also write the objects whose function people would dispute (bowls, beds, desks with a hutch).
     report : callable, optional
         Called with one line for each object that cannot be used; the others go on.
-    advance : callable
-        Called after each object with the number of objects.
+    progress : callable
+        Passes on the list of objects that it is given and may show how far it is.
 
     Raises
     ------
@@ -112,14 +112,13 @@ def import_library(
         rows, skipped, disputed = [], library.broken, 0
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            for entry in entries:
+            for entry in progress(entries):
                 purpose = _purpose(entry)
                 disputed += purpose.ambiguous
                 if include_ambiguous or not purpose.ambiguous:
                     row = _import_object(library, entry, purpose, directory, report)
                     rows += [row] if row else []
                     skipped += row is None
-                advance(len(entries))
             manifest = write_manifest(directory, COLUMNS, rows)
         except OSError as error:
             raise InputError(f"{directory}: expected a directory that can be written, got {error}") from error

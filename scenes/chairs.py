@@ -1,4 +1,4 @@
-"""Chairs and stools: a seat to sit on, with or without a back, its front to -y."""
+"""Chairs: a seat for one with a back, the front to -y."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from functools import partial
 import numpy as np
 
 from .catalogue import Family
-from .legs import four_legs, star_base, stretchers
-from .sofas import SOFAS
+from .legs import (
+    four_legs,
+    star_base,
+    stretchers,
+)
 from .solids import (
-    arc,
     beam,
     box,
     circle,
     cushion,
     join,
-    lathe,
     prism,
     rounded,
     sheet,
     shift,
-    superellipse,
     sweep,
     tube,
     turn,
@@ -37,7 +37,7 @@ def back_posts(width: float, low: float, high: float, y: float, lean: float, thi
 
 
 def back_fill(rng, style: str, width: float, low: float, high: float, y: float, lean: float):
-    """Return what spans the uprights of a back: slats, rungs, a panel, a splat, spindles, a cross or a pad."""
+    """Return what spans the uprights of a back: slats, rungs, a panel, a splat, spindles or a cross."""
 
     def at(z: float) -> float:
         return y + lean * (z - low) / (high - low)
@@ -177,9 +177,9 @@ def shell_chair(rng, *, stand: str = "splayed"):
 def cantilever_chair(rng):
     """Return a chair on one bent tube that has no rear legs."""
     width, depth, seat = rng.uniform(0.44, 0.5), rng.uniform(0.42, 0.48), rng.uniform(0.44, 0.47)
-    side = rounded([
-        [0, depth / 2 + 0.08, seat + 0.42], [0, depth / 2, seat], [0, -depth / 2, seat], [0, -depth / 2, 0.012], [0, depth / 2, 0.012],
-    ], rounds=2)  # fmt: skip
+    rear, front, low = depth / 2, -depth / 2, 0.012
+    bends = [(rear + 0.08, seat + 0.42), (rear, seat), (front, seat), (front, low), (rear, low)]
+    side = rounded([[0, y, z] for y, z in bends], rounds=2)
     frame = [tube(side + [x * width / 2, 0, 0], 0.0125, sections=8) for x in (-1, 1)]
     frame.append(tube([[-width / 2, depth / 2, 0.012], [width / 2, depth / 2, 0.012]], 0.0125, sections=8))
     seat_pad = cushion(width, depth - 0.03, 0.035, z=seat - 0.005, rounding=0.01)
@@ -191,7 +191,9 @@ def bistro_chair(rng):
     """Return a bentwood chair: a round seat, a hoop for a back, four turned legs."""
     radius, seat, high = rng.uniform(0.19, 0.22), rng.uniform(0.44, 0.47), rng.uniform(0.84, 0.92)
     disc = prism(circle(radius, 32), 0.03, seat - 0.03)
-    ring = tube(np.column_stack([circle(0.99 * radius + 0.009, 20), np.full(20, 0.2)]), 0.009, loop=True, sections=6)
+    ring = tube(
+        np.column_stack([circle(0.99 * radius + 0.009, 20), np.full(20, 0.2)]), 0.009, loop=True, sections=6
+    )
     legs = four_legs(1.4 * radius, 1.4 * radius, seat - 0.02, 0.03, splay=0.04, taper=0.75, round_bars=True)
     hoops = [_hoop(width, radius, seat - 0.02, top) for width, top in ((0.92, high), (0.5, high - 0.1))]
     return join(disc, ring, legs, hoops)
@@ -264,51 +266,6 @@ def _upright(pad, y: float, z: float, lean_deg: float):
     return shift(turn(pad, "x", 90 - lean_deg), 0, y + 0.03, z)
 
 
-def stool(rng, *, shape: str = "round", legs: int = 4, height: tuple[float, float] = (0.42, 0.48)):
-    """Return a stool without a back."""
-    width, seat = rng.uniform(0.3, 0.4), rng.uniform(*height)
-    top = circle(width / 2, 32) if shape == "round" else superellipse(width, 0.85 * width, 6.0, 32)
-    parts = [prism(top, 0.03, seat - 0.03)]
-    if legs == 3:
-        for angle in np.radians([90, 210, 330]):
-            x, y = np.cos(angle), np.sin(angle)
-            parts.append(
-                tube(
-                    [[0.3 * width * x, 0.3 * width * y, seat - 0.02], [0.5 * width * x, 0.5 * width * y, 0]],
-                    0.018,
-                )
-            )
-        return join(parts)
-    splay = 0.03 + 0.06 * (seat > 0.6)
-    parts += four_legs(
-        0.68 * width, 0.6 * width, seat - 0.02, 0.034, splay=splay, taper=0.8, round_bars=shape == "round"
-    )
-    inner = 0.68 * width - 0.034 + splay
-    return join(parts, stretchers(inner, inner - 0.08 * width, 0.42 * seat, 0.018))
-
-
-def bar_chair(rng, *, back: bool = True):
-    """Return a bar stool on a column with a disc foot and a footrest, its seat dished or backed."""
-    radius, seat = rng.uniform(0.17, 0.2), rng.uniform(0.65, 0.8)
-    ring = np.column_stack([circle(0.16, 20), np.full(20, 0.3 * seat)])
-    parts = [lathe([(0, 0), (0.2, 0), (0.2, 0.012), (0.03, 0.03), (0.025, seat - 0.05), (0, seat - 0.05)])]
-    parts += [
-        tube(ring, 0.009, loop=True, sections=6),
-        beam([-0.16, 0, 0.3 * seat], [0.16, 0, 0.3 * seat], 0.02, 0.015),
-    ]
-    parts.append(cushion(2 * radius, 2 * radius, 0.07, z=seat - 0.07, corner=radius * 0.98, crown=0.01))
-    if back:
-        rim = arc(radius + 0.01, 10, 170, 14)
-        wall = np.stack(
-            [
-                np.column_stack([rim * s, np.full(len(rim), seat + z)])
-                for s, z in ((0.88, -0.05), (1.03, 0.1), (1.12, 0.24))
-            ]
-        )
-        parts.append(sheet(wall, 0.018))
-    return join(parts)
-
-
 CHAIRS = [
     Family("dining_chair", partial(dining_chair, back="slats"), 1),
     Family("dining_chair", partial(dining_chair, back="ladder"), 1),
@@ -328,10 +285,4 @@ CHAIRS = [
     Family("office_chair", partial(office_chair, arms=True), 1),
     Family("office_chair", partial(office_chair, arms=False), 1),
     Family("office_chair", partial(office_chair, arms=True, headrest=True), 1),
-    Family("stool", partial(stool, shape="round", legs=3), 1, also="table"),
-    Family("stool", partial(stool, shape="square"), 1, also="table"),
-    Family("bar_stool", partial(stool, shape="square", height=(0.68, 0.8)), 1),
-    Family("bar_stool", partial(bar_chair, back=True), 1),
-    Family("bar_stool", partial(bar_chair, back=False), 1),
 ]
-SEATS = [*CHAIRS, *SOFAS]
