@@ -1,0 +1,111 @@
+"""``spherefunc dataset``: JSON on stdout, everything else on stderr, mistakes as InputError."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import zipfile
+
+import pytest
+from typer.testing import CliRunner
+
+import spherefunc_bullet.catalogue as catalogue
+from scenes.dataset_command import app
+from scenes.household import household_objects
+from scenes.sweethome3d import CATALOGUE
+from spherefunc_bullet.errors import InputError
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+ENTRIES = """
+name#1=Stool
+model#1=a.obj
+width#1=40
+depth#1=40
+height#1=45
+name#2=Chair
+model#2=gone.obj
+width#2=40
+depth#2=40
+height#2=45
+name#3=Bowl
+model#3=a.obj
+width#3=20
+depth#3=20
+height#3=8
+"""
+
+
+class OneCatalogue:
+    """An entry point, so that the test also runs where the package is not installed."""
+
+    @staticmethod
+    def load():
+        return household_objects
+
+
+@pytest.fixture
+def run(monkeypatch):
+    monkeypatch.setattr(catalogue, "catalogue_entry_points", lambda: {"household": OneCatalogue})
+    return lambda *arguments: CliRunner().invoke(app, [str(each) for each in arguments])
+
+
+@pytest.fixture
+def furniture(tmp_path):
+    path = tmp_path / "some.sh3f"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(CATALOGUE, ENTRIES)
+        archive.writestr("a.obj", TETRAHEDRON)
+    return path
+
+
+def test_build_and_describe(run, tmp_path):
+    built = run("build", "household", tmp_path / "set", "--json")
+    about = json.loads(built.stdout)
+    assert about["labels"] == {"cup": 30, "none": 90, "sittable": 40, "table": 40}
+    described = json.loads(run("describe", tmp_path / "set", "--json").stdout)
+    assert described["objects"] == 200 and described["labels"] == about["labels"]
+    assert described["groups"] == {"household": 200}
+    assert 0.6 < described["height"]["table"]["median"] < 0.8
+
+
+def test_seed_makes_other_objects(run, tmp_path):
+    for seed in (0, 1):
+        run("build", "household", tmp_path / str(seed), "--seed", seed)
+    files = [(tmp_path / str(seed) / "mug_01.ply").read_bytes() for seed in (0, 1)]
+    assert files[0] != files[1]
+
+
+def test_import_says_what_it_skipped(run, furniture, tmp_path):
+    result = run("import", furniture, tmp_path / "out", "--json")
+    about = json.loads(result.stdout)
+    assert (about["labels"], about["ambiguous"], about["skipped"]) == ({"sittable": 1}, 1, 1)
+    assert "gone.obj" in result.stderr and len(result.stderr.strip().splitlines()) == 1
+    everything = json.loads(run("import", furniture, tmp_path / "all", "--all", "--json").stdout)
+    assert everything["objects"] == 2
+
+
+def test_without_json_standard_output_stays_empty(run, furniture, tmp_path):
+    result = run("import", furniture, tmp_path / "out")
+    assert result.stdout == "" and "labels: sittable 1" in result.stderr
+    result = run("describe", tmp_path / "out")
+    assert result.stdout == "" and "height: sittable 0.45 to 0.45 m" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments", [("build", "nothing", "out"), ("import", "gone.sh3f", "out"), ("describe", "gone")]
+)
+def test_mistakes_are_input_errors(run, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    error = run(*arguments).exception
+    assert isinstance(error, InputError) and "expected" in str(error) and "\n" not in str(error)
+
+
+def test_folder_that_cannot_be_written_is_an_input_error(run, tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    assert isinstance(run("build", "household", tmp_path / "file").exception, InputError)
+
+
+def test_import_of_the_module_stays_light():
+    code = "import sys, scenes.dataset_command; sys.exit(bool({'numpy', 'trimesh'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -1,0 +1,141 @@
+"""The household catalogue: its counts, and that each object is a sound model of what it claims to be."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from scenes.household import household_objects
+from spherefunc_bullet.catalogue import write_catalogue
+from spherefunc_bullet.dataset import open_dataset
+
+OBJECTS = household_objects()
+LABELS = ("cup", "table", "sittable", "none")
+BY_LABEL = {label: [each for each in OBJECTS if each.label == label] for label in LABELS}
+
+# Height and larger horizontal side in metres. The bounds are those of things in shops, not of this catalogue:
+# a shot glass is 5 cm high, a weizen glass 25 cm; a child's chair 60 cm, an office chair with headrest 1.4 m.
+SIZES = {
+    "cup": ((0.045, 0.26), (0.035, 0.18)),
+    "table": ((0.34, 1.15), (0.35, 2.7)),
+    "sittable": ((0.36, 1.45), (0.28, 3.0)),
+    "none": ((0.004, 2.3), (0.04, 2.0)),
+}
+
+
+def named(objects):
+    return pytest.mark.parametrize("item", objects, ids=[each.name for each in objects])
+
+
+def hits(mesh, x: float, y: float) -> np.ndarray:
+    """Return the heights at which the upright line through (x, y) crosses the mesh, ascending."""
+    a, b, c = mesh.triangles.transpose(1, 0, 2)
+    (ax, ay), (bx, by), (cx, cy) = a[:, :2].T, b[:, :2].T, c[:, :2].T
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+        v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+        height = a[:, 2] + u * (b - a)[:, 2] + v * (c - a)[:, 2]
+        inside = (u >= 0) & (v >= 0) & (u + v <= 1)
+    return np.sort(height[inside])
+
+
+def upward(mesh) -> np.ndarray:
+    """Return a mask of the faces that lie level and face up (within 2.6 degrees)."""
+    return mesh.face_normals[:, 2] > 0.999
+
+
+def test_proportions_of_the_paper():
+    assert Counter(each.label for each in OBJECTS) == {"sittable": 40, "table": 40, "cup": 30, "none": 90}
+
+
+def test_names_are_unique_and_others_are_varied():
+    assert len({each.name for each in OBJECTS}) == 200
+    assert len({each.category for each in BY_LABEL["none"]}) >= 70
+
+
+@named(OBJECTS)
+def test_object_is_sound(item):
+    mesh = item.mesh
+    low, high = mesh.bounds
+    assert np.isfinite(mesh.vertices).all() and len(mesh.faces) <= 5000
+    # float64 round-off of a shift by at most a few metres
+    assert abs(low[2]) < 1e-9 and np.abs(low[:2] + high[:2]).max() < 1e-9
+    assert mesh.is_watertight == item.watertight
+    assert set(filter(None, item.also.split(";"))) <= {"cup", "table", "sittable"} - {item.label}
+
+
+@named(OBJECTS)
+def test_size_is_plausible(item):
+    (least, most), (narrow, wide) = SIZES[item.label]
+    width, depth, height = item.mesh.extents
+    assert least <= height <= most and narrow <= max(width, depth) <= wide
+
+
+@named(OBJECTS)
+def test_no_part_floats(item):
+    """The bounding boxes of the parts touch one another, within 2 mm, in one connected whole."""
+    mesh = item.mesh
+    links = coo_matrix((np.ones(len(mesh.edges)), mesh.edges.T), shape=(len(mesh.vertices),) * 2)
+    count, part = connected_components(links, directed=False)
+    lows = np.array([mesh.vertices[part == k].min(axis=0) for k in range(count)])
+    highs = np.array([mesh.vertices[part == k].max(axis=0) for k in range(count)])
+    apart = (lows[:, None] > highs[None] + 0.002).any(axis=2)
+    assert connected_components(~(apart | apart.T), directed=False)[0] == 1
+
+
+def test_another_seed_is_sound_too():
+    for item in household_objects(12345):
+        test_object_is_sound(item)
+        test_size_is_plausible(item)
+
+
+@named(BY_LABEL["cup"])
+def test_cup_is_hollow_and_open(item):
+    """A line down the middle meets nothing above the floor, 3 cm and a quarter of the height down."""
+    height = item.mesh.extents[2]
+    floor = hits(item.mesh, 0.0013, 0.0007).max()  # off the middle, where the edges of the floor's fan meet
+    assert height - floor > max(0.03, 0.25 * height)
+
+
+@named(BY_LABEL["table"])
+def test_table_top_is_flat_and_on_top(item):
+    """A third of the footprint or more is level, faces up and is highest (a corner desk has half)."""
+    mesh = item.mesh
+    on_top = mesh.triangles[:, :, 2].min(axis=1) > mesh.bounds[1, 2] - 0.001
+    width, depth, _ = mesh.extents
+    assert mesh.area_faces[on_top & upward(mesh)].sum() > width * depth / 3
+
+
+@named(BY_LABEL["sittable"])
+def test_seat_is_at_a_height_to_sit_on(item):
+    """Surfaces within 30 degrees of level between 0.25 and 0.85 m have room for one: 20 cm by 20 cm."""
+    mesh = item.mesh
+    middle = mesh.triangles_center[:, 2]
+    seat = (mesh.face_normals[:, 2] > np.cos(np.radians(30))) & (middle > 0.25) & (middle < 0.85)
+    assert mesh.area_faces[seat].sum() > 0.04
+
+
+def test_same_seed_gives_the_same_meshes_bit_for_bit():
+    for one, other in zip(OBJECTS, household_objects(0), strict=True):
+        assert one.name == other.name
+        assert one.mesh.vertices.tobytes() == other.mesh.vertices.tobytes()
+        assert one.mesh.faces.tobytes() == other.mesh.faces.tobytes()
+
+
+def test_other_seed_gives_other_meshes():
+    pairs = zip(OBJECTS, household_objects(1), strict=True)
+    same = [a.name for a, b in pairs if np.array_equal(a.mesh.vertices, b.mesh.vertices)]
+    assert same == []
+
+
+def test_written_catalogue_reads_back(tmp_path):
+    some = OBJECTS[::25]
+    manifest = write_catalogue(some, tmp_path / "set", "household")
+    objects = open_dataset(tmp_path / "set").objects
+    assert manifest.name == "manifest.csv" and len(objects) == len(some)
+    assert [each.functions for each in objects] == [frozenset({each.label} - {"none"}) for each in some]
