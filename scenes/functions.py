@@ -29,7 +29,7 @@ class _Rule:
     field: str
     pattern: re.Pattern
     purpose: Purpose
-    max_height: float  # metres; above it the name is not to be trusted
+    max_height: float  # metres; the row is not for higher things
 
 
 @cache
@@ -50,12 +50,13 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
     Parameters
     ----------
     name : str
-        In English. Of all rows that match it, the one whose match ends last wins, then the longest, then the
-        first in the table; what follows *with* or *and* counts only if nothing before it matches.
+        In English. Of all rows that match it, those whose match ends last count, and of these the longest,
+        then the first in the table; what follows *with* or *and* counts only if nothing before it matches.
     category : str
         Of the catalogue that names it; some (doors, lights, vehicles) settle the question alone.
     height : float
-        Metres. A table of 1.8 m has something on it, so that its purpose becomes ambiguous.
+        Metres. Rows for lower things do not count; if none is left (a desk of 1.8 m has something
+        on it), the purpose is ambiguous.
 
     Examples
     --------
@@ -69,12 +70,13 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
     found = []
     for order, rule in enumerate(_rules()):
         for match in rule.pattern.finditer(name) if rule.field == "name" else ():
-            rank = (match.start() < head, match.end(), match.end() - match.start(), -order)
-            found.append((rank, rule))
+            found.append(((match.start() < head, match.end()), (match.end() - match.start(), -order), rule))
     if not found:
         return Purpose("none")
-    rule = max(found, key=lambda pair: pair[0])[1]
-    return rule.purpose if height <= rule.max_height else Purpose("none", rule.purpose.label, True)
+    noun = max(place for place, _, _ in found)
+    rules = [rule for place, _, rule in sorted(found, key=lambda one: one[:2]) if place == noun]
+    fitting = [rule for rule in rules if height <= rule.max_height]
+    return fitting[-1].purpose if fitting else Purpose("none", rules[-1].purpose.label, True)
 
 
 def slug(name: str) -> str:

@@ -13,7 +13,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from scenes import sweethome3d
-from scenes.functions import purpose_of
+from scenes.functions import Purpose, purpose_of
 from scenes.sweethome3d import CATALOGUE, import_library, parse_properties
 from spherefunc_bullet.errors import InputError
 
@@ -220,6 +220,8 @@ def test_purpose_of_a_name(name, label, ambiguous):
 def test_height_that_contradicts_the_name_is_ambiguous():
     assert not purpose_of("Desk", height=0.74).ambiguous
     assert purpose_of("Desk", height=1.8).ambiguous
+    assert purpose_of("Garden bench", height=0.45).also == "table"
+    assert purpose_of("Garden bench", height=0.95) == Purpose("sittable")
 
 
 def development_rows() -> list[dict[str, str]]:
