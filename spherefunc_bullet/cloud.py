@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up
-from .reading import Geometry, read_geometry
+from .reading import Geometry, one_line, read_geometry
 
 MIN_POINTS = 10
 MAX_SAMPLES = 20_000_000
@@ -81,8 +81,7 @@ def placed(points: np.ndarray) -> np.ndarray:
     points : (N, 3) float64, metres
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    moved = points - [low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]]
-    return moved
+    return points - [low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]]
 
 
 def cloud_from_points(points, name: str = "cloud") -> Cloud:
@@ -136,6 +135,8 @@ def cloud_from_mesh(vertices, faces, name: str = "mesh", *, max_gap: float = MAX
     """
     from .sampling import needed_samples, sample_surface, surface_area
 
+    if not 0 < max_gap < np.inf:
+        raise InputError(f"{name}: expected max_gap above zero metres, got {max_gap}")
     vertices, faces = _require_mesh(vertices, faces, name)
     vertices = placed(vertices)
     if surface_area(vertices, faces) <= max_gap**2:
@@ -196,7 +197,7 @@ def load_cloud(
     """
     report = report or (lambda line: None)
     require_choices(up, units)
-    name = Path(path).name
+    name = one_line(Path(path).name)
     geometry = _clean(read_geometry(path), name, report)
     turned = to_z_up(geometry, up, Path(path), report)
     vertices = to_metres(turned, units, name, report)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import InputError
 from .lengths import METRES, format_length
-from .reading import Geometry
+from .reading import Geometry, one_line
 from .stability import standing_margin
 
 Report = Callable[[str], None]
@@ -76,12 +76,13 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
     report : callable
         Takes one line of text.
     """
+    name = one_line(path.name)
     promises_y = path.suffix.lower() in _Y_UP
     if up == "auto":
         up, reason = ("y", "glTF files are by their standard") if promises_y else likely_up(geometry)
-        report(f"{path.name}: took {up} to be up, because {reason}; --up says otherwise")
+        report(f"{name}: took {up} to be up, because {reason}; --up says otherwise")
     elif up == "z" and promises_y:
-        report(f"{path.name}: taken as z up, but glTF files are y up by their standard; --up y may be meant")
+        report(f"{name}: taken as z up, but glTF files are y up by their standard; --up y may be meant")
     return turned_up(geometry.vertices, up)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 _FLAT = np.cos(np.radians(30.0))  # two faces that bend less than this belong to one smooth surface
 
@@ -30,43 +29,19 @@ def merge_vertices(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray,
     return ordered[is_new], merged[faces]
 
 
-@njit(cache=True)
-def _sideways(start, end, apex):
-    """Return the unit direction from an edge to a face's third corner, perpendicular to the edge."""
-    along = end - start
-    across = apex - start
-    across = across - along * (np.dot(across, along) / max(np.dot(along, along), 1e-300))
-    return across / max(np.sqrt(np.dot(across, across)), 1e-300)
-
-
-@njit(cache=True)
-def _outline_mask(vertices, start, end, apex):
-    """Return which of the edges, sorted so that equal ones are neighbours, open a sharp or free edge.
-
-    An edge is smooth when its faces lie on both sides of it and in one plane, whatever their winding
-    and however often a sheet is doubled. Only the first of equal edges is ever marked.
-    """
-    mask = np.zeros(len(start), dtype=np.bool_)
-    first = 0
-    while first < len(start):
-        last = first + 1
-        while last < len(start) and start[last] == start[first] and end[last] == end[first]:
-            last += 1
-        a, b = vertices[start[first]], vertices[end[first]]
-        side = _sideways(a, b, vertices[apex[first]])
-        has_opposite = False
-        is_bent = False
-        for other in range(first + 1, last):
-            cosine = np.dot(side, _sideways(a, b, vertices[apex[other]]))
-            has_opposite |= cosine < -_FLAT
-            is_bent |= abs(cosine) <= _FLAT
-        mask[first] = (is_bent or not has_opposite) and start[first] != end[first]
-        first = last
-    return mask
+def _sideways(start: np.ndarray, end: np.ndarray, apex: np.ndarray) -> np.ndarray:
+    """Return (E, 3) unit directions across the faces, from an edge at right angles to the third corner."""
+    along, across = end - start, apex - start
+    share = np.einsum("ex,ex->e", across, along) / np.maximum(np.einsum("ex,ex->e", along, along), 1e-300)
+    across = across - along * share[:, None]
+    return across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
 
 
 def outline_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Return the free and sharp edges of a mesh whose equal vertices are merged.
+
+    An edge is smooth when its faces lie on both sides of it and in one plane, whatever their winding and
+    however often a sheet is doubled.
 
     Parameters
     ----------
@@ -77,13 +52,18 @@ def outline_edges(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     -------
     (E, 2) int64, vertex numbers, ascending
     """
-    corners = faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    apex = faces[:, [2, 0, 1]].reshape(-1)
-    start, end = corners.min(axis=1), corners.max(axis=1)
-    order = np.argsort(start * len(vertices) + end, kind="stable")
-    start, end = start[order], end[order]
-    mask = _outline_mask(vertices, start, end, apex[order])
-    return np.column_stack([start[mask], end[mask]])
+    ends = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    order = np.argsort(ends[:, 0] * len(vertices) + ends[:, 1], kind="stable")
+    ends, apex = ends[order], faces[:, [2, 0, 1]].reshape(-1)[order]
+    is_first = np.ones(len(ends), dtype=bool)
+    is_first[1:] = (ends[1:] != ends[:-1]).any(axis=1)
+    starts = np.flatnonzero(is_first)
+    side = _sideways(vertices[ends[:, 0]], vertices[ends[:, 1]], vertices[apex])
+    cosine = np.einsum("ex,ex->e", side, side[starts][np.cumsum(is_first) - 1])  # with the edge's first face
+    is_bent = np.logical_or.reduceat(np.abs(cosine) <= _FLAT, starts)
+    has_opposite = np.logical_or.reduceat(cosine < -_FLAT, starts)
+    edges = ends[starts]
+    return edges[(is_bent | ~has_opposite) & (edges[:, 0] != edges[:, 1])]
 
 
 def outline_points(vertices: np.ndarray, faces: np.ndarray, pitch: float) -> np.ndarray:

@@ -50,28 +50,30 @@ def _read_bytes(path: Path) -> bytes:
     """Return a file's bytes, or raise InputError if there are none to be had."""
     try:
         if path.is_dir():
-            raise InputError(f"{path}: expected a file, got a folder; name a file in it")
+            raise InputError(f"{one_line(path)}: expected a file, got a folder; name a file in it")
         if not path.is_file():
-            raise InputError(f"{path}: expected a file, found none; check the path")
+            raise InputError(f"{one_line(path)}: expected a file, found none; check the path")
         size = path.stat().st_size
         if size > MAX_FILE_BYTES:
-            raise InputError(
-                f"{path}: expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB; simplify it"
-            )
+            limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB"
+            raise InputError(f"{one_line(path)}: {limit}; simplify it")
         data = path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
-            f"{_one_line(path)}: cannot be read: {reason}; check the path and its permissions"
+            f"{one_line(path)}: cannot be read: {reason}; check the path and its permissions"
         ) from error
     if not data:
-        raise InputError(f"{path}: expected a mesh or a cloud, got an empty file; was its download cut off?")
+        raise InputError(
+            f"{one_line(path)}: expected a mesh or a cloud, got an empty file; was its download cut off?"
+        )
     return data
 
 
-def _one_line(value: object) -> str:
+def one_line(value: object) -> str:
+    """Return a value as text without line breaks: a file's name may hold one."""
     return " ".join(str(value).split())
 
 
@@ -82,7 +84,7 @@ def _require_own_signature(data: bytes, path: Path) -> None:
     is_binary_stl = expected == "STL" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
     if kind and expected not in kind and not is_binary_stl:  # a binary STL may begin with any 80 bytes
         raise InputError(
-            f"{path.name}: expected {expected}, got a {kind} file; give it the ending of what it is"
+            f"{one_line(path.name)}: expected {expected}, got a {kind} file; give it the ending of what it is"
         )
 
 
@@ -142,7 +144,7 @@ def read_geometry(path: str | Path) -> Geometry:
     path = Path(path)
     if path.suffix.lower() not in READERS:
         endings = ", ".join(READERS)
-        raise InputError(f"{_one_line(path)}: expected one of {endings}, got '{path.suffix}'; convert it")
+        raise InputError(f"{one_line(path)}: expected one of {endings}, got '{path.suffix}'; convert it")
     data = _read_bytes(path)
     _require_own_signature(data, path)
     try:
@@ -150,12 +152,12 @@ def read_geometry(path: str | Path) -> Geometry:
     except ImportError:
         raise  # a broken installation, not a bad file
     except FormatError as error:
-        raise InputError(f"{path.name}: {_one_line(error)}") from error
+        raise InputError(f"{one_line(path.name)}: {one_line(error)}") from error
     except (
         Exception
     ) as error:  # the one place where what readers raise on damaged bytes becomes the user's error
         kind = path.suffix.lower()[1:].upper()
-        detail = _one_line(f"{type(error).__name__}: {error}")[:160]
+        detail = one_line(f"{type(error).__name__}: {error}")[:160]
         raise InputError(
-            f"{path.name}: expected a {kind} file, could not read it ({detail}); is it damaged?"
+            f"{one_line(path.name)}: expected a {kind} file, could not read it ({detail}); is it damaged?"
         ) from error

@@ -23,13 +23,57 @@ _SLIVER = 0.02  # of cover: lower triangles are sampled along their longest edge
 
 
 @njit(cache=True)
-def _plane_axes(normal):
-    """Return two unit axes of a plane that depend on its normal only, and not on the normal's sign."""
-    u = np.array([-normal[1], normal[0], 0.0])
-    if abs(normal[2]) > 0.9:
-        u = np.array([1.0, 0.0, 0.0]) - normal[0] * normal
-    u /= math.sqrt(np.dot(u, u))
-    return u, np.cross(normal, u)
+def _normal(triangle):
+    """Return a triangle's normal, as long as twice its area."""
+    ax, ay, az = (
+        triangle[1, 0] - triangle[0, 0],
+        triangle[1, 1] - triangle[0, 1],
+        triangle[1, 2] - triangle[0, 2],
+    )
+    bx, by, bz = (
+        triangle[2, 0] - triangle[0, 0],
+        triangle[2, 1] - triangle[0, 1],
+        triangle[2, 2] - triangle[0, 2],
+    )
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@njit(cache=True)
+def _longest_edge(triangle):
+    """Return the first corner of the longest edge, its length, and the triangle's height above it."""
+    best, longest = 0, 0.0
+    for e in range(3):
+        squared = 0.0
+        for axis in range(3):
+            squared += (triangle[(e + 1) % 3, axis] - triangle[e, axis]) ** 2
+        if squared > longest:
+            best, longest = e, squared
+    x, y, z = _normal(triangle)
+    length = math.sqrt(longest)
+    return best, length, math.sqrt(x * x + y * y + z * z) / max(length, 1e-300)
+
+
+@njit(cache=True)
+def _corners_in_plane(triangle):
+    """Return a triangle's corners along two axes of its plane, (3, 2).
+
+    The axes depend on the plane's normal only, and up to their sign, which the lattice does not mind, not on
+    the normal's: so neighbours in one plane get the same ones, whatever their winding.
+    """
+    x, y, z = _normal(triangle)
+    length = math.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    ux, uy, uz = -y, x, 0.0
+    if abs(z) > 0.9:
+        ux, uy, uz = 1.0 - x * x, -x * y, -x * z
+    length = math.sqrt(ux * ux + uy * uy + uz * uz)
+    ux, uy, uz = ux / length, uy / length, uz / length
+    vx, vy, vz = y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
+    corners = np.empty((3, 2))
+    for c in range(3):
+        corners[c, 0] = triangle[c, 0] * ux + triangle[c, 1] * uy + triangle[c, 2] * uz
+        corners[c, 1] = triangle[c, 0] * vx + triangle[c, 1] * vy + triangle[c, 2] * vz
+    return corners
 
 
 @njit(cache=True)
@@ -48,6 +92,15 @@ def _row_span(corners, low, high):
         x1 = xa + (high - ya) * slope if yb > high else xb
         left, right = min(left, x0, x1), max(right, x0, x1)
     return left, right
+
+
+@njit(cache=True)
+def _rows(corners, cover):
+    """Return the first and the last row of the lattice within ``cover`` of a triangle."""
+    low = min(corners[0, 1], corners[1, 1], corners[2, 1]) - cover
+    high = max(corners[0, 1], corners[1, 1], corners[2, 1]) + cover
+    rise = 1.5 * cover
+    return int(math.ceil(low / rise)), int(math.floor(high / rise))
 
 
 @njit(cache=True)
@@ -82,31 +135,6 @@ def _place(out, row, triangle, s, r):
 
 
 @njit(cache=True)
-def _longest_edge(triangle):
-    """Return the first corner of the longest edge, its length, and the triangle's height above it."""
-    best, longest = 0, -1.0
-    for e in range(3):
-        edge = triangle[(e + 1) % 3] - triangle[e]
-        length = math.sqrt(np.dot(edge, edge))
-        if length > longest:
-            best, longest = e, length
-    normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-    return best, longest, math.sqrt(np.dot(normal, normal)) / max(longest, 1e-300)
-
-
-@njit(cache=True)
-def _corners_in_plane(triangle):
-    """Return a triangle's corners in its plane's axes, (3, 2)."""
-    normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
-    u, v = _plane_axes(normal / math.sqrt(np.dot(normal, normal)))
-    corners = np.empty((3, 2))
-    for corner in range(3):
-        corners[corner, 0] = np.dot(triangle[corner], u)
-        corners[corner, 1] = np.dot(triangle[corner], v)
-    return corners
-
-
-@njit(cache=True)
 def _sliver_points(triangle, first, length, cover, out, row):
     """Write points along a sliver's longest edge; return the row before them (``out`` fills backwards)."""
     count = max(1, int(math.ceil(length / (1.9 * cover))))
@@ -131,8 +159,8 @@ def _bound(triangles, cover):
             total += max(1, int(math.ceil(length / (1.9 * cover))))
             continue
         corners = _corners_in_plane(triangle)
-        low, high = corners[:, 1].min() - cover, corners[:, 1].max() + cover
-        for j in range(int(math.ceil(low / rise)), int(math.floor(high / rise)) + 1):
+        first_row, last_row = _rows(corners, cover)
+        for j in range(first_row, last_row + 1):
             left, right = _row_span(corners, j * rise - cover, j * rise + cover)
             total += int((right - left + 2.0 * cover) / pitch) + 2
     return total
@@ -146,8 +174,8 @@ def _lattice_points(triangle, cover, out, front, back):
     ax, ay = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1]
     bx, by = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1]
     inverse = 1.0 / (ax * by - ay * bx)
-    low, high = corners[:, 1].min() - cover, corners[:, 1].max() + cover
-    for j in range(int(math.ceil(low / rise)), int(math.floor(high / rise)) + 1):
+    first_row, last_row = _rows(corners, cover)
+    for j in range(first_row, last_row + 1):
         y = j * rise
         shift = 0.5 * (j & 1)
         left, right = _row_span(corners, y - cover, y + cover)

@@ -14,14 +14,18 @@ from . import FormatError
 MAX_BYTES = 1 << 30  # of one array, unpacked: a small archive can declare any size
 
 
+def _read_header(file) -> tuple[tuple[int, ...], np.dtype]:
+    """Return the shape and type that an NPY file declares."""
+    is_first_version = np.lib.format.read_magic(file) == (1, 0)
+    read = np.lib.format.read_array_header_1_0 if is_first_version else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(file)
+    return shape, dtype
+
+
 def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...] | None:
     """Return the shape of a member, from its header alone; None for what is no array of real numbers."""
     with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        read = (
-            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        )
-        shape, _, dtype = read(file)
+        shape, dtype = _read_header(file)
         begin = file.tell()
     if dtype.kind not in "fiu":
         return None
@@ -37,7 +41,12 @@ def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]
     return shape
 
 
-def _load(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+def _load(archive: zipfile.ZipFile, name: str, kinds: str, wanted: str) -> np.ndarray:
+    """Return an array of shape (N, 3) whose type is of one of the kinds."""
+    with archive.open(f"{name}.npy") as file:
+        shape, dtype = _read_header(file)
+    if dtype.kind not in kinds or len(shape) != 2 or shape[1] != 3:
+        raise FormatError(f"expected '{name}' as {wanted}, got {dtype} of shape {shape}")
     return np.load(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
 
 
@@ -59,10 +68,7 @@ def read_npz(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         shapes = {member.filename.removesuffix(".npy"): _shape(archive, member) for member in members}
         name = _points_name(shapes)
-        vertices = _load(archive, name)
-        faces = _load(archive, "faces") if name == "vertices" and "faces" in shapes else None
-    if vertices.dtype.kind not in "fiu" or vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise FormatError(f"expected '{name}' as real numbers (N, 3), got {vertices.dtype} {vertices.shape}")
-    if faces is not None and (faces.dtype.kind not in "iu" or faces.ndim != 2 or faces.shape[1] != 3):
-        raise FormatError(f"expected 'faces' as integers (M, 3), got {faces.dtype} {faces.shape}")
-    return vertices, faces
+        vertices = _load(archive, name, "fiu", "real numbers (N, 3)")
+        if name != "vertices" or "faces" not in shapes:
+            return vertices, None
+        return vertices, _load(archive, "faces", "iu", "integers (M, 3)")

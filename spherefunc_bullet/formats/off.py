@@ -23,7 +23,7 @@ def read_off(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     vertex_count, face_count = (int(word) for word in lines[0][:2])
     if vertex_count < 0 or face_count < 0 or len(lines) - 1 < vertex_count + face_count:
         raise FormatError(
-            f"expected {vertex_count + face_count} lines of vertices and faces, got {len(lines) - 1}; cut off?"
+            f"expected {vertex_count + face_count} lines of vertices and faces, got {len(lines) - 1}"
         )
     vertices = np.array([line[:3] for line in lines[1 : vertex_count + 1]], dtype=np.float64)
     polygons = lines[vertex_count + 1 : vertex_count + face_count + 1]

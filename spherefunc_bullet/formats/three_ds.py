@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,8 @@ import numpy as np
 from ..orientation import turned_up
 from . import FormatError
 
-_MAIN, _OBJECT, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4110, 0x4120
-_CONTAINERS = (_MAIN, 0x3D3D, _OBJECT, 0x4100)  # file, editor, object, triangle mesh
+_MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
+_CONTAINERS = (_MAIN, 0x3D3D, _OBJECT)  # file, editor, object
 _DAMAGED = "expected 3DS chunks that fit into each other, got {}; is the file cut off or damaged?"
 
 
@@ -18,27 +19,48 @@ def _word(data: bytes, position: int) -> int:
     return int.from_bytes(data[position : position + 2], "little")
 
 
-def _require_list(data: bytes, identifier: int, start: int, end: int) -> None:
-    """Raise FormatError if a list of vertices or faces declares more than its chunk holds."""
-    item = 12 if identifier == _VERTICES else 8
-    if start + 2 + _word(data, start) * item > end:
-        raise FormatError(_DAMAGED.format(f"a list of {_word(data, start)} in {end - start} bytes"))
+def _chunks(data: bytes, start: int, end: int) -> Iterator[tuple[int, int, int]]:
+    """Yield the identifier, begin and end of each chunk between two positions, or raise FormatError."""
+    while start < end:
+        size = int.from_bytes(data[start + 2 : start + 6], "little")
+        if size < 6 or start + size > end:
+            raise FormatError(_DAMAGED.format(f"one of {size} bytes where {end - start} are left"))
+        yield _word(data, start), start + 6, start + size
+        start += size
+
+
+def _require_list(data: bytes, item_size: int, start: int, end: int) -> int:
+    """Return how many items a list has, or raise FormatError if it declares more than its chunk holds."""
+    count = _word(data, start)
+    if start + 2 + count * item_size > end:
+        raise FormatError(_DAMAGED.format(f"a list of {count} in {end - start} bytes"))
+    return count
+
+
+def _require_mesh(data: bytes, start: int, end: int) -> None:
+    """Raise FormatError unless a mesh's lists fit and its faces name vertices that it has."""
+    vertex_count, corners = 0, np.empty(0)
+    for identifier, begin, stop in _chunks(data, start, end):
+        if identifier == _VERTICES:
+            vertex_count = _require_list(data, 12, begin, stop)
+        elif identifier == _FACES:
+            count = _require_list(data, 8, begin, stop)
+            corners = np.frombuffer(data, "<u2", 4 * count, begin + 2).reshape(-1, 4)[:, :3]
+    if corners.size and corners.max() >= vertex_count:
+        raise FormatError(
+            f"expected faces of its {vertex_count} vertices, got number {corners.max()}; is it damaged?"
+        )
 
 
 def _require_chunks(data: bytes, start: int, end: int) -> None:
     """Raise FormatError unless the chunks between two positions, and those inside them, fit."""
-    while start < end:
-        size = int.from_bytes(data[start + 2 : start + 6], "little")
-        identifier, body, next_start = _word(data, start), start + 6, start + size
-        if size < 6 or next_start > end:
-            raise FormatError(_DAMAGED.format(f"one of {size} bytes where {end - start} are left"))
-        if identifier in (_VERTICES, _FACES):
-            _require_list(data, identifier, body, next_start)
-        if identifier in _CONTAINERS:
-            if identifier == _OBJECT:  # begins with its name and a zero
-                body = data.find(b"\0", body, next_start) + 1 or next_start
-            _require_chunks(data, body, next_start)
-        start = next_start
+    for identifier, begin, stop in _chunks(data, start, end):
+        if identifier == _OBJECT:  # begins with its name and a zero
+            begin = data.find(b"\0", begin, stop) + 1 or stop
+        if identifier == _MESH:
+            _require_mesh(data, begin, stop)
+        elif identifier in _CONTAINERS:
+            _require_chunks(data, begin, stop)
 
 
 def read_3ds(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:

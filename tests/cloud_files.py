@@ -1,0 +1,105 @@
+"""One mug written in every format, for the tests of reading."""
+
+import io
+import struct
+
+import numpy as np
+import trimesh
+
+MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
+CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz")
+
+
+def mug():
+    """Return the vertices (N, 3) in metres and faces (M, 3) of a closed tube on a plate, 10 cm high."""
+    tube = trimesh.creation.annulus(0.036, 0.04, 0.1, sections=16)
+    plate = trimesh.creation.box((0.05, 0.05, 0.004))
+    plate.apply_translation((0, 0, -0.048))
+    mesh = trimesh.util.concatenate([tube, plate])
+    mesh.apply_translation((0.3, -0.2, 1.0))
+    # float32 values: PLY, STL, GLB and 3DS hold no more
+    return np.array(mesh.vertices, dtype=np.float32).astype(np.float64), np.array(mesh.faces)
+
+
+def _chunk(identifier, body):
+    return struct.pack("<HI", identifier, 6 + len(body)) + body
+
+
+def three_ds_bytes(vertices, faces):
+    """Return a 3DS file of one object."""
+    corners = np.column_stack([faces, np.zeros(len(faces))]).astype("<u2")
+    mesh = _chunk(0x4110, struct.pack("<H", len(vertices)) + vertices.astype("<f4").tobytes())
+    mesh += _chunk(0x4120, struct.pack("<H", len(faces)) + corners.tobytes())
+    editor = _chunk(0x4000, b"mug\0" + _chunk(0x4100, mesh))
+    return _chunk(0x4D4D, _chunk(0x0002, struct.pack("<I", 3)) + _chunk(0x3D3D, editor))
+
+
+def npz_bytes(**arrays):
+    """Return an NPZ file of the arrays."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def mesh_bytes(ending, vertices, faces):
+    """Return a mesh as a file of any mesh format; ``ply ascii`` and ``stl ascii`` are formats too."""
+    if ending == "3ds":
+        return three_ds_bytes(vertices, faces)
+    if ending == "npz":
+        return npz_bytes(vertices=vertices, faces=faces)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if ending == "ply ascii":
+        return mesh.export(file_type="ply", encoding="ascii")
+    exported = mesh.export(file_type="stl_ascii" if ending == "stl ascii" else ending)
+    return exported.encode() if isinstance(exported, str) else exported
+
+
+def _pcd_header(points, data):
+    lines = [
+        "# .PCD v0.7",
+        "VERSION 0.7",
+        "FIELDS x y z rgb",
+        "SIZE 4 4 4 4",
+        "TYPE F F F U",
+        "COUNT 1 1 1 1",
+    ]
+    lines += [
+        f"WIDTH {len(points)}",
+        "HEIGHT 1",
+        "VIEWPOINT 0 0 0 1 0 0 0",
+        f"POINTS {len(points)}",
+        f"DATA {data}",
+    ]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _lzf_literals(data):
+    """Return bytes in LZF's framing, without compression: a valid file, if a poor one."""
+    pieces = (data[start : start + 32] for start in range(0, len(data), 32))
+    return b"".join(bytes([len(piece) - 1]) + piece for piece in pieces)
+
+
+def pcd_bytes(points, data="binary"):
+    """Return a PCD file of points (N, 3) with colours; ``data`` is ascii, binary or binary_compressed."""
+    if data == "ascii":
+        rows = "".join(f"{x:.17g} {y:.17g} {z:.17g} 255\n" for x, y, z in points)
+        return _pcd_header(points, data) + rows.encode()
+    columns = [points[:, axis].astype("<f4") for axis in range(3)] + [np.full(len(points), 255, dtype="<u4")]
+    if data == "binary":
+        return _pcd_header(points, data) + np.rec.fromarrays(columns).tobytes()
+    body = b"".join(column.tobytes() for column in columns)
+    packed = _lzf_literals(body)
+    return _pcd_header(points, data) + struct.pack("<II", len(packed), len(body)) + packed
+
+
+def cloud_bytes(ending, points):
+    """Return points as a file of any format for clouds."""
+    if ending.startswith("pcd"):
+        return pcd_bytes(points, *ending.split()[1:])
+    if ending == "npz":
+        return npz_bytes(points=points)
+    if ending == "xyz":
+        return "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in points.tolist()).encode()
+    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+    header += "".join(f"property double {axis}\n" for axis in "xyz") + "end_header\n"
+    return header.encode() + points.astype("<f8").tobytes()

@@ -1,0 +1,236 @@
+"""Every bad file is refused in one line that begins with its name; none crashes, hangs or fills memory."""
+
+import io
+import json
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, three_ds_bytes
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from spherefunc_bullet import reading
+from spherefunc_bullet.cloud import Cloud, load_cloud
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.reading import READERS
+
+SECONDS = 5_000  # milliseconds: a damaged file of 20 kB takes 0.01 s; a machine under load some more
+KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"]
+CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz"]
+
+
+def good_bytes(kind):
+    vertices, faces = mug()
+    return cloud_bytes(kind, vertices) if kind in CLOUD_KINDS else mesh_bytes(kind, vertices, faces)
+
+
+GOOD = {kind: good_bytes(kind) for kind in KINDS + CLOUD_KINDS}
+
+
+def refusal(path):
+    """Return the message with which a file is refused; it is one line and begins with the file's name."""
+    with pytest.raises(InputError) as error:
+        load_cloud(path)
+    message = str(error.value)
+    assert "\n" not in message and len(message) < 400
+    assert message.startswith((path.name, str(path)))
+    return message
+
+
+@pytest.fixture
+def refused(tmp_path):
+    def message(name, data):
+        (tmp_path / name).write_bytes(data)
+        return refusal(tmp_path / name)
+
+    return message
+
+
+def test_paths_that_are_no_file(tmp_path):
+    (tmp_path / "folder.ply").mkdir()
+    assert "folder" in refusal(tmp_path / "folder.ply")
+    assert "check the path" in refusal(tmp_path / "missing.ply")
+    assert "expected one of .ply" in refusal(tmp_path / "chair.blend")
+    assert "expected one of .ply" in refusal(tmp_path / "chair")
+
+
+def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
+    path = tmp_path / "locked.ply"
+    path.write_bytes(GOOD["ply"])
+
+    def deny(self):
+        raise PermissionError(13, "Permission denied", str(self))
+
+    monkeypatch.setattr(type(path), "read_bytes", deny)  # the tests may run as root, who reads everything
+    assert "Permission denied" in refusal(path)
+
+
+def test_a_file_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(reading, "MAX_FILE_BYTES", 1000)
+    path = tmp_path / "huge.ply"
+    path.write_bytes(GOOD["ply"])
+    assert "simplify" in refusal(path)
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_empty_files(refused, ending):
+    assert "empty file" in refused(f"chair{ending}", b"")
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_files_of_another_format(refused, ending):
+    assert "got a PNG file" in refused(f"chair{ending}", b"\x89PNG\r\n\x1a\n" + bytes(500))
+    if ending != ".ply":
+        assert "got a PLY file" in refused(f"chair{ending}", GOOD["ply"])
+
+
+@pytest.mark.parametrize("kind", [kind for kind in GOOD if kind not in ("obj", "xyz")])
+def test_files_cut_off(refused, kind):
+    """All formats but OBJ and XYZ say how much they hold; those two have no end to miss."""
+    data = GOOD[kind]
+    for share in (0.3, 0.6, 0.95):
+        refused(f"chair.{kind.split()[0]}", data[: int(share * len(data))])
+
+
+def test_a_name_with_a_line_break(tmp_path):
+    path = tmp_path / "two\nlines.ply"
+    path.write_bytes(b"no")
+    with pytest.raises(InputError) as error:
+        load_cloud(path)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("ending", ["ply", "obj", "off", "glb", "npz"])
+def test_vertices_that_are_not_finite(refused, ending):
+    vertices, faces = mug()
+    vertices[3, 1] = np.nan
+    vertices[5, 2] = np.inf
+    message = refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
+    assert f"2 of {len(vertices)}" in message or "could not read" in message
+
+
+@pytest.mark.parametrize("ending", ["ply", "obj", "off", "3ds", "npz"])
+def test_faces_out_of_range(refused, ending):
+    vertices, faces = mug()
+    faces[2, 1] = 4321
+    refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
+
+
+def test_too_few_points_and_no_area(refused):
+    assert "at least 10 points, got 3" in refused("few.xyz", b"0 0 0\n1 1 1\n2 2 2\n")
+    assert "without area" in refused("flat.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+    assert "at least 10 points, got 0" in refused("blind.pcd", pcd_bytes(np.full((50, 3), np.nan)))
+
+
+def test_ply_headers_that_declare_more_than_the_file_holds(refused):
+    for count in (b"4000000000", b"-5", b"99999999999999999999"):
+        data = GOOD["ply"].replace(b"element vertex ", b"element vertex " + count + b"\ncomment ", 1)
+        assert "more than the file holds" in refused("chair.ply", data)
+
+
+def test_pcd_headers_that_declare_more_than_the_file_holds(refused):
+    for kind in ("pcd ascii", "pcd binary", "pcd binary_compressed"):
+        data = GOOD[kind].replace(b"\nPOINTS ", b"\nPOINTS 99999999", 1)
+        assert "points" in refused("scan.pcd", data)
+    bomb = GOOD["pcd binary_compressed"].partition(b"DATA")[0].replace(b"\nPOINTS ", b"\nPOINTS 9999999")
+    count = int(bomb.partition(b"\nPOINTS ")[2].split()[0])
+    assert "damaged" in refused(
+        "scan.pcd", bomb + b"DATA binary_compressed\n" + struct.pack("<II", 9, 16 * count % 2**32)
+    )
+
+
+def test_npz_bombs_and_pickles(refused):
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        header = io.BytesIO()
+        shape = {"descr": "<f8", "fortran_order": False, "shape": (10**9, 3)}
+        np.lib.format.write_array_header_1_0(header, shape)
+        archive.writestr("points.npy", header.getvalue() + bytes(10**6))
+    assert "MiB" in refused("bomb.npz", buffer.getvalue())
+    pickled = npz_bytes(points=np.array([print, None, {}], dtype=object))
+    assert "real numbers" in refused("pickle.npz", pickled)
+    assert "faces" in refused("faces.npz", npz_bytes(vertices=mug()[0], faces=np.array([[0.5, 1, 2]])))
+
+
+def glb_of(tree, body=b""):
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    chunks = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(body), b"BIN\0") + body
+    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+def test_glb_that_declares_more_than_it_holds(refused):
+    tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}
+    tree["meshes"] = [{"primitives": [{"attributes": {"POSITION": 0}}]}]
+    tree["accessors"] = [{"componentType": 5126, "type": "VEC3", "count": 10**10}]
+    assert "declared" in refused("huge.glb", glb_of(tree))
+    tree["accessors"][0]["count"] = 3 * 10**6
+    tree["nodes"] *= 1000
+    assert "simplify" in refused("many.glb", glb_of(tree))
+    tree["extensionsUsed"] = ["KHR_draco_mesh_compression"]
+    assert "without compression" in refused("draco.glb", glb_of(tree))
+
+
+def test_glb_whose_nodes_run_in_a_circle(refused):
+    vertices, faces = mug()
+    data = GOOD["glb"]
+    length = int.from_bytes(data[12:16], "little")
+    tree = json.loads(data[20 : 20 + length])
+    tree["nodes"] = [{"children": [1], "name": "a"}, {"children": [0], "name": "b", "mesh": 0}]
+    tree["scenes"] = [{"nodes": [0]}]
+    refused("circle.glb", glb_of(tree, data[28 + length :]))
+
+
+def test_3ds_whose_chunks_do_not_fit(refused):
+    data = bytearray(three_ds_bytes(*mug()))
+    for position, size in ((2, 2**31), (2, 5), (18, 0), (18, 2**32 - 1)):
+        damaged = bytearray(data)
+        damaged[position : position + 4] = struct.pack("<I", size)
+        assert "fit into each other" in refused("chair.3ds", bytes(damaged))
+    nested = b""
+    for _ in range(5000):
+        nested = struct.pack("<HI", 0x4D4D, 6 + len(nested)) + nested
+    refused("deep.3ds", nested)
+
+
+@st.composite
+def damaged(draw, data):
+    """Draw a damaged copy of a file: bits flipped, cut, bytes moved, a number in its header changed."""
+    how = draw(st.sampled_from(["flip", "cut", "splice", "extreme", "random", "number"]))
+    at = draw(st.integers(0, len(data) - 1) | st.integers(0, min(300, len(data) - 1)))
+    if how == "flip":
+        return data[:at] + bytes([data[at] ^ (1 << draw(st.integers(0, 7)))]) + data[at + 1 :]
+    if how == "cut":
+        return data[:at]
+    if how == "splice":
+        return data[:at] + draw(st.binary(min_size=0, max_size=40)) + data[at + draw(st.integers(0, 60)) :]
+    if how == "extreme":
+        value = draw(st.sampled_from([0, 1, 2**31 - 1, 2**31, 2**32 - 1, 0x7FC00000, 0x7F800000]))
+        return data[:at] + struct.pack("<I", value) + data[at + 4 :]
+    if how == "number":
+        words = data.split(b" ")
+        word = draw(st.integers(0, min(40, len(words) - 1)))
+        words[word] = draw(st.sampled_from([b"-1", b"0", b"nan", b"1e308", b"4294967295", b"\xff", b"x"]))
+        return b" ".join(words)
+    return draw(st.binary(max_size=300))
+
+
+@pytest.mark.parametrize("kind", GOOD)
+@given(choice=st.data())
+@settings(
+    max_examples=60,
+    deadline=SECONDS,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+def test_damage_gives_a_cloud_or_one_line(tmp_path, kind, choice):
+    path = tmp_path / f"chair.{kind.split()[0]}"
+    path.write_bytes(choice.draw(damaged(GOOD[kind])))
+    try:
+        cloud = load_cloud(path, report=lambda line: None)
+    except InputError as error:
+        assert "\n" not in str(error) and str(error).startswith((path.name, str(path)))
+    else:
+        assert isinstance(cloud, Cloud) and np.isfinite(cloud.points).all()
