@@ -25,16 +25,9 @@ _SLIVER = 0.02  # of cover: lower triangles are sampled along their longest edge
 @njit(cache=True)
 def _normal(triangle):
     """Return a triangle's normal, as long as twice its area."""
-    ax, ay, az = (
-        triangle[1, 0] - triangle[0, 0],
-        triangle[1, 1] - triangle[0, 1],
-        triangle[1, 2] - triangle[0, 2],
-    )
-    bx, by, bz = (
-        triangle[2, 0] - triangle[0, 0],
-        triangle[2, 1] - triangle[0, 1],
-        triangle[2, 2] - triangle[0, 2],
-    )
+    x, y, z = triangle[0, 0], triangle[0, 1], triangle[0, 2]
+    ax, ay, az = triangle[1, 0] - x, triangle[1, 1] - y, triangle[1, 2] - z
+    bx, by, bz = triangle[2, 0] - x, triangle[2, 1] - y, triangle[2, 2] - z
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 

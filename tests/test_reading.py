@@ -73,6 +73,11 @@ def test_obj_counts_relative_numbers_from_the_last_vertex_so_far(tmp_path):
     assert geometry.faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
 
 
+def test_faces_of_two_corners_are_passed_over(tmp_path):
+    geometry = read(tmp_path, "edge.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2\nf 1 2 3\nf 3 1\n")
+    assert geometry.faces.tolist() == [[0, 1, 2]]
+
+
 def test_xyz_passes_over_headings_comments_and_further_columns(tmp_path):
     text = "x,y,z,r\n# a scan\n1, 2, 3, 255\n4,5,6,0 // last\n"
     assert read(tmp_path, "scan.xyz", text).vertices.tolist() == [[1, 2, 3], [4, 5, 6]]

@@ -13,7 +13,7 @@ def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     counts : (P,) int
-        Corners of each polygon, at least 3.
+        Corners of each polygon, at least 1; those of 1 or 2, which some programs write, have no surface.
     corners : (sum of counts,) int
         The polygons' vertex numbers, one after the other.
 
@@ -29,11 +29,9 @@ def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
            [3, 5, 6]])
     """
     counts, corners = np.asarray(counts, dtype=np.int64), np.asarray(corners, dtype=np.int64)
-    if len(counts) and counts.min() < 3:
-        raise FormatError(
-            f"expected faces of at least 3 corners, got one of {counts.min()}; is the file damaged?"
-        )
-    fans = counts - 2
+    if len(counts) and counts.min() < 1:
+        raise FormatError(f"expected faces of 3 corners or more, got one of {counts.min()}; is it damaged?")
+    fans = np.maximum(counts - 2, 0)
     first = np.repeat(np.cumsum(counts) - counts, fans)
     step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
     return np.column_stack([corners[first], corners[first + step + 1], corners[first + step + 2]]).reshape(
