@@ -143,18 +143,22 @@ class FunctionClassifier(BaseEstimator):
 
     def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
         members = self.members_[:, self.functions_.index(name)]
-        k = find_method(self.method).n_neighbors
-        sides = [np.flatnonzero(side)[np.argsort(distances[side], kind="stable")[:k]] for side in (members, ~members)]
-        weights = [1 / np.maximum(distances[side], SAME) / max(len(side), 1) for side in sides]
-        total = sum(each.sum() for each in weights) / share
+        counts = find_method(self.method).neighbors
+        weights = np.zeros(len(members))
+        for count in counts:
+            nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
+            inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
+            total = sum(each.sum() for each in inverse)
+            for rows, values in zip(nearest, inverse, strict=True):
+                weights[rows] += share * values / total / len(counts)
         return [
             {
                 "name": self.names_[i],
                 "member": bool(members[i]),
                 "distance": round(float(distances[i]), 4),
-                "weight": round(float(weight / total), 4),
+                "weight": round(float(weights[i]), 4),
             }
-            for i, weight in zip(np.concatenate(sides), np.concatenate(weights), strict=True)
+            for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
         ]
 
     def chosen_radii(self) -> list[float]:
@@ -189,6 +193,11 @@ def as_sets(labels) -> list[frozenset[str]]:
     if not sets:
         raise InputError("training set: expected at least one labelled object, got none")
     return sets
+
+
+def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows with and the rows without the function."""
+    return np.flatnonzero(members), np.flatnonzero(~members)
 
 
 def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:

@@ -112,7 +112,7 @@ def check_about(about, path, backend: str | None):
 def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
     """Return the classifier that a model file describes."""
     simulator = make_simulator(about["backend"], **about["backend_options"])
-    method = Method(**about["method"])
+    method = Method(**about["method"] | {"neighbors": tuple(about["method"]["neighbors"])})
     radii = tuple(about["radii"])
     model = FunctionClassifier(
         simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]

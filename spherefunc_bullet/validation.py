@@ -43,7 +43,12 @@ def validation_splits(members: np.ndarray, splits: int, random_state: int) -> li
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
 
 
-def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, n_neighbors: int) -> float:
+def neighbor_scores(distances: np.ndarray, members: np.ndarray, method: Method) -> np.ndarray:
+    """Return one function's scores (Q,) at one radius, the mean over the method's numbers of neighbours."""
+    return np.mean([inverse_distance_scores(distances, members, k) for k in method.neighbors], axis=0)
+
+
+def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, method: Method) -> float:
     """Return the F-measure of one function over validation splits of its training set, all counted together.
 
     Parameters
@@ -55,7 +60,7 @@ def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, n_ne
     """
     truth, predicted = [], []
     for train, held_out in splits:
-        scores = inverse_distance_scores(distances[np.ix_(held_out, train)], members[train], n_neighbors)
+        scores = neighbor_scores(distances[np.ix_(held_out, train)], members[train], method)
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
@@ -81,7 +86,7 @@ def radius_weights(
     if len(members) < 3 or members.all() or not members.any():
         return {radii[0]: 1.0}
     splits = validation_splits(members, SPLITS, random_state)
-    measured = {r: round(validated_f_measure(distances[r], members, splits, method.n_neighbors), 9) for r in radii}
+    measured = {r: round(validated_f_measure(distances[r], members, splits, method), 9) for r in radii}
     best = max(radii, key=measured.get)
     votes = {radius: (f_measure - 0.5) ** 2 for radius, f_measure in measured.items() if f_measure > 0.5}
     if not method.vote or best not in votes:
@@ -104,7 +109,6 @@ def voted_scores(
         Summing to one.
     """
     scores = [
-        weight * inverse_distance_scores(distances[radius], members, method.n_neighbors)
-        for radius, weight in weights.items()
+        weight * neighbor_scores(distances[radius], members, method) for radius, weight in weights.items()
     ]
     return np.sum(scores, axis=0)
