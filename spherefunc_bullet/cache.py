@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ import numpy as np
 def cache_home() -> Path:
     """Return the folder for what can be computed again: $SPHEREFUNC_CACHE, or the user's cache folder."""
     given = os.environ.get("SPHEREFUNC_CACHE")
-    return Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "spherefunc"
+    users = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    return Path(given) if given else users / "spherefunc"
 
 
 def entry_path(kind: str, name: str) -> Path:
@@ -40,4 +42,5 @@ def write_entry(path: Path, arrays: dict[str, np.ndarray]):
         scratch.write_bytes(buffer.getvalue())
         os.replace(scratch, path)
     except OSError:
-        scratch.unlink(missing_ok=True)  # a full or read-only disk costs the cache, not the run
+        with suppress(OSError):  # a full or read-only disk costs the cache, not the run
+            scratch.unlink(missing_ok=True)

@@ -10,7 +10,7 @@ from sklearn.utils.multiclass import check_classification_targets, unique_labels
 from sklearn.utils.validation import check_is_fitted, validate_data
 
 NEIGHBOURS = 1
-SAME = 1e-9  # distance below which two histograms are the same, in spheres
+SAME = 1e-6  # spheres: distance below which two histograms are the same; above rounding errors
 
 
 def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighbors: int = NEIGHBOURS) -> np.ndarray:
@@ -105,6 +105,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
 
     def predict(self, X) -> np.ndarray:
         """Return the class (Q,) of the largest share."""
+        check_is_fitted(self)
         return self.classes_[np.argmax(self.predict_proba(X), axis=1)]
 
     def __sklearn_tags__(self):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from dataclasses import asdict
 from importlib.metadata import version
 from importlib.resources import files
@@ -23,6 +24,9 @@ from .simulator import make_simulator
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
+# What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
+DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
+DAMAGE += (zipfile.BadZipFile, zlib.error)
 
 
 def shipped_model(backend: str = "fast") -> Path:
@@ -76,19 +80,26 @@ def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifi
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
+    about, arrays = read_arrays(path)
+    try:
+        check_about(about, path, backend)
+        return rebuilt(about, arrays)
+    except InputError:
+        raise
+    except (AttributeError, KeyError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
+
+
+def read_arrays(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
+    """Return what a model file says about itself, and its arrays."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
-        about = json.loads(str(arrays["about"]))
+        return json.loads(str(arrays["about"])), arrays
     except FileNotFoundError as error:
         raise InputError(f"{path}: expected a model file, found nothing of that name") from error
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, MemoryError) as error:
+    except DAMAGE as error:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
-    check_about(about, path, backend)
-    try:
-        return rebuilt(about, arrays)
-    except (KeyError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
 
 
 def check_about(about, path, backend: str | None):
@@ -101,7 +112,10 @@ def check_about(about, path, backend: str | None):
         )
     if backend is not None and about["backend"] != backend:
         raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
-    simulator = make_simulator(about["backend"], **about["backend_options"])
+    try:
+        simulator = make_simulator(about["backend"], **about["backend_options"])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
     if simulator.version != about["backend_version"]:
         raise InputError(
             f"{path}: learnt with version {about['backend_version']} of the backend {about['backend']}, "
@@ -119,6 +133,8 @@ def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
     )
     model.functions_ = tuple(about["functions"])
     model.weights_ = {name: {radius: weight for radius, weight in about["weights"][name]} for name in model.functions_}
+    if not all(weights and set(weights) <= set(radii) for weights in model.weights_.values()):
+        raise ValueError("a function's radius is none of the model's")
     model.members_ = arrays["members"].astype(bool)
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):

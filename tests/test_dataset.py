@@ -1,0 +1,138 @@
+"""Data sets: manifests as people write them, folders of labels, names of catalogues, and what is refused."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from spherefunc_bullet.dataset import open_dataset, parse_functions
+from spherefunc_bullet.errors import InputError
+
+
+@pytest.fixture
+def write(tmp_path):
+    def manifest(text: str | bytes):
+        path = tmp_path / "set" / "manifest.csv"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return path.parent
+
+    return manifest
+
+
+def refused(data, match):
+    with pytest.raises(InputError, match=match) as caught:
+        open_dataset(data)
+    assert "\n" not in str(caught.value)
+
+
+def test_manifest_keeps_its_order_and_meaning(write):
+    folder = write(
+        "file,label,also,category,group\n"
+        "b.ply,table,sittable,coffee_table,shop\n"
+        "a.ply,table; desk ,,desk,\n"
+        "sub/c.ply,none,cup,vase,home\n"
+    )
+    dataset = open_dataset(folder)
+    assert dataset.name == "set" and len(dataset) == 3
+    assert dataset.functions == ("desk", "table")
+    first, second, third = dataset.objects
+    assert first.path == folder / "b.ply" and third.path == folder / "sub" / "c.ply"
+    assert (first.functions, second.functions, third.functions) == ({"table"}, {"table", "desk"}, frozenset())
+    assert (first.also, second.also, third.also) == ({"sittable"}, frozenset(), {"cup"})
+    assert (first.group, second.group, first.category) == ("shop", "", "coffee_table")
+
+
+def test_labels():
+    assert parse_functions("table;sittable;none") == {"table", "sittable"}
+    assert parse_functions(" none ") == parse_functions("") == parse_functions(";") == frozenset()
+
+
+def test_other_columns_in_another_order_are_fine(write):
+    dataset = open_dataset(write('notes,label,weight,file\n"new, blue",cup,3,a.ply\n'))
+    assert dataset.objects[0].path.name == "a.ply" and dataset.objects[0].functions == {"cup"}
+
+
+@pytest.mark.parametrize("text", [b"\xef\xbb\xbffile,label\na.ply,cup\n", b"file,label\r\na.ply,cup\r\n"])
+def test_marks_of_other_systems_are_fine(write, text):
+    assert open_dataset(write(text)).objects[0].functions == {"cup"}
+
+
+def test_manifest_by_its_own_path(write):
+    folder = write("file,label\na.ply,cup\n")
+    assert open_dataset(folder / "manifest.csv") == open_dataset(folder) == open_dataset(str(folder))
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("file,kind\na.ply,cup\n", "columns file and label, got file, kind"),
+        ("name,label\na.ply,cup\n", "columns file and label, got name, label"),
+        ("", "columns file and label, got no columns"),
+        ("file,label\n", "at least one row"),
+        (b"file,label\n\xff\xfe.ply,cup\n", "UTF-8"),
+        (b"\x00\x01\x02", "columns file and label"),
+        ("file,label\na.ply\n", "line 2: expected a file and a label"),
+        ("file,label\na.ply,cup\n,cup\n", "line 3: expected a file and a label"),
+        ("file,label\na.ply, \n", "line 2: expected a file and a label"),
+    ],
+)
+def test_manifest_that_is_not_usable_is_refused(write, text, match):
+    refused(write(text), match)
+
+
+@pytest.mark.parametrize("file", ["../secret.ply", "/etc/passwd", "sub/../../secret.ply", "."])
+def test_paths_that_climb_out_are_refused(write, file):
+    refused(write(f"file,label\n{file},cup\n"), "line 2: expected a file below the manifest's folder")
+
+
+def test_link_that_leads_out_is_refused(write, tmp_path):
+    (tmp_path / "outside.ply").write_text("")
+    folder = write("file,label\nlink.ply,cup\n")
+    os.symlink(tmp_path / "outside.ply", folder / "link.ply")
+    refused(folder, "below the manifest's folder")
+
+
+def test_missing_files_are_each_object_s_own_failure(write):
+    """Opening looks at no model: a file that is missing fails when it is simulated, and the rest goes on."""
+    assert len(open_dataset(write("file,label\ngone.ply,cup\nalso_gone.ply,none\n"))) == 2
+
+
+def test_folders_named_for_their_label(tmp_path):
+    for path in (
+        "cup/b.STL",
+        "cup/a.ply",
+        "cup/deep/c.obj",
+        "none/d.npz",
+        "table;sittable/e.glb",
+        "none/notes.txt",
+    ):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text("")
+    dataset = open_dataset(tmp_path)
+    assert [each.path.name for each in dataset.objects] == ["a.ply", "b.STL", "c.obj", "d.npz", "e.glb"]
+    assert [sorted(each.functions) for each in dataset.objects[2:]] == [["cup"], [], ["sittable", "table"]]
+    assert dataset.name == tmp_path.name
+
+
+def test_folder_without_either_is_refused(tmp_path):
+    (tmp_path / "cup").mkdir()
+    (tmp_path / "loose.ply").write_text("")
+    refused(tmp_path, "expected a manifest.csv, or folders")
+
+
+def test_name_of_a_catalogue(tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
+    dataset = open_dataset("household")
+    assert len(dataset) == 200 and dataset.functions == ("cup", "sittable", "table")
+    assert all(each.path.is_file() and tmp_path in each.path.parents for each in dataset.objects)
+    stamp = dataset.objects[0].path.stat().st_mtime_ns
+    assert open_dataset("household") == dataset  # and not built again:
+    assert dataset.objects[0].path.stat().st_mtime_ns == stamp
+
+
+def test_unknown_name_lists_the_catalogues(tmp_path):
+    refused("no-such-set", "household; found nothing of that name")
+    (tmp_path / "model.ply").write_text("")
+    refused(tmp_path / "model.ply", "found a file")

@@ -1,0 +1,198 @@
+"""Models on disk: what is read back is what was written, and what cannot be used is refused in one line."""
+
+from __future__ import annotations
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+from test_classifier import collection, fitted
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.model_file import load_model, save_model
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fitted(*collection(5))
+
+
+@pytest.fixture
+def saved(model, tmp_path):
+    save_model(model, tmp_path / "model.npz")
+    return tmp_path / "model.npz"
+
+
+def changed(path, **about):
+    """Rewrite a model file with other statements about itself."""
+    with np.load(path) as file:
+        arrays = dict(file)
+    arrays["about"] = np.array(json.dumps(json.loads(str(arrays["about"])) | about))
+    np.savez(path, **arrays)
+    return path
+
+
+def refused(path, match, backend=None):
+    with pytest.raises(InputError, match=match) as caught:
+        load_model(path, backend)
+    assert "\n" not in str(caught.value) and str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["paper", "default"])
+def test_round_trip_scores_the_same(tmp_path, method):
+    model = fitted(*collection(5), method)
+    save_model(model, tmp_path / "model")
+    again = load_model(tmp_path / "model", "fast")
+    asked = collection(4, 60)[0]
+    assert np.array_equal(again.score_settled(asked), model.score_settled(asked))
+    assert again.functions_ == model.functions_ and again.names_ == model.names_
+    assert again.radius_ == model.radius_ and again.weights_ == model.weights_
+
+
+def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):
+    save_model(load_model(saved), tmp_path / "again.npz")
+    with np.load(saved) as first, np.load(tmp_path / "again.npz") as second:
+        assert sorted(first.files) == sorted(second.files)
+        assert all(np.array_equal(first[name], second[name]) for name in first.files)
+
+
+def test_model_read_back_learns_more(model, saved):
+    more, labels, names = collection(3, 40)
+    asked = collection(4, 60)[0]
+    grown = load_model(saved).add_settled(more, labels, names)
+    settled, first_labels, first_names = collection(5)
+    whole = fitted(settled + more, first_labels + labels, first_names + names)
+    assert grown.weights_ == whole.weights_
+    assert np.allclose(grown.score_settled(asked), whole.score_settled(asked), rtol=1e-9)
+
+
+def test_file_is_data_and_says_what_made_it(saved):
+    with np.load(saved, allow_pickle=False) as file:
+        about = json.loads(str(file["about"]))
+        assert all(file[name].dtype != object for name in file.files)
+    assert about["backend"] == "fast" and about["functions"] == ["cup", "sittable", "table"]
+    assert about["radii"] == [0.01, 0.02] and {"numpy", "spherefunc-bullet"} <= set(about["versions"])
+
+
+def test_other_backend_is_refused(saved):
+    refused(saved, "backend fast.*bullet", backend="bullet")
+
+
+def test_backend_that_is_not_installed_is_refused(saved):
+    changed(saved, backend="gone")
+    with pytest.raises(InputError, match="gone") as caught:
+        load_model(saved)
+    assert "\n" not in str(caught.value)
+
+
+def test_other_version_of_the_backend_is_refused(saved):
+    refused(changed(saved, backend_version="0.0"), "version 0.0.*train it again")
+
+
+def test_other_version_of_the_format_is_refused(saved):
+    refused(changed(saved, format_version=99), "format 1, got 99")
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        {"backend": None},
+        {"backend_options": None},
+        {"backend_options": {"no_such": 1}},
+        {"method": None},
+        {"method": {"name": "x"}},
+        {"functions": ["cup"]},
+        {"functions": None},
+        {"weights": {}},
+        {"weights": {"cup": [[7.0, 1.0]], "sittable": [], "table": []}},
+        {"radii": [0.01, 0.02, 0.03]},
+        {"radii": "many"},
+        {"seed": "x", "radii": None},
+    ],
+    ids=lambda about: ",".join(about),
+)
+def test_contents_that_do_not_fit_together_are_refused(saved, about):
+    changed(saved, **about)
+    with pytest.raises(InputError) as caught:
+        load_model(saved).score_settled(collection(1)[0])
+    assert "\n" not in str(caught.value)
+
+
+def test_about_without_a_field_is_refused(saved):
+    with np.load(saved) as file:
+        arrays = dict(file)
+    about = json.loads(str(arrays["about"]))
+    for name in about:
+        rest = {key: value for key, value in about.items() if key not in (name, "versions")}
+        np.savez(saved, **arrays | {"about": np.array(json.dumps(rest))})
+        if name != "versions":  # which are told, not needed
+            refused(saved, "expected")
+
+
+def test_file_cut_short_is_refused_wherever_it_is_cut(saved):
+    whole = saved.read_bytes()
+    for length in np.linspace(0, len(whole) - 1, 60).astype(int):
+        saved.write_bytes(whole[:length])
+        refused(saved, "expected a model")
+
+
+def test_damaged_bytes_are_refused_or_change_nothing(model, saved):
+    whole = bytearray(saved.read_bytes())
+    asked = collection(1, 60)[0]
+    random = np.random.default_rng(0)
+    for place in random.integers(0, len(whole), 60):
+        damaged = whole.copy()
+        damaged[place] ^= 0xFF
+        saved.write_bytes(bytes(damaged))
+        try:
+            scores = load_model(saved).score_settled(asked)
+        except InputError as error:
+            assert "\n" not in str(error)
+        else:  # a byte that nothing depends on: a date, an attribute; checksums guard the rest
+            assert np.array_equal(scores, model.score_settled(asked))
+
+
+@pytest.mark.parametrize("length", [0, 1, 100, 5000])
+def test_random_bytes_are_refused(tmp_path, length):
+    path = tmp_path / "noise.npz"
+    path.write_bytes(np.random.default_rng(length).bytes(length))
+    refused(path, "expected a model")
+
+
+def test_other_npz_is_refused(tmp_path):
+    np.savez(tmp_path / "cloud.npz", points=np.zeros((20, 3)))
+    refused(tmp_path / "cloud.npz", "expected a model")
+    np.savez(tmp_path / "about.npz", about=np.array(json.dumps({"format": "another"})))
+    refused(tmp_path / "about.npz", "another NPZ")
+    np.savez(tmp_path / "list.npz", about=np.array("[1, 2]"))
+    refused(tmp_path / "list.npz", "another NPZ")
+    np.save(tmp_path / "single.npy", np.zeros(3))
+    refused(tmp_path / "single.npy", "expected a model")
+
+
+class Trap:
+    """What a pickle would run when it is opened."""
+
+    def __reduce__(self):
+        return (pytest.fail, ("the file's code was run",))
+
+
+def test_pickled_objects_are_refused_unopened(saved, tmp_path):
+    with np.load(saved) as file:
+        arrays = dict(file)
+    np.savez(saved, **arrays | {"names": np.array([Trap()] * len(arrays["names"]), dtype=object)})
+    refused(saved, "expected a model")
+    (tmp_path / "bare.pkl").write_bytes(pickle.dumps(Trap()))
+    refused(tmp_path / "bare.pkl", "expected a model")
+
+
+def test_missing_file_and_folder_are_refused(tmp_path):
+    refused(tmp_path / "gone.npz", "found nothing")
+    refused(tmp_path, "expected a model")
+
+
+def test_place_that_cannot_be_written_is_an_input_error(model, tmp_path):
+    for path in (tmp_path, tmp_path / "no" / "folder" / "model.npz"):
+        with pytest.raises(InputError, match="expected a file that can be written"):
+            save_model(model, path)

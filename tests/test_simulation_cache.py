@@ -1,0 +1,158 @@
+"""Every object is simulated once per radius and kept by content; what damages an entry costs only time."""
+
+from __future__ import annotations
+
+import clouds
+import numpy as np
+import pytest
+
+from spherefunc_bullet.cache import cache_home
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.simulation import Loading, settle, simulate_objects
+from spherefunc_bullet.simulator import make_simulator
+
+RADII = (0.01, 0.02)
+
+
+@pytest.fixture(autouse=True)
+def empty_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def files(tmp_path):
+    paths = []
+    for shape in (clouds.mug(), clouds.plate()):
+        paths.append(tmp_path / f"{shape.name}.npz")
+        np.savez(paths[-1], points=shape.points)
+    return paths
+
+
+def simulated(paths, radii=RADII, **options) -> list:
+    found = dict(simulate_objects(paths, options.pop("simulator", "fast"), radii, jobs=1, **options))
+    return [found[i] for i in range(len(paths))]
+
+
+def entries() -> dict:
+    """Return each cache entry's path and when it was written."""
+    return {path: path.stat().st_mtime_ns for path in cache_home().rglob("*") if path.is_file()}
+
+
+def same(first, second) -> bool:
+    return all(
+        a.drops == b.drops
+        and a.seconds == b.seconds
+        and np.array_equal(a.size, b.size)
+        and np.array_equal(a.voxels, b.voxels)
+        and all(np.array_equal(a.settled[radius], b.settled[radius]) for radius in RADII)
+        for a, b in zip(first, second, strict=True)
+    )
+
+
+def test_first_run_settles_spheres(files):
+    mug, plate = simulated(files)
+    assert set(mug.settled) == set(RADII) and mug.path == files[0]
+    assert all(
+        len(each.settled[radius]) > 5 and each.drops[radius] > 50 for each in (mug, plate) for radius in RADII
+    )
+    # 63 points round the wall miss the widest place by up to r (1 - cos(pi / 63)) = 0.05 mm on either side.
+    assert mug.size == pytest.approx([0.08, 0.08, 0.1], abs=1e-4)
+
+
+def test_second_run_simulates_nothing(files):
+    first, before = simulated(files), entries()
+    second = simulated(files)
+    # Equal seconds say so too: they are those of the run that was kept.
+    assert same(first, second) and entries() == before
+    assert len(before) == 2 * (1 + len(RADII))
+
+
+def test_only_what_is_missing_is_computed(files):
+    simulated(files, RADII[:1])
+    before = entries()
+    simulated(files)
+    after = entries()
+    assert before.items() <= after.items() and len(after) == len(before) + 2
+
+
+def test_entry_cut_short_is_computed_again(files):
+    first, whole = simulated(files), {path: path.read_bytes() for path in entries()}
+    for path, content in whole.items():
+        for length in (0, 10, len(content) // 2, len(content) - 1):
+            path.write_bytes(content[:length])
+            again = simulated(files)
+            assert all(
+                np.array_equal(a.settled[radius], b.settled[radius])
+                for a, b in zip(first, again, strict=True)
+                for radius in RADII
+            )
+            assert len(path.read_bytes()) > length
+
+
+def test_changed_content_is_another_object(files):
+    first, before = simulated(files), entries()
+    np.savez(files[0], points=clouds.mug(height=0.06).points)
+    second = simulated(files)
+    assert len(entries()) == len(before) + 1 + len(RADII)
+    assert second[0].size[2] == pytest.approx(0.06) and same(first[1:], second[1:])
+
+
+def test_same_content_under_another_name_is_the_same(files, tmp_path):
+    simulated(files)
+    before = entries()
+    (tmp_path / "copy.npz").write_bytes(files[0].read_bytes())
+    simulated([tmp_path / "copy.npz"])
+    assert entries() == before
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"seed": 1},
+        {"loading": Loading(up="y")},
+        {"simulator": make_simulator("fast", flat_angle_deg=2.0)},
+        {"radii": (0.015,)},
+    ],
+    ids=lambda options: ",".join(options),
+)
+def test_whatever_decides_the_result_is_in_the_name(files, options):
+    simulated(files)
+    before = entries()
+    outcomes = simulated(files, **options)
+    assert len(entries()) > len(before) and not any(isinstance(each, InputError) for each in outcomes)
+
+
+def test_file_that_cannot_be_used_yields_its_error_and_the_rest_goes_on(files, tmp_path):
+    (tmp_path / "broken.ply").write_bytes(b"ply\nnot a model\n")
+    outcomes = simulated([files[0], tmp_path / "broken.ply", tmp_path / "gone.stl", files[1]])
+    assert [type(each).__name__ for each in outcomes] == [
+        "ObjectRecord",
+        "InputError",
+        "InputError",
+        "ObjectRecord",
+    ]
+    assert "broken.ply" in str(outcomes[1]) and "gone.stl" in str(outcomes[2])
+
+
+def test_cache_is_what_settle_returns(files):
+    settled = settle(clouds.plate(), "fast", RADII)
+    again = simulated(files)[1].settled
+    # The plate's file is moved to the ground; the cloud itself hangs 40 cm above it.
+    for radius in RADII:
+        assert len(again[radius]) > 0 and settled[radius].dtype == again[radius].dtype == np.float32
+
+
+def test_sphere_larger_than_the_object_settles_nowhere(files):
+    record = simulated(files[:1], (0.02, 0.5))[0]
+    assert record.settled[0.5].shape == (0, 3) and record.drops[0.5] == 0 and len(record.settled[0.02]) > 0
+
+
+def test_two_processes_give_what_one_gives(files):
+    in_two = dict(simulate_objects(files, "fast", RADII, jobs=2))
+    assert same([in_two[0], in_two[1]], simulated(files))
+
+
+def test_cache_that_cannot_be_written_costs_only_the_cache(files, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "file"))
+    assert len(simulated(files)[0].settled[0.02]) > 5
