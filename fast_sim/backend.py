@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
-VERSION = "1"  # of the algorithm: another number, other centres
+VERSION = "2"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
 
 
@@ -66,17 +66,18 @@ class DropRun:
 
     def __init__(self, cloud, settings: DropSettings, flat_angle_deg: float):
         from .contact import MAX_CONTACTS
-        from .grid import MAX_NEIGHBOURS, point_grid, sphere_grid
+        from .grid import point_grid, point_spacing, sphere_grid
+        from .nearby import POINT_REACH, nowhere
 
         self.settings = settings
-        points = np.ascontiguousarray(cloud.points, dtype=np.float64)
-        self.low, self.high = points.min(axis=0), points.max(axis=0)
-        self.shape = roll_shape(settings.radius, cloud.spacing, flat_angle_deg)
-        self.points = point_grid(points, settings.radius)
-        self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, CHUNK)
+        self.low, self.high = cloud.bounds
+        self.points = point_grid(cloud.points, self.low, self.high, settings.radius)
+        self.shape = roll_shape(settings.radius, point_spacing(self.points), flat_angle_deg)
+        reach = POINT_REACH * settings.radius
+        self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
+        self.nearby = nowhere(len(cloud.points), MAX_CONTACTS)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
-        self.scratch = np.empty((MAX_CONTACTS + 1, 3)), np.empty((MAX_NEIGHBOURS, 3))
 
     def reserve(self, count: int):
         """Make room for so many more settled spheres."""
@@ -90,8 +91,8 @@ class DropRun:
     def arguments(self, columns: np.ndarray) -> tuple:
         """Return the kernel's arguments for columns (M, 2)."""
         s = self.settings
-        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, self.scratch)
-        return (self.points, self.spheres, columns, s.radius, self.shape, self.low, self.high, *limits)
+        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object)
+        return (self.points, self.spheres, self.nearby, columns, s.radius, self.shape, self.low, self.high, *limits)
 
     def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
         """Return what came of the run."""

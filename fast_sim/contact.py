@@ -10,38 +10,25 @@ import math
 
 from numba import njit
 
-from .grid import cell_index, may_touch_points
-
 MAX_CONTACTS = 12
 # Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
 # to rest on: product over squared sum of the two variances.
 RIDGE = 0.06
 
 
-@njit(cache=True)
-def nearest_point(points, x, y, z, reach):
-    """Return the index of and distance to the point nearest to (x, y, z) within ``reach``, or (-1, reach)."""
+@njit(cache=True, error_model="numpy")
+def nearest_point(found, near, x, y, z, reach):
+    """Return the row of the point nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
     nearest, best = -1, reach * reach
-    top = cell_index(points.top - z - reach, points.cell, points.nz)
-    bottom = cell_index(points.top - z + reach, points.cell, points.nz)
-    for ix in range(
-        cell_index(x - reach - points.left, points.cell, points.nx),
-        cell_index(x + reach - points.left, points.cell, points.nx) + 1,
-    ):
-        for iy in range(
-            cell_index(y - reach - points.front, points.cell, points.ny),
-            cell_index(y + reach - points.front, points.cell, points.ny) + 1,
-        ):
-            column = (ix * points.ny + iy) * points.nz
-            for i in range(points.start[column + top], points.start[column + bottom + 1]):
-                d2 = (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 + (points.z[i] - z) ** 2
-                if d2 < best:
-                    nearest, best = i, d2
+    for i in range(near):
+        d2 = (found[i, 0] - x) ** 2 + (found[i, 1] - y) ** 2 + (found[i, 2] - z) ** 2
+        if d2 < best:
+            nearest, best = i, d2
     return nearest, math.sqrt(best)
 
 
-@njit(cache=True)
-def plane_normal(points, x, y, z, reach):
+@njit(cache=True, error_model="numpy")
+def plane_normal(found, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
     (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is exact for
@@ -49,30 +36,19 @@ def plane_normal(points, x, y, z, reach):
     """
     count = 0
     mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0
-    top = cell_index(points.top - z - reach, points.cell, points.nz)
-    bottom = cell_index(points.top - z + reach, points.cell, points.nz)
-    for ix in range(
-        cell_index(x - reach - points.left, points.cell, points.nx),
-        cell_index(x + reach - points.left, points.cell, points.nx) + 1,
-    ):
-        for iy in range(
-            cell_index(y - reach - points.front, points.cell, points.ny),
-            cell_index(y + reach - points.front, points.cell, points.ny) + 1,
-        ):
-            column = (ix * points.ny + iy) * points.nz
-            for i in range(points.start[column + top], points.start[column + bottom + 1]):
-                px, py, pz = points.x[i] - x, points.y[i] - y, points.z[i] - z
-                if px * px + py * py + pz * pz < reach * reach:
-                    count += 1
-                    mx += px
-                    my += py
-                    mz += pz
-                    xx += px * px
-                    yy += py * py
-                    zz += pz * pz
-                    xy += px * py
-                    xz += px * pz
-                    yz += py * pz
+    for i in range(near):
+        px, py, pz = found[i, 0] - x, found[i, 1] - y, found[i, 2] - z
+        if px * px + py * py + pz * pz < reach * reach:
+            count += 1
+            mx += px
+            my += py
+            mz += pz
+            xx += px * px
+            yy += py * py
+            zz += pz * pz
+            xy += px * py
+            xz += px * pz
+            yz += py * pz
     if count < 3:
         return 0.0, 0.0, 0.0
     xx -= mx * mx / count
@@ -96,18 +72,20 @@ def plane_normal(points, x, y, z, reach):
     return nx / norm, ny / norm, nz / norm
 
 
-@njit(cache=True)
-def cloud_contact(points, x, y, z, radius, shape, normals):
-    """Write the cloud's contact into ``normals[0]``; return whether there is one and whether it is a plane.
+@njit(cache=True, error_model="numpy")
+def cloud_contact(nearby, x, y, z, radius, shape):
+    """Write the cloud's contact into ``nearby.normals[0]``; return whether there is one and whether it is a plane.
 
     Where the nearest point lies farther aside than the cloud's spacing explains, the sphere hangs over an
     edge, and its contact is that edge, not the plane beside it.
     """
-    nearest, distance = nearest_point(points, x, y, z, radius + shape.bump)
+    found, near, normals = nearby.points, nearby.counts[0], nearby.normals
+    nearest, distance = nearest_point(found, near, x, y, z, radius + shape.bump)
     if nearest < 0:
         return False, False
-    px, py, pz = x - points.x[nearest], y - points.y[nearest], z - points.z[nearest]
-    nx, ny, nz = plane_normal(points, points.x[nearest], points.y[nearest], points.z[nearest], shape.patch)
+    ax, ay, az = found[nearest, 0], found[nearest, 1], found[nearest, 2]
+    px, py, pz = x - ax, y - ay, z - az
+    nx, ny, nz = plane_normal(found, near, ax, ay, az, shape.patch)
     along = px * nx + py * ny + pz * nz
     if along < 0:
         nx, ny, nz, along = -nx, -ny, -nz, -along
@@ -120,11 +98,12 @@ def cloud_contact(points, x, y, z, radius, shape, normals):
     return True, is_plane
 
 
-@njit(cache=True)
-def sphere_contacts(neighbours, near, x, y, z, radius, tolerance, normals, count):
-    """Append the contacts with the first ``near`` neighbouring spheres to ``normals``; return the new count."""
+@njit(cache=True, error_model="numpy")
+def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
+    """Append the contacts with settled spheres to ``nearby.normals``; return the new count."""
+    neighbours, normals = nearby.spheres, nearby.normals
     reach = 2 * radius + tolerance
-    for i in range(near):
+    for i in range(nearby.counts[1]):
         dx, dy, dz = x - neighbours[i, 0], y - neighbours[i, 1], z - neighbours[i, 2]
         d2 = dx * dx + dy * dy + dz * dz
         if d2 < reach * reach and count < MAX_CONTACTS:
@@ -134,7 +113,7 @@ def sphere_contacts(neighbours, near, x, y, z, radius, tolerance, normals, count
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def allowed(normals, count, vx, vy, vz):
     """Tell whether a motion moves into none of the contacts."""
     for k in range(count):
@@ -143,7 +122,7 @@ def allowed(normals, count, vx, vy, vz):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def steepest_descent(normals, count):
     """Project gravity's direction (0, 0, -1) onto the motions that the contacts allow.
 
@@ -175,11 +154,3 @@ def steepest_descent(normals, count):
             if length > longest and allowed(normals, count, vx, vy, vz):
                 bx, by, bz, longest = vx, vy, vz, length
     return bx, by, bz
-
-
-@njit(cache=True)
-def touches_cloud(points, spheres, x, y, z, radius):
-    """Tell whether a sphere at rest touches the object, and not only other spheres."""
-    if not may_touch_points(spheres, x, y, z):
-        return False
-    return nearest_point(points, x, y, z, 1.01 * radius)[0] >= 0

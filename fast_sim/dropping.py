@@ -9,14 +9,16 @@ from .grid import insert
 from .rolling import SETTLED, roll
 
 
-@njit(cache=True)
-def drop_spheres(points, spheres, columns, radius, shape, low, high, miss_limit, limit, state, on_object, scratch):
+@njit(cache=True, error_model="numpy")
+def drop_spheres(points, spheres, nearby, columns, radius, shape, low, high, miss_limit, limit, state, on_object):
     """Drop a sphere down each of the columns until one of the limits is reached.
 
     Parameters
     ----------
     points, spheres : PointGrid, SphereGrid
         ``spheres`` receives those that settle.
+    nearby : Nearby
+        Scratch.
     columns : (M, 2) float64
         Where to drop, metres.
     low, high : (3,) float64
@@ -27,8 +29,6 @@ def drop_spheres(points, spheres, columns, radius, shape, low, high, miss_limit,
         Settled, rolled off, rejected, timed out, and consecutive misses so far; updated.
     on_object : (capacity,) bool
         Receives whether each settled sphere touches the object.
-    scratch : tuple of (C, 3) float64
-        Room for contacts' normals and for neighbours.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def drop_spheres(points, spheres, columns, radius, shape, low, high, miss_limit,
         # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
         # one that rolls off it was two higher still.
         z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
-        x, y, z, outcome, touching = roll(points, spheres, x, y, z, radius, shape, low, high, scratch)
+        x, y, z, outcome, touching = roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
         state[outcome] += 1
         if outcome == SETTLED:
             i = state[0] - 1

@@ -6,7 +6,8 @@ import math
 
 from numba import njit
 
-from .grid import EMPTY, cell_index, may_touch_points
+from .grid import EMPTY, cell_index
+from .nearby import DEPTH
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
@@ -15,7 +16,7 @@ GRAZE_SPHERE = 0.995
 TIGHT = 0.982  # nearer than this share of the contact distance is an overlap
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fall_on_points(points, x, y, z, radius, best):
     """Return the height of the first contact with the cloud below (x, y, z), and whether that place is clear.
 
@@ -23,18 +24,18 @@ def fall_on_points(points, x, y, z, radius, best):
     """
     graze = (GRAZE_POINT * radius) ** 2
     tight = (TIGHT * radius) ** 2
-    first_x = cell_index(x - radius - points.left, points.cell, points.nx)
-    last_x = cell_index(x + radius - points.left, points.cell, points.nx)
-    first_y = cell_index(y - radius - points.front, points.cell, points.ny)
-    last_y = cell_index(y + radius - points.front, points.cell, points.ny)
-    level = cell_index(points.top - z - radius, points.cell, points.nz)
+    first_x = cell_index(x - radius - points.left, points.per_metre, points.nx)
+    last_x = cell_index(x + radius - points.left, points.per_metre, points.nx)
+    first_y = cell_index(y - radius - points.front, points.per_metre, points.ny)
+    last_y = cell_index(y + radius - points.front, points.per_metre, points.ny)
+    level = cell_index(points.top - z - radius, points.per_metre, points.nz)
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + level], points.start[column + points.nz]):
                 pz = points.z[i]
-                if pz + radius <= best:
-                    break
+                if pz + points.cell + radius <= best:
+                    break  # a column is sorted by cell, so within one cell a later point can be higher
                 dx = points.x[i] - x
                 dy = points.y[i] - y
                 d2 = dx * dx + dy * dy
@@ -50,31 +51,26 @@ def fall_on_points(points, x, y, z, radius, best):
     return best, True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fall_on_spheres(spheres, x, y, z, radius, best):
     """Return the height of the first contact with settled spheres below (x, y, z), and whether it is clear."""
     reach = 2 * radius
     graze = (GRAZE_SPHERE * reach) ** 2
     tight = (TIGHT * reach) ** 2
-    first_x = cell_index(x - reach - spheres.left, spheres.cell, spheres.nx)
-    last_x = cell_index(x + reach - spheres.left, spheres.cell, spheres.nx)
-    first_y = cell_index(y - reach - spheres.front, spheres.cell, spheres.ny)
-    last_y = cell_index(y + reach - spheres.front, spheres.cell, spheres.ny)
-    level = cell_index(z + reach - spheres.bottom, spheres.cell, spheres.nz)
+    first_x = cell_index(x - reach - spheres.left, spheres.per_metre, spheres.nx)
+    last_x = cell_index(x + reach - spheres.left, spheres.per_metre, spheres.nx)
+    first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
+    last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
-            column = ix * spheres.ny + iy
-            for iz in range(min(level, spheres.highest[column]), -1, -1):
-                if spheres.bottom + (iz + 1) * spheres.cell + reach <= best:
-                    break
-                i = spheres.first[column * spheres.nz + iz]
-                while i != EMPTY:
-                    dx = spheres.centers[i, 0] - x
-                    dy = spheres.centers[i, 1] - y
-                    sz = spheres.centers[i, 2]
-                    i = spheres.following[i]
+            block = spheres.last[ix * spheres.ny + iy]
+            while block != EMPTY and spheres.top[block] + reach > best:
+                for k in range(spheres.filled[block]):
+                    dx = spheres.blocks[block, k, 0] - x
+                    dy = spheres.blocks[block, k, 1] - y
+                    sz = spheres.blocks[block, k, 2]
                     d2 = dx * dx + dy * dy
-                    if d2 >= graze:
+                    if d2 >= graze or sz + reach <= best:
                         continue
                     contact = sz + math.sqrt(reach * reach - d2)
                     if contact <= z:
@@ -83,32 +79,32 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
                         return best, False
                     elif sz < z:
                         best = max(best, z)
+                block = spheres.before[block]
     return best, True
 
 
-@njit(cache=True)
-def fall_on_neighbours(neighbours, near, x, y, z, radius, best):
-    """Do as `fall_on_spheres` with the first ``near`` neighbouring spheres alone."""
-    reach = 2 * radius
-    graze = (GRAZE_SPHERE * reach) ** 2
-    tight = (TIGHT * reach) ** 2
-    for i in range(near):
-        dx, dy = neighbours[i, 0] - x, neighbours[i, 1] - y
+@njit(cache=True, error_model="numpy")
+def fall_on_nearby(found, count, x, y, z, touch, graze, best):
+    """Do as `fall_on_points` with the first ``count`` points found nearby, which touch at a distance ``touch``."""
+    aside = (graze * touch) ** 2
+    tight = (TIGHT * touch) ** 2
+    for i in range(count):
+        dx, dy = found[i, 0] - x, found[i, 1] - y
         d2 = dx * dx + dy * dy
-        if d2 >= graze:
+        if d2 >= aside:
             continue
-        sz = neighbours[i, 2]
-        contact = sz + math.sqrt(reach * reach - d2)
+        pz = found[i, 2]
+        contact = pz + math.sqrt(touch * touch - d2)
         if contact <= z:
             best = max(best, contact)
-        elif d2 + (z - sz) ** 2 < tight:
+        elif d2 + (z - pz) ** 2 < tight:
             return best, False
-        elif sz < z:
+        elif pz < z:
             best = max(best, z)
     return best, True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fall(points, spheres, x, y, z, radius):
     """Return the height at which a sphere falling from (x, y, z) first touches, and whether it starts clear.
 
@@ -120,36 +116,34 @@ def fall(points, spheres, x, y, z, radius):
     return fall_on_points(points, x, y, z, radius, best)
 
 
-@njit(cache=True)
-def short_fall(points, spheres, neighbours, near, x, y, z, radius, depth):
-    """Do as `fall`, looking first at the neighbours, which are all the spheres that ``depth`` can reach."""
-    best, clear = fall_on_neighbours(neighbours, near, x, y, z, radius, radius)
-    if not clear:
-        return best, False
-    if z - best > depth:
+@njit(cache=True, error_model="numpy")
+def short_fall(points, spheres, nearby, x, y, z, radius):
+    """Do as `fall`, looking only at what is nearby unless the fall is a long one."""
+    best, clear = fall_on_nearby(nearby.spheres, nearby.counts[1], x, y, z, 2 * radius, GRAZE_SPHERE, radius)
+    if clear:
+        best, clear = fall_on_nearby(nearby.points, nearby.counts[0], x, y, z, radius, GRAZE_POINT, best)
+    if clear and z - best > DEPTH * radius:
         return fall(points, spheres, x, y, z, radius)
-    if not may_touch_points(spheres, x, y, z):
-        return best, True
-    return fall_on_points(points, x, y, z, radius, best)
+    return best, clear
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def stands_on_floor(points, x, y, radius):
     """Tell whether the object has a floor at ground level under a sphere that came down to z = 0.
 
     Single-sheet models have one; a sphere beside a leg is farther from the leg's foot than this.
     """
     reach = 0.8 * radius
-    first_x = cell_index(x - reach - points.left, points.cell, points.nx)
-    last_x = cell_index(x + reach - points.left, points.cell, points.nx)
-    first_y = cell_index(y - reach - points.front, points.cell, points.ny)
-    last_y = cell_index(y + reach - points.front, points.cell, points.ny)
+    first_x = cell_index(x - reach - points.left, points.per_metre, points.nx)
+    last_x = cell_index(x + reach - points.left, points.per_metre, points.nx)
+    first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)
+    last_y = cell_index(y + reach - points.front, points.per_metre, points.ny)
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + points.nz] - 1, points.start[column] - 1, -1):
-                if points.z[i] > 0.1 * radius:
+                if points.z[i] > 0.1 * radius + points.cell:
                     break
-                if (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 < reach * reach:
+                if points.z[i] <= 0.1 * radius and (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 < reach * reach:
                     return True
     return False

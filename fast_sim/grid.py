@@ -11,39 +11,48 @@ import numpy as np
 from numba import njit
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
-EMPTY = -1
-NEAR = 2.1  # radii: how far from a centre the cloud can matter within one step
-MAX_NEIGHBOURS = 96  # spheres that fit within NEAR + 1 radii of a centre: 0.74 * 4.1**3 = 51 at the densest
+EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
+BLOCK = 8  # spheres
+SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
 
 class PointGrid(NamedTuple):
-    """The cloud, sorted by column and, within a column, from the top down."""
+    """The cloud, sorted by column and, within a column, by cell from the top down."""
 
     x: np.ndarray  # (N,) metres, in grid order
     y: np.ndarray  # (N,)
     z: np.ndarray  # (N,)
-    start: np.ndarray  # (columns * nz + 1,) int32, first point of each cell
+    start: np.ndarray  # (columns * nz + 1,) uint32, first point of each cell
     left: float  # of the grid, metres
     front: float
     top: float
     cell: float  # side, metres
+    per_metre: float  # cells, 1 / cell: dividing costs four times as much as multiplying
     nx: int
     ny: int
     nz: int
 
 
 class SphereGrid(NamedTuple):
-    """The settled spheres, as one linked list a cell; side two radii, so neighbours are one cell away."""
+    """The settled spheres, in columns two radii wide: each a chain of blocks that grows as the pile does.
 
-    centers: np.ndarray  # (capacity, 3) metres
-    following: np.ndarray  # (capacity,) int32, next sphere of the same cell
-    first: np.ndarray  # (nx * ny * nz,) int32
-    highest: np.ndarray  # (nx * ny,) int32, highest occupied cell of each column
-    near_points: np.ndarray  # (nx * ny * nz,) bool: may a sphere centred in this cell touch the cloud?
+    A rolling sphere is on top of the pile, so a column is searched from its last block down, and only as long as
+    anything further down is high enough.
+    """
+
+    centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
+    blocks: np.ndarray  # (block capacity, BLOCK, 3) the same centres by column
+    filled: np.ndarray  # (block capacity,) uint32, centres in each block
+    before: np.ndarray  # (block capacity,) uint32, the block that the column had before, or EMPTY
+    top: np.ndarray  # (block capacity,) highest centre in this block and those before, metres
+    last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
+    used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
+    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell?
     left: float
     front: float
     bottom: float
-    cell: float
+    cell: float  # side, metres
+    per_metre: float  # cells, 1 / cell: dividing costs four times as much as multiplying
     nx: int
     ny: int
     nz: int
@@ -56,45 +65,96 @@ def cell_side(extent: np.ndarray, side: float) -> float:
     return side
 
 
-def point_grid(points: np.ndarray, radius: float) -> PointGrid:
-    """Sort a cloud (N, 3) into columns one radius wide."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    side = cell_side(high - low, radius)
+def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: float) -> PointGrid:
+    """Sort a cloud (N, 3) within [low, high] into columns two radii wide, for large spheres one."""
+    points = points[canonical_order(points, low, high)]
+    side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
-    ix, iy = np.floor((points[:, :2] - low[:2]) / side).astype(np.int64).T
-    iz = np.floor((high[2] - points[:, 2]) / side).astype(np.int64)
-    cells = (ix * ny + iy) * nz + iz
-    # By coordinates within a cell, so that the order of the cloud's points changes nothing.
-    order = np.lexsort((points[:, 1], points[:, 0], -points[:, 2], cells))
-    counts = np.bincount(cells, minlength=nx * ny * nz)
-    start = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    start, order = sorted_by_cell(points, low, high[2], 1 / side, nx, ny, nz)
     x, y, z = np.ascontiguousarray(points[order].T)
-    return PointGrid(x, y, z, start, low[0], low[1], high[2], side, nx, ny, nz)
+    return PointGrid(x, y, z, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
-def sphere_grid(points: PointGrid, low: np.ndarray, high: np.ndarray, radius: float, capacity: int) -> SphereGrid:
-    """Make an empty grid for every place where a sphere can settle on a cloud within [low, high]."""
+def canonical_order(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return an order of points (N, 3) that does not depend on the one they came in."""
+    steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
+    x, y, z = np.floor((points - low) / steps).astype(np.int64).T
+    return np.argsort((x << 42) | (y << 21) | z)
+
+
+def point_spacing(points: PointGrid) -> float:
+    """Return the median distance between neighbouring points, metres, over a thousand evenly chosen ones."""
+    count = len(points.x)
+    chosen = np.arange(0, count, max(1, count // SPACING_POINTS))
+    return float(np.median(nearest_distances(points, chosen)))
+
+
+@njit(cache=True, error_model="numpy")
+def nearest_distances(points, chosen):
+    """Return each chosen point's distance to its nearest neighbour, at most one cell's side."""
+    nearest = np.full(len(chosen), points.cell * points.cell)
+    for k in range(len(chosen)):
+        x, y, z = points.x[chosen[k]], points.y[chosen[k]], points.z[chosen[k]]
+        iz = cell_index(points.top - z, points.per_metre, points.nz)
+        ix = cell_index(x - points.left, points.per_metre, points.nx)
+        iy = cell_index(y - points.front, points.per_metre, points.ny)
+        for column_x in range(max(0, ix - 1), min(points.nx, ix + 2)):
+            for column_y in range(max(0, iy - 1), min(points.ny, iy + 2)):
+                column = (column_x * points.ny + column_y) * points.nz
+                first = points.start[column + max(0, iz - 1)]
+                for i in range(first, points.start[column + min(points.nz, iz + 2)]):
+                    if i != chosen[k]:
+                        d2 = (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 + (points.z[i] - z) ** 2
+                        nearest[k] = min(nearest[k], d2)
+    return np.sqrt(nearest)
+
+
+@njit(cache=True, error_model="numpy")
+def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
+    """Return the first point of each cell, and the order that sorts points (N, 3) by cell, from the top down."""
+    cells = np.empty(len(points), np.int64)
+    start = np.zeros(nx * ny * nz + 1, np.uint32)
+    for i in range(len(points)):
+        ix = cell_index(points[i, 0] - low[0], per_metre, nx)
+        iy = cell_index(points[i, 1] - low[1], per_metre, ny)
+        cells[i] = (ix * ny + iy) * nz + cell_index(top - points[i, 2], per_metre, nz)
+        start[cells[i] + 1] += np.uint32(1)
+    for cell in range(nx * ny * nz):
+        start[cell + 1] += start[cell]
+    order = np.empty(len(points), np.int64)
+    filled = start[:-1].copy()
+    for i in range(len(points)):
+        order[filled[cells[i]]] = i
+        filled[cells[i]] += np.uint32(1)
+    return start, order
+
+
+def sphere_grid(
+    points: PointGrid, low: np.ndarray, high: np.ndarray, radius: float, reach: float, capacity: int
+) -> SphereGrid:
+    """Make an empty grid for every place where a sphere can settle on a cloud within [low, high].
+
+    ``reach`` is how far from a sphere's centre the cloud can matter to it, metres.
+    """
     margin = 2 * radius
     extent = high - low + 2 * margin
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
     near = np.zeros((nx, ny, nz), dtype=np.bool_)
-    mark_near_points(points, near, low - margin, side, NEAR * radius)
-    return SphereGrid(
-        np.empty((capacity, 3)),
-        np.empty(capacity, np.int32),
-        np.full(nx * ny * nz, EMPTY, np.int32),
-        np.full(nx * ny, EMPTY, np.int32),
-        near.ravel(),
-        *(low - margin).tolist(),
-        side,
-        nx,
-        ny,
-        nz,
-    )
+    mark_near_points(points, near, low - margin, side, reach)
+    last = np.full(nx * ny, EMPTY, np.uint32)
+    corner = (low - margin).tolist()
+    return SphereGrid(*sphere_rows(nx * ny, capacity), last, np.ones(1, np.uint32), near.ravel(), *corner, side, 1 / side, nx, ny, nz)
 
 
-@njit(cache=True)
+def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, ...]:
+    """Return room for so many spheres: centres, blocks, and each block's count, predecessor and top."""
+    blocks = columns + capacity // BLOCK + 2  # every column's last block may be nearly empty
+    chains = np.zeros(blocks, np.uint32), np.empty(blocks, np.uint32), np.empty(blocks)
+    return np.empty((capacity, 3)), np.empty((blocks, BLOCK, 3)), *chains
+
+
+@njit(cache=True, error_model="numpy")
 def mark_near_points(points, near, low, side, reach):
     """Mark the cells in which a centre can lie within ``reach`` of a point."""
     nx, ny, nz = near.shape
@@ -108,68 +168,44 @@ def mark_near_points(points, near, low, side, reach):
 
 def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     """Return the grid with room for more spheres."""
-    centers = np.empty((capacity, 3))
-    following = np.empty(capacity, np.int32)
-    count = len(spheres.following)
-    centers[:count] = spheres.centers
-    following[:count] = spheres.following
-    return spheres._replace(centers=centers, following=following)
+    room = sphere_rows(len(spheres.last), capacity)
+    for new, old in zip(room, spheres, strict=False):
+        new[: len(old)] = old
+    return SphereGrid(*room, *spheres[len(room) :])
 
 
-@njit(cache=True)
-def cell_index(offset, side, count):
+@njit(cache=True, error_model="numpy")
+def cell_index(offset, per_metre, count):
     """Return the cell that holds an offset from the grid's edge, or the nearest one."""
-    return min(count - 1, max(0, int(offset / side)))
+    return min(count - 1, max(0, int(offset * per_metre)))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def insert(spheres, i, x, y, z):
     """Enter settled sphere ``i``."""
-    spheres.centers[i, 0] = x
-    spheres.centers[i, 1] = y
-    spheres.centers[i, 2] = z
-    ix = cell_index(x - spheres.left, spheres.cell, spheres.nx)
-    iy = cell_index(y - spheres.front, spheres.cell, spheres.ny)
-    iz = cell_index(z - spheres.bottom, spheres.cell, spheres.nz)
+    spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
+    ix = cell_index(x - spheres.left, spheres.per_metre, spheres.nx)
+    iy = cell_index(y - spheres.front, spheres.per_metre, spheres.ny)
     column = ix * spheres.ny + iy
-    cell = column * spheres.nz + iz
-    spheres.following[i] = spheres.first[cell]
-    spheres.first[cell] = i
-    if iz > spheres.highest[column]:
-        spheres.highest[column] = iz
+    block = spheres.last[column]
+    if block == EMPTY or spheres.filled[block] == BLOCK:
+        new = spheres.used[0]
+        spheres.used[0] += np.uint32(1)
+        spheres.before[new] = block
+        spheres.top[new] = z if block == EMPTY else spheres.top[block]
+        spheres.last[column] = block = new
+    k = spheres.filled[block]
+    spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2] = x, y, z
+    spheres.filled[block] = k + np.uint32(1)
+    spheres.top[block] = max(spheres.top[block], z)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def may_touch_points(spheres, x, y, z):
     """Tell whether a sphere centred here can be near the cloud at all."""
-    ix = int((x - spheres.left) / spheres.cell)
-    iy = int((y - spheres.front) / spheres.cell)
-    iz = int((z - spheres.bottom) / spheres.cell)
+    ix = int((x - spheres.left) * spheres.per_metre)
+    iy = int((y - spheres.front) * spheres.per_metre)
+    iz = int((z - spheres.bottom) * spheres.per_metre)
     if ix < 0 or iy < 0 or iz < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
-
-
-@njit(cache=True)
-def gather(spheres, x, y, z, reach, neighbours):
-    """Copy the centres of the settled spheres within ``reach`` of (x, y, z) to ``neighbours``; return how many."""
-    count = 0
-    first_y = cell_index(y - reach - spheres.front, spheres.cell, spheres.ny)
-    last_y = cell_index(y + reach - spheres.front, spheres.cell, spheres.ny)
-    low = cell_index(z - reach - spheres.bottom, spheres.cell, spheres.nz)
-    top = cell_index(z + reach - spheres.bottom, spheres.cell, spheres.nz)
-    for ix in range(
-        cell_index(x - reach - spheres.left, spheres.cell, spheres.nx),
-        cell_index(x + reach - spheres.left, spheres.cell, spheres.nx) + 1,
-    ):
-        for iy in range(first_y, last_y + 1):
-            column = ix * spheres.ny + iy
-            for iz in range(low, min(spheres.highest[column], top) + 1):
-                i = spheres.first[column * spheres.nz + iz]
-                while i != EMPTY:
-                    cx, cy, cz = spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2]
-                    i = spheres.following[i]
-                    if (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2 < reach * reach:
-                        neighbours[count, 0], neighbours[count, 1], neighbours[count, 2] = cx, cy, cz
-                        count += 1
-    return count

@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 from numba import njit
 
-from .contact import cloud_contact, sphere_contacts, steepest_descent, touches_cloud
+from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
 from .falling import short_fall, stands_on_floor
-from .grid import cell_index, gather, may_touch_points
+from .nearby import STRIDE, look_around, still_serves
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 MAX_STEPS = 20_000  # of one sphere, whatever happens
 STALLED_STEPS = 4  # steps without a new lowest height after which a sphere is blocked
-STRIDE, DEPTH = 0.7, 0.4  # radii: the longest step, and the fall after it that neighbours decide
 GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
 
@@ -27,71 +26,36 @@ class RollShape(NamedTuple):
     flat: float  # sine of the slope that counts as flat
 
 
-@njit(cache=True)
-def free_path_points(points, x, y, z, vx, vy, vz, radius, length):
-    """Return how far a sphere can move along the unit vector v before it hits the cloud, at most ``length``."""
-    margin = radius + length
-    touch = radius * radius
-    top = cell_index(points.top - z - margin, points.cell, points.nz)
-    bottom = cell_index(points.top - z + margin, points.cell, points.nz)
-    for ix in range(
-        cell_index(x - margin - points.left, points.cell, points.nx),
-        cell_index(x + margin - points.left, points.cell, points.nx) + 1,
-    ):
-        for iy in range(
-            cell_index(y - margin - points.front, points.cell, points.ny),
-            cell_index(y + margin - points.front, points.cell, points.ny) + 1,
-        ):
-            column = (ix * points.ny + iy) * points.nz
-            for i in range(points.start[column + top], points.start[column + bottom + 1]):
-                px, py, pz = x - points.x[i], y - points.y[i], z - points.z[i]
-                approach = px * vx + py * vy + pz * vz
-                if approach < -GRAZING * radius:
-                    inside = approach * approach - (px * px + py * py + pz * pz) + touch
-                    if inside > 0:
-                        length = min(length, -approach - math.sqrt(inside))
-    return length
-
-
-@njit(cache=True)
-def free_path_spheres(neighbours, near, x, y, z, vx, vy, vz, radius, length):
-    """Return how far a sphere can move along the unit vector v before it hits a settled one."""
-    touch = 4 * radius * radius
+@njit(cache=True, error_model="numpy")
+def free_path(found, near, x, y, z, vx, vy, vz, touch, length):
+    """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything found."""
     for i in range(near):
-        px, py, pz = x - neighbours[i, 0], y - neighbours[i, 1], z - neighbours[i, 2]
+        px, py, pz = x - found[i, 0], y - found[i, 1], z - found[i, 2]
         approach = px * vx + py * vy + pz * vz
-        if approach < -GRAZING * radius:
-            inside = approach * approach - (px * px + py * py + pz * pz) + touch
+        if approach < -GRAZING * touch:
+            inside = approach * approach - (px * px + py * py + pz * pz) + touch * touch
             if inside > 0:
                 length = min(length, -approach - math.sqrt(inside))
     return length
 
 
-@njit(cache=True)
-def step(points, spheres, x, y, z, radius, shape, scratch):
+@njit(cache=True, error_model="numpy")
+def step(points, spheres, nearby, x, y, z, radius, shape):
     """Move a sphere in contact at (x, y, z) one stride downhill; return its new place and whether it moved.
 
     It moves along the steepest descent that its contacts leave free, as far as nothing is in the way, is
     lifted over the roughness of a sampled surface, and falls again to what is below.
     """
-    normals, neighbours = scratch
-    stride, depth = STRIDE * radius, DEPTH * radius
-    near = gather(spheres, x, y, z, 2 * radius + stride + depth, neighbours)
-    count = 0
-    touching = on_plane = False
-    near_cloud = may_touch_points(spheres, x, y, z)
-    if near_cloud:
-        touching, on_plane = cloud_contact(points, x, y, z, radius, shape, normals)
-        count = 1 if touching else 0
-    count = sphere_contacts(neighbours, near, x, y, z, radius, 0.02 * radius, normals, count)
+    normals = nearby.normals
+    touching, on_plane = cloud_contact(nearby, x, y, z, radius, shape)
+    count = sphere_contacts(nearby, x, y, z, radius, 0.02 * radius, 1 if touching else 0)
     vx, vy, vz = steepest_descent(normals, count)
     slope = math.sqrt(vx * vx + vy * vy + vz * vz)
     if slope < (shape.flat if on_plane else 1e-3):
         return x, y, z, False
     vx, vy, vz = vx / slope, vy / slope, vz / slope
-    length = free_path_spheres(neighbours, near, x, y, z, vx, vy, vz, radius, stride)
-    if near_cloud:
-        length = free_path_points(points, x, y, z, vx, vy, vz, radius - shape.bump, length)
+    length = free_path(nearby.spheres, nearby.counts[1], x, y, z, vx, vy, vz, 2 * radius, STRIDE * radius)
+    length = free_path(nearby.points, nearby.counts[0], x, y, z, vx, vy, vz, radius - shape.bump, length)
     if length < 0.01 * radius:
         return x, y, z, False
     nx, ny, nz = x + length * vx, y + length * vy, z + length * vz
@@ -99,45 +63,45 @@ def step(points, spheres, x, y, z, radius, shape, scratch):
         nx += shape.bump * normals[0, 0]
         ny += shape.bump * normals[0, 1]
         nz += shape.bump * normals[0, 2]
-    height, clear = short_fall(points, spheres, neighbours, near, nx, ny, nz, radius, depth - shape.bump)
+    height, clear = short_fall(points, spheres, nearby, nx, ny, nz, radius)
     if not clear:
         return x, y, z, False
     return nx, ny, height, True
 
 
-@njit(cache=True)
-def rest(points, spheres, x, y, z, radius, low, high):
+@njit(cache=True, error_model="numpy")
+def rest(nearby, x, y, z, radius, low, high):
     """Return the outcome of coming to rest at (x, y, z), and whether it is on the object.
 
     Resting on spheres alone counts only within the object's bounding box (paper, §III-A).
     """
-    if touches_cloud(points, spheres, x, y, z, radius):
+    if nearest_point(nearby.points, nearby.counts[0], x, y, z, 1.01 * radius)[0] >= 0:
         return SETTLED, True
     inside = low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]
     return (SETTLED if inside else REJECTED), False
 
 
-@njit(cache=True)
-def roll(points, spheres, x, y, z, radius, shape, low, high, scratch):
+@njit(cache=True, error_model="numpy")
+def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
 
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
     lowest, stalled = z, 0
+    look_around(points, spheres, nearby, x, y, z, radius)
     for _ in range(MAX_STEPS):
         if z <= radius:
             if stands_on_floor(points, x, y, radius):
                 return x, y, z, SETTLED, True
             return x, y, z, ROLLED_OFF, False
-        x, y, z, moved = step(points, spheres, x, y, z, radius, shape, scratch)
-        if not moved:
-            outcome, on_object = rest(points, spheres, x, y, z, radius, low, high)
+        if not still_serves(nearby, x, y, z, radius):
+            look_around(points, spheres, nearby, x, y, z, radius)
+        x, y, z, moved = step(points, spheres, nearby, x, y, z, radius, shape)
+        stalled = stalled + 1 if z > lowest - 0.002 * radius else 0
+        lowest = min(lowest, z)
+        if not moved or stalled >= STALLED_STEPS:
+            if not still_serves(nearby, x, y, z, radius):
+                look_around(points, spheres, nearby, x, y, z, radius)
+            outcome, on_object = rest(nearby, x, y, z, radius, low, high)
             return x, y, z, outcome, on_object
-        if z < lowest - 0.002 * radius:
-            lowest, stalled = z, 0
-        else:
-            stalled += 1
-            if stalled >= STALLED_STEPS:
-                outcome, on_object = rest(points, spheres, x, y, z, radius, low, high)
-                return x, y, z, outcome, on_object
     return x, y, z, TIMED_OUT, False
