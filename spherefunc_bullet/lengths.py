@@ -42,12 +42,20 @@ def parse_length(text: str | float) -> float:
 def parse_lengths(text: str) -> tuple[float, ...]:
     """Return the lengths of a comma-separated list, in metres, ascending and without repeats.
 
+    Raises
+    ------
+    InputError
+        If there is none, or one of them is no length.
+
     Examples
     --------
     >>> parse_lengths("2cm,1cm,0.02")
     (0.01, 0.02)
     """
-    return tuple(sorted({parse_length(part) for part in text.split(",") if part.strip()}))
+    lengths = {parse_length(part) for part in text.split(",") if part.strip()}
+    if not lengths:
+        raise InputError(f"lengths {text!r}: expected at least one, such as 5mm or 5mm,1cm")
+    return tuple(sorted(lengths))
 
 
 def format_length(metres: float) -> str:

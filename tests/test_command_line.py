@@ -1,0 +1,333 @@
+"""The console script as scripts use it: JSON fields, streams and exit codes, in processes of their own."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import clouds
+import numpy as np
+import pytest
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.lengths import parse_lengths
+
+SCRIPT = Path(sys.executable).with_name("spherefunc")
+SIMULATE_FIELDS = {
+    "file",
+    "backend",
+    "radius",
+    "seed",
+    "points",
+    "drops",
+    "settled",
+    "rolled_off",
+    "rejected",
+    "timed_out",
+    "seconds",
+    "bounding_box",
+}
+FIGURES = {"f_measure", "f_measure_std", "f_measure_fair", "precision", "recall", "accuracy", "radius"}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Return a function that runs the script with a cache of its own."""
+    cache = tmp_path_factory.mktemp("cache")
+
+    def spherefunc(*arguments, cwd=None):
+        return subprocess.run(
+            [SCRIPT, *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=cwd or cache,
+            env=os.environ | {"SPHEREFUNC_CACHE": str(cache)},
+        )
+
+    # Kernels that have never been compiled say so on stderr, once on a machine: not in the midst of a test.
+    warm = cache / "warm.npz"
+    np.savez(warm, points=clouds.plate(0.1, 0.1).points)
+    assert spherefunc("simulate", warm).returncode == 0
+    return spherefunc
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Return a data set of sixteen small objects, four of each kind."""
+    folder = tmp_path_factory.mktemp("data")
+    rows = []
+    for i in range(4):
+        kinds = {
+            "cup": clouds.mug(0.035 + 0.003 * i, 0.08 + 0.01 * i),
+            "table": clouds.table(0.4 + 0.05 * i, 0.3 + 0.03 * i, 0.35 + 0.02 * i),
+            "sittable": clouds.chair(0.22 + 0.01 * i, 0.22 + 0.02 * i, 0.2 + 0.02 * i),
+            "none": clouds.cloud(clouds.post(0, 0, 0.3 + 0.1 * i, 0.1), name="post"),
+        }
+        for label, shape in kinds.items():
+            np.savez(folder / f"{label}_{i}.npz", points=shape.points)
+            rows.append(
+                [
+                    f"{label}_{i}.npz",
+                    label,
+                    "sittable" if (label, i) == ("table", 0) else "",
+                    f"source {i % 2}",
+                ]
+            )
+    with open(folder / "manifest.csv", "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([["file", "label", "also", "group"], *rows])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def subset(data, tmp_path_factory):
+    """Return twelve of the objects as a folder of label folders."""
+    folder = tmp_path_factory.mktemp("subset")
+    for path in sorted(data.glob("*.npz")):
+        label, number = path.stem.split("_")
+        if number != "3":
+            (folder / label).mkdir(exist_ok=True)
+            (folder / label / path.name).write_bytes(path.read_bytes())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def trained(run, subset, tmp_path_factory):
+    """Return a model's path and what its training printed."""
+    path = tmp_path_factory.mktemp("model") / "model.npz"
+    done = run("train", subset, "--out", path, "--radii", "2cm,1cm", "--jobs", 1, "--json")
+    assert done.returncode == 0, done.stderr
+    return path, json.loads(done.stdout)
+
+
+def refused(done, *words):
+    """Check that a run was the user's mistake, said in one line."""
+    assert done.returncode == 2, done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == 1, done.stderr
+    assert "Traceback" not in lines[0] and all(word in lines[0] for word in words)
+
+
+def test_simulate_prints_the_contract(run, data):
+    files = [data / "cup_0.npz", data / "table_0.npz"]
+    done = run("simulate", *files, "--radius", "2cm", "--seed", 5, "--json")
+    rows = json.loads(done.stdout)
+    assert done.returncode == 0 and done.stderr == ""
+    assert [row["file"] for row in rows] == [str(file) for file in files]
+    for row in rows:
+        assert SIMULATE_FIELDS <= set(row)
+        assert (row["backend"], row["radius"], row["seed"]) == ("fast", 0.02, 5)
+        assert row["drops"] == row["settled"] + row["rolled_off"] + row["rejected"] + row["timed_out"]
+        low, high = np.array(row["bounding_box"])
+        assert low[2] == 0 and np.allclose(low[:2], -high[:2])
+    assert rows[0]["points"] == len(clouds.mug(0.035, 0.08))
+
+
+@pytest.mark.parametrize("radius", ["20mm", "0.02"])
+def test_lengths_take_a_unit(run, data, radius):
+    row = json.loads(run("simulate", data / "cup_0.npz", "--radius", radius, "--json").stdout)[0]
+    assert row["radius"] == 0.02
+
+
+def test_simulate_writes_centres_named_for_the_file(run, data, tmp_path):
+    done = run(
+        "simulate", data / "cup_0.npz", "--radius", "1cm,2cm", "--out", tmp_path / "new" / "folder", "--json"
+    )
+    rows = json.loads(done.stdout)
+    files = sorted((tmp_path / "new" / "folder").iterdir())
+    assert len(rows) == len(files) == 2
+    assert all(file.suffix == ".npz" and file.name.startswith("cup_0") for file in files)
+    for row, file in zip(rows, files, strict=True):
+        with np.load(file, allow_pickle=False) as arrays:
+            assert arrays["centers"].shape == (row["settled"], 3) and row["settled"] > 0
+            assert json.loads(str(arrays["provenance"]))["settings"]["radius"] == row["radius"]
+
+
+def test_files_of_one_stem_get_two_names(run, data, tmp_path):
+    (tmp_path / "cup_0.npz").write_bytes((data / "cup_1.npz").read_bytes())
+    run("simulate", data / "cup_0.npz", tmp_path / "cup_0.npz", "--radius", "2cm", "--out", tmp_path / "out")
+    assert len(list((tmp_path / "out").glob("cup_0*.npz"))) == 2
+
+
+def test_seed_reproduces(run, data, tmp_path):
+    for name in "ab":
+        run("simulate", data / "cup_0.npz", "--radius", "1cm", "--seed", 3, "--out", tmp_path / name)
+    a, b = (np.load(next((tmp_path / name).iterdir()))["centers"] for name in "ab")
+    assert a.tobytes() == b.tobytes()
+
+
+def test_without_json_there_is_a_table(run, data):
+    done = run("simulate", data / "cup_0.npz", "--radius", "2cm")
+    assert done.returncode == 0 and done.stderr == "" and "cup_0.npz" in done.stdout
+
+
+def test_other_files_of_the_call_are_still_done(run, data, tmp_path):
+    (tmp_path / "broken.ply").write_bytes(b"ply\nformat ascii 1.0\nelement vertex 3\n")
+    done = run("simulate", tmp_path / "broken.ply", data / "cup_0.npz", "--radius", "2cm", "--json")
+    refused(done, "broken.ply")
+    assert [row["file"] for row in json.loads(done.stdout)] == [str(data / "cup_0.npz")]
+
+
+def test_sphere_limit_is_an_outcome(run, data):
+    done = run("simulate", data / "table_0.npz", "--radius", "1cm", "--max-spheres", 9, "--json")
+    row = json.loads(done.stdout)[0]
+    assert done.returncode == 0 and (row["settled"], row["stop"]) == (9, "sphere_limit")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["gone.ply"], ["gone.ply"]),
+        (["{cup}", "--radius", "0"], ["0", "more than zero"]),
+        (["{cup}", "--radius", "2m"], ["cup_0", "units"]),
+        (["{cup}", "--backend", "magic"], ["magic", "fast"]),
+        (["{cup}", "--shape", "voxel"], ["fast", "shape"]),
+        (["{cup}", "--units", "parsec"], ["parsec", "expected"]),
+        (["{cup}", "--out", "{cup}"], ["cup_0.npz", "expected a folder"]),
+    ],
+)
+def test_mistakes_in_simulate_are_one_line(run, data, arguments, words):
+    cup = str(data / "cup_0.npz")
+    done = run("simulate", *(each.format(cup=cup) for each in arguments))
+    refused(done, *words)
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    "text", ["0", "-1cm", "nan", "inf", "1e999", "2 apples", "cm", "", ",", "1cm,x", "1,5cm,0"]
+)
+def test_text_that_is_no_length_is_refused(text):
+    with pytest.raises(InputError, match="expected") as caught:
+        parse_lengths(text)
+    assert "\n" not in str(caught.value)
+
+
+def test_train_prints_the_contract(trained):
+    path, printed = trained
+    assert printed["backend"] == "fast" and printed["objects"] == 12
+    assert set(printed["radii"]) == set(printed["functions"]) == {"cup", "sittable", "table"}
+    assert set(printed["radii"].values()) <= {0.01, 0.02}
+    assert set(printed["functions"].values()) == {3}
+    assert path.is_file()
+
+
+def test_what_was_learnt_is_recognised(run, trained, data):
+    files = [data / f"{label}_3.npz" for label in ("cup", "table", "sittable", "none")]
+    done = run("classify", *files, "--model", trained[0], "--json")
+    assert done.returncode == 0 and done.stderr == ""
+    rows = json.loads(done.stdout)
+    members = []
+    for row, file in zip(rows, files, strict=True):
+        assert {"file", "functions", "seconds"} <= set(row) and row["file"] == str(file)
+        for each in row["functions"].values():
+            assert {"member", "score", "radius"} <= set(each) and 0 <= each["score"] <= 1
+            assert each["member"] == (each["score"] > 0.5)
+        members.append({name for name, each in row["functions"].items() if each["member"]})
+    assert members == [{"cup"}, {"table"}, {"sittable"}, set()]
+
+
+def test_explain_names_the_neighbours(run, trained, data):
+    done = run("classify", data / "cup_3.npz", "--model", trained[0], "--explain", "--json")
+    nearest = json.loads(done.stdout)[0]["neighbors"]["cup"][0]
+    assert nearest["member"] and nearest["name"].startswith("cup_")
+
+
+def test_classify_refuses_what_it_cannot_use(run, trained, data):
+    cup = data / "cup_3.npz"
+    refused(run("classify", cup, "--model", trained[0], "--backend", "bullet"), "fast", "bullet")
+    done = run("classify", "gone.ply", cup, "--model", trained[0], "--json")
+    refused(done, "gone.ply")
+    assert len(json.loads(done.stdout)) == 1
+
+
+def test_train_refuses_what_it_cannot_use(run, subset, tmp_path):
+    refused(run("train", "no-such-set", "--out", tmp_path / "m"), "no-such-set", "household")
+    refused(run("train", subset, "--out", tmp_path, "--radii", "2cm", "--jobs", 1), "can be written")
+
+
+def test_evaluate_prints_the_contract(run, data):
+    arguments = ("--trials", 2, "--train-sizes", "4,half", "--radii", "1cm,2cm", "--jobs", 1)
+    done = run("evaluate", data, *arguments, "--method", "paper", "--leave-one-out", "--groups", "--json")
+    assert done.returncode == 0 and done.stderr == ""
+    report = json.loads(done.stdout)
+    assert (report["backend"], report["method"]) == ("fast", "paper")
+    assert [row["train_size"] for row in report["results"]] == [4, 8, 15, 8]
+    for row in report["results"]:
+        assert set(row["functions"]) == {"cup", "sittable", "table"}
+        for figures in row["functions"].values():
+            assert FIGURES <= set(figures) and 0 <= figures["f_measure"] <= 1
+            assert figures["radius"] in (0.01, 0.02)
+    assert {"bounding_box", "occupancy", "height_map"} <= set(report["baselines"])
+    for functions in report["baselines"].values():
+        for figures in functions.values():
+            assert {"f_measure", "f_measure_fair"} <= set(figures)
+
+
+def test_evaluate_on_other_data(run, subset, data, tmp_path):
+    (tmp_path / "manifest.csv").write_text(
+        "file,label\n" + "".join(f"{k}_3.npz,{k}\n" for k in ("cup", "table"))
+    )
+    for kind in ("cup", "table"):
+        (tmp_path / f"{kind}_3.npz").write_bytes((data / f"{kind}_3.npz").read_bytes())
+    done = run("evaluate", subset, "--test", tmp_path, "--radii", "1cm,2cm", "--jobs", 1, "--json")
+    (result,) = json.loads(done.stdout)["results"]
+    assert result["train_size"] == 12
+    # One cup and one table, much like those learnt; no chair is there to be found.
+    found = {name: each["f_measure"] for name, each in result["functions"].items()}
+    assert found == {"cup": 1, "table": 1, "sittable": 0}
+
+
+def test_evaluate_goes_on_without_a_missing_file(run, data, tmp_path):
+    for path in data.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "cup_3.npz").unlink()
+    arguments = ("--trials", 2, "--train-sizes", "half", "--radii", "2cm", "--jobs", 1)
+    done = run("evaluate", tmp_path, *arguments, "--json")
+    refused(done, "cup_3.npz")
+    assert json.loads(done.stdout)["results"][0]["train_size"] == 7
+
+
+def test_evaluate_refuses_what_it_cannot_do(run, data, subset):
+    quick = ("--radii", "2cm", "--jobs", 1)
+    refused(run("evaluate", data, "--train-sizes", "20", *quick), "20", "half of the 16 objects")
+    refused(run("evaluate", subset, "--train-sizes", "half", "--groups", *quick), "group")
+
+
+def test_backends_are_listed(run):
+    rows = json.loads(run("backends", "--json").stdout)
+    fast = next(row for row in rows if row["name"] == "fast")
+    assert fast["available"] and fast["version"] and fast["options"]
+    assert "fast" in run("backends").stdout
+
+
+def test_catalogue_is_built(run, tmp_path):
+    done = run("dataset", "build", "household", tmp_path / "set", "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["objects"] == 200
+    with open(tmp_path / "set" / "manifest.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 200 and all((tmp_path / "set" / row["file"]).is_file() for row in rows)
+    refused(run("dataset", "build", "no-such", tmp_path / "other"), "no-such", "household")
+
+
+def test_help_answers_at_once(run):
+    """Half a second is promised; the best of three, since the first may read modules from a cold disk."""
+    seconds = []
+    for _ in range(3):
+        started = time.perf_counter()
+        done = run("--help")
+        seconds.append(time.perf_counter() - started)
+    assert min(seconds) < 0.5
+    assert all(
+        name in done.stdout for name in ("simulate", "train", "classify", "evaluate", "dataset", "backends")
+    )
+
+
+def test_wrong_usage_is_no_traceback(run):
+    for arguments in (["simulate"], ["no-such-command"], ["simulate", "a.ply", "--no-such-option"]):
+        done = run(*arguments)
+        assert done.returncode == 2 and done.stdout == "" and "Traceback" not in done.stderr

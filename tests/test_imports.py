@@ -1,0 +1,53 @@
+"""Imports point inward, and what is heavy waits until it is used."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("numba", "open3d", "sklearn", "trimesh", "pybullet")
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def loaded_by(code: str) -> set[str]:
+    """Return which of the heavy modules a new interpreter has loaded after running code."""
+    code += f"\nimport sys; print(*({HEAVY!r} & sys.modules.keys()), file=sys.stderr)"
+    code = code.replace(repr(HEAVY), repr(set(HEAVY)))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    return set(done.stderr.split())
+
+
+def test_packages_import_inward_only(tmp_path):
+    linter = Path(sys.executable).with_name("lint-imports")
+    if not linter.is_file():
+        pytest.skip("import-linter is not installed")
+    command = [linter, "--config", ROOT / "pyproject.toml", "--cache-dir", tmp_path]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_heavy_modules_are_seen():
+    assert loaded_by("import sklearn") == {"sklearn"}
+
+
+def test_importing_the_package_is_light():
+    assert loaded_by("import spherefunc_bullet") == set()
+
+
+def test_help_is_light():
+    code = (
+        "import sys\nfrom spherefunc_bullet.command_line import main\nsys.argv = ['spherefunc', '--help']\n"
+    )
+    assert loaded_by(code + "try:\n    main()\nexcept SystemExit:\n    pass") == set()
+
+
+def test_every_public_name_is_there():
+    import spherefunc_bullet
+
+    for name in dir(spherefunc_bullet):
+        assert getattr(spherefunc_bullet, name) is not None
+    with pytest.raises(AttributeError, match="no_such_name"):
+        spherefunc_bullet.no_such_name  # noqa: B018
