@@ -42,8 +42,8 @@ def evaluate(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
     test: Annotated[str | None, typer.Option(help="Learn on all of DATA and test on this data set.")] = None,
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
-    train_sizes: Annotated[str, typer.Option(help="Training examples, with commas; half: the whole half.")] = TRAIN_SIZES,
-    leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on all others.")] = False,
+    train_sizes: Annotated[str, typer.Option(help="Training examples, such as 20,45,half.")] = TRAIN_SIZES,
+    leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: Backend = "fast",
@@ -174,11 +174,10 @@ def result_rows(each: dict) -> list[list[str]]:
 
 def print_baselines(each: dict):
     """Print the spheres beside the baselines of one result."""
-    functions = list(each["functions"])
     table = {"spheres": each["functions"]} | each["baselines"]
     rows = [
-        [name.replace("_", " "), *(f"{scores[f]['f_measure']:.3f} ({scores[f]['f_measure_fair']:.3f})" for f in functions)]
+        [name.replace("_", " "), *(f"{f['f_measure']:.3f} ({f['f_measure_fair']:.3f})" for f in scores.values())]
         for name, scores in table.items()
     ]
     title = f"\n{each['protocol'].replace('_', ' ')}, {each['train_size']} training objects: F-measure (fair)"
-    print_table(title, ["features", *functions], rows)
+    print_table(title, ["features", *each["functions"]], rows)

@@ -38,8 +38,11 @@ class FastSimulator:
         InputError
             If the sphere is larger than the object.
         """
+        from spherefunc_bullet.compilation import prepare
+
         from .dropping import drop_spheres
 
+        prepare(drop_spheres)
         check_size(cloud, settings.radius)
         started = time.perf_counter()
         run = DropRun(cloud, settings, self.flat_angle_deg)

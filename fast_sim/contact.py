@@ -31,8 +31,8 @@ def nearest_point(found, near, x, y, z, reach):
 def plane_normal(found, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
-    (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is exact for
-    points in a plane and needs no eigenvalues.
+    (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is
+    exact for points in a plane and needs no eigenvalues.
     """
     count = 0
     mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0

@@ -143,8 +143,9 @@ def sphere_grid(
     near = np.zeros((nx, ny, nz), dtype=np.bool_)
     mark_near_points(points, near, low - margin, side, reach)
     last = np.full(nx * ny, EMPTY, np.uint32)
-    corner = (low - margin).tolist()
-    return SphereGrid(*sphere_rows(nx * ny, capacity), last, np.ones(1, np.uint32), near.ravel(), *corner, side, 1 / side, nx, ny, nz)
+    used = np.ones(1, np.uint32)
+    frame = (*(low - margin).tolist(), side, 1 / side, nx, ny, nz)
+    return SphereGrid(*sphere_rows(nx * ny, capacity), last, used, near.ravel(), *frame)
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, ...]:

@@ -57,7 +57,7 @@ def built_catalogue(name: str) -> Path:
 
 
 def write_catalogue(
-    objects: Iterable[CatalogueObject],
+    objects: Iterable,
     directory: str | os.PathLike,
     group: str,
     *,
@@ -67,7 +67,8 @@ def write_catalogue(
 
     Parameters
     ----------
-    objects : iterable of CatalogueObject
+    objects : iterable
+        Each with ``name``, ``label``, ``also``, ``category`` and ``mesh``.
     directory : path
         Made if it is missing.
     group : str

@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
+from .compilation import prepare
 from .outline import merge_vertices, outline_points
 from .thinning import thin
 
@@ -253,6 +254,7 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     -------
     (K, 3) float64, metres
     """
+    prepare(_candidates)
     cover = COVER * max_gap
     vertices, faces = merge_vertices(
         np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)

@@ -65,15 +65,23 @@ def print_functions(rows: list[dict], functions: tuple[str, ...], explain: bool)
         scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
         table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
     if table:
-        print_table("What objects are for (score of each function, member above 0.5)", ["file", "for", *functions], table)
+        print_table("What objects are for (scores; above 0.5 it is)", ["file", "for", *functions], table)
     for row in rows if explain else []:
-        for name, neighbors in row["neighbors"].items():
-            print_table(
-                f"\n{Path(row['file']).name}: nearest to be compared with for {name}, "
-                f"spheres of {format_length(row['functions'][name]['radius'])}",
-                ["training object", "has it", "distance", "weight"],
-                [
-                    [each["name"], "yes" if each["member"] else "no", f"{each['distance']:.2f}", f"{each['weight']:.3f}"]
-                    for each in neighbors
-                ],
-            )
+        for name in functions:
+            print_neighbors(row, name)
+
+
+def print_neighbors(row: dict, name: str):
+    """Print which training objects decided one function of one object."""
+    table = [
+        [
+            each["name"],
+            format_length(each["radius"]),
+            "yes" if each["member"] else "no",
+            f"{each['distance']:.2f}",
+            f"{each['weight']:.3f}",
+        ]
+        for each in row["neighbors"][name]
+    ]
+    title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
+    print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)

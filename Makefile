@@ -1,0 +1,28 @@
+.PHONY: setup demo test lint bench figures model clean
+
+BIN := .venv/bin
+
+setup:
+	@./setup.sh
+
+demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
+	@$(BIN)/python -m compare.demo --out demo
+
+test: setup lint  ## everything that CI runs
+	@$(BIN)/python -m pytest -n 2 --dist loadfile
+
+lint: setup
+	@$(BIN)/ruff check -q .
+	@$(BIN)/lint-imports > /dev/null || $(BIN)/lint-imports
+
+bench: setup  ## the roller's speed, beside a naive PyBullet script where PyBullet is installed
+	@$(BIN)/python -m compare.bench
+
+figures: setup  ## the pictures in docs/images
+	@$(BIN)/python -m compare.gallery --out docs/images
+
+model: setup  ## the model that ships with the package
+	@$(BIN)/spherefunc train household --out spherefunc_bullet/models/household-fast.npz
+
+clean:
+	rm -rf .venv build demo *.egg-info

@@ -1,0 +1,43 @@
+#!/bin/sh
+# Set up everything that `make demo` and `make test` need: system libraries where they are missing and may be
+# installed, and a virtual environment in .venv with the package. Says what it does; does nothing twice.
+set -eu
+cd "$(dirname "$0")"
+PYTHON=${PYTHON:-python3}
+
+fail() { echo "setup: $1" >&2; exit 2; }
+
+install() { # Debian packages, as root or by sudo
+    if ! command -v apt-get >/dev/null 2>&1; then
+        fail "missing: $*; install them with your system's package manager"
+    fi
+    if [ "$(id -u)" = 0 ]; then as_root=""; elif command -v sudo >/dev/null 2>&1; then as_root="sudo"; else
+        fail "missing: $*; run as root: apt-get install $*"
+    fi
+    echo "setup: installing $*" >&2
+    $as_root apt-get update -qq >/dev/null 2>&1 || true # an old list may do
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq "$@" >/dev/null \
+        || fail "apt-get install $* failed"
+}
+
+command -v "$PYTHON" >/dev/null 2>&1 || install python3
+"$PYTHON" -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+    || fail "expected Python 3.11 or newer, got $("$PYTHON" -V 2>&1); set PYTHON=/path/to/python3.11"
+"$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || install "$("$PYTHON" -c \
+    'import sys; print(f"python3.{sys.version_info[1]}-venv")')"
+
+# Open3D, which draws the pictures, needs libusb, and OpenMP's runtime.
+missing=""
+for pair in libusb-1.0.so.0:libusb-1.0-0 libgomp.so.1:libgomp1; do
+    "$PYTHON" -c "import ctypes; ctypes.CDLL('${pair%%:*}')" 2>/dev/null || missing="$missing ${pair##*:}"
+done
+# shellcheck disable=SC2086
+[ -z "$missing" ] || install $missing
+
+stamp=.venv/installed
+[ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
+if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
+    echo "setup: installing the package and what it needs into .venv (some 400 MB to download the first time)" >&2
+    .venv/bin/python -m pip install -q --disable-pip-version-check -e '.[test]'
+    touch "$stamp"
+fi
