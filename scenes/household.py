@@ -23,7 +23,7 @@ from .plants import PLANTS
 from .sofas import SOFAS
 from .stools import STOOLS
 from .tables import TABLES
-from .tools import TOOLS
+from .hand_tools import TOOLS
 
 FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],

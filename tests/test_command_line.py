@@ -105,7 +105,7 @@ def trained(run, subset, tmp_path_factory):
     return path, json.loads(done.stdout)
 
 
-def refused(done, *words):
+def check_refused(done, *words):
     """Check that a run was the user's mistake, said in one line."""
     assert done.returncode == 2, done.stderr
     lines = done.stderr.splitlines()
@@ -169,7 +169,7 @@ def test_without_json_there_is_a_table(run, data):
 def test_other_files_of_the_call_are_still_done(run, data, tmp_path):
     (tmp_path / "broken.ply").write_bytes(b"ply\nformat ascii 1.0\nelement vertex 3\n")
     done = run("simulate", tmp_path / "broken.ply", data / "cup_0.npz", "--radius", "2cm", "--json")
-    refused(done, "broken.ply")
+    check_refused(done, "broken.ply")
     assert [row["file"] for row in json.loads(done.stdout)] == [str(data / "cup_0.npz")]
 
 
@@ -194,7 +194,7 @@ def test_sphere_limit_is_an_outcome(run, data):
 def test_mistakes_in_simulate_are_one_line(run, data, arguments, words):
     cup = str(data / "cup_0.npz")
     done = run("simulate", *(each.format(cup=cup) for each in arguments))
-    refused(done, *words)
+    check_refused(done, *words)
     assert done.stdout == ""
 
 
@@ -239,15 +239,15 @@ def test_explain_names_the_neighbours(run, trained, data):
 
 def test_classify_refuses_what_it_cannot_use(run, trained, data):
     cup = data / "cup_3.npz"
-    refused(run("classify", cup, "--model", trained[0], "--backend", "bullet"), "fast", "bullet")
+    check_refused(run("classify", cup, "--model", trained[0], "--backend", "bullet"), "fast", "bullet")
     done = run("classify", "gone.ply", cup, "--model", trained[0], "--json")
-    refused(done, "gone.ply")
+    check_refused(done, "gone.ply")
     assert len(json.loads(done.stdout)) == 1
 
 
 def test_train_refuses_what_it_cannot_use(run, subset, tmp_path):
-    refused(run("train", "no-such-set", "--out", tmp_path / "m"), "no-such-set", "household")
-    refused(run("train", subset, "--out", tmp_path, "--radii", "2cm", "--jobs", 1), "can be written")
+    check_refused(run("train", "no-such-set", "--out", tmp_path / "m"), "no-such-set", "household")
+    check_refused(run("train", subset, "--out", tmp_path, "--radii", "2cm", "--jobs", 1), "can be written")
 
 
 def test_evaluate_prints_the_contract(run, data):
@@ -288,14 +288,14 @@ def test_evaluate_goes_on_without_a_missing_file(run, data, tmp_path):
     (tmp_path / "cup_3.npz").unlink()
     arguments = ("--trials", 2, "--train-sizes", "half", "--radii", "2cm", "--jobs", 1)
     done = run("evaluate", tmp_path, *arguments, "--json")
-    refused(done, "cup_3.npz")
+    check_refused(done, "cup_3.npz")
     assert json.loads(done.stdout)["results"][0]["train_size"] == 7
 
 
 def test_evaluate_refuses_what_it_cannot_do(run, data, subset):
     quick = ("--radii", "2cm", "--jobs", 1)
-    refused(run("evaluate", data, "--train-sizes", "20", *quick), "20", "half of the 16 objects")
-    refused(run("evaluate", subset, "--train-sizes", "half", "--groups", *quick), "group")
+    check_refused(run("evaluate", data, "--train-sizes", "20", *quick), "20", "half of the 16 objects")
+    check_refused(run("evaluate", subset, "--train-sizes", "half", "--groups", *quick), "group")
 
 
 def test_backends_are_listed(run):
@@ -311,7 +311,7 @@ def test_catalogue_is_built(run, tmp_path):
     with open(tmp_path / "set" / "manifest.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 200 and all((tmp_path / "set" / row["file"]).is_file() for row in rows)
-    refused(run("dataset", "build", "no-such", tmp_path / "other"), "no-such", "household")
+    check_refused(run("dataset", "build", "no-such", tmp_path / "other"), "no-such", "household")
 
 
 def test_help_answers_at_once(run):

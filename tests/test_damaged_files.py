@@ -40,7 +40,7 @@ def refusal(path):
 
 
 @pytest.fixture
-def refused(tmp_path):
+def check_refused(tmp_path):
     def message(name, data):
         (tmp_path / name).write_bytes(data)
         return refusal(tmp_path / name)
@@ -76,14 +76,14 @@ def test_a_file_too_large_is_not_read(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("ending", READERS)
 def test_empty_files(refused, ending):
-    assert "empty file" in refused(f"chair{ending}", b"")
+    assert "empty file" in check_refused(f"chair{ending}", b"")
 
 
 @pytest.mark.parametrize("ending", READERS)
 def test_files_of_another_format(refused, ending):
-    assert "got a PNG file" in refused(f"chair{ending}", b"\x89PNG\r\n\x1a\n" + bytes(500))
+    assert "got a PNG file" in check_refused(f"chair{ending}", b"\x89PNG\r\n\x1a\n" + bytes(500))
     if ending != ".ply":
-        assert "got a PLY file" in refused(f"chair{ending}", GOOD["ply"])
+        assert "got a PLY file" in check_refused(f"chair{ending}", GOOD["ply"])
 
 
 @pytest.mark.parametrize("kind", [kind for kind in GOOD if kind not in ("obj", "xyz")])
@@ -91,7 +91,7 @@ def test_files_cut_off(refused, kind):
     """All formats but OBJ and XYZ say how much they hold; those two have no end to miss."""
     data = GOOD[kind]
     for share in (0.3, 0.6, 0.95):
-        refused(f"chair.{kind.split()[0]}", data[: int(share * len(data))])
+        check_refused(f"chair.{kind.split()[0]}", data[: int(share * len(data))])
 
 
 def test_a_name_with_a_line_break(tmp_path):
@@ -107,7 +107,7 @@ def test_vertices_that_are_not_finite(refused, ending):
     vertices, faces = mug()
     vertices[3, 1] = np.nan
     vertices[5, 2] = np.inf
-    message = refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
+    message = check_refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
     assert f"2 of {len(vertices)}" in message or "could not read" in message
 
 
@@ -115,28 +115,28 @@ def test_vertices_that_are_not_finite(refused, ending):
 def test_faces_out_of_range(refused, ending):
     vertices, faces = mug()
     faces[2, 1] = 4321
-    refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
+    check_refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
 
 
 def test_too_few_points_and_no_area(refused):
-    assert "at least 10 points, got 3" in refused("few.xyz", b"0 0 0\n1 1 1\n2 2 2\n")
-    assert "without area" in refused("flat.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
-    assert "at least 10 points, got 0" in refused("blind.pcd", pcd_bytes(np.full((50, 3), np.nan)))
+    assert "at least 10 points, got 3" in check_refused("few.xyz", b"0 0 0\n1 1 1\n2 2 2\n")
+    assert "without area" in check_refused("flat.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
+    assert "at least 10 points, got 0" in check_refused("blind.pcd", pcd_bytes(np.full((50, 3), np.nan)))
 
 
 def test_ply_headers_that_declare_more_than_the_file_holds(refused):
     for count in (b"4000000000", b"-5", b"99999999999999999999"):
         data = GOOD["ply"].replace(b"element vertex ", b"element vertex " + count + b"\ncomment ", 1)
-        assert "more than the file holds" in refused("chair.ply", data)
+        assert "more than the file holds" in check_refused("chair.ply", data)
 
 
 def test_pcd_headers_that_declare_more_than_the_file_holds(refused):
     for kind in ("pcd ascii", "pcd binary", "pcd binary_compressed"):
         data = GOOD[kind].replace(b"\nPOINTS ", b"\nPOINTS 99999999", 1)
-        assert "points" in refused("scan.pcd", data)
+        assert "points" in check_refused("scan.pcd", data)
     bomb = GOOD["pcd binary_compressed"].partition(b"DATA")[0].replace(b"\nPOINTS ", b"\nPOINTS 9999999")
     count = int(bomb.partition(b"\nPOINTS ")[2].split()[0])
-    assert "damaged" in refused(
+    assert "damaged" in check_refused(
         "scan.pcd", bomb + b"DATA binary_compressed\n" + struct.pack("<II", 9, 16 * count % 2**32)
     )
 
@@ -148,10 +148,10 @@ def test_npz_bombs_and_pickles(refused):
         shape = {"descr": "<f8", "fortran_order": False, "shape": (10**9, 3)}
         np.lib.format.write_array_header_1_0(header, shape)
         archive.writestr("points.npy", header.getvalue() + bytes(10**6))
-    assert "MiB" in refused("bomb.npz", buffer.getvalue())
+    assert "MiB" in check_refused("bomb.npz", buffer.getvalue())
     pickled = npz_bytes(points=np.array([print, None, {}], dtype=object))
-    assert "real numbers" in refused("pickle.npz", pickled)
-    assert "faces" in refused("faces.npz", npz_bytes(vertices=mug()[0], faces=np.array([[0.5, 1, 2]])))
+    assert "real numbers" in check_refused("pickle.npz", pickled)
+    assert "faces" in check_refused("faces.npz", npz_bytes(vertices=mug()[0], faces=np.array([[0.5, 1, 2]])))
 
 
 def glb_of(tree, body=b""):
@@ -165,12 +165,12 @@ def test_glb_that_declares_more_than_it_holds(refused):
     tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}
     tree["meshes"] = [{"primitives": [{"attributes": {"POSITION": 0}}]}]
     tree["accessors"] = [{"componentType": 5126, "type": "VEC3", "count": 10**10}]
-    assert "declared" in refused("huge.glb", glb_of(tree))
+    assert "declared" in check_refused("huge.glb", glb_of(tree))
     tree["accessors"][0]["count"] = 3 * 10**6
     tree["nodes"] *= 1000
-    assert "simplify" in refused("many.glb", glb_of(tree))
+    assert "simplify" in check_refused("many.glb", glb_of(tree))
     tree["extensionsUsed"] = ["KHR_draco_mesh_compression"]
-    assert "without compression" in refused("draco.glb", glb_of(tree))
+    assert "without compression" in check_refused("draco.glb", glb_of(tree))
 
 
 def test_glb_whose_nodes_run_in_a_circle(refused):
@@ -180,7 +180,7 @@ def test_glb_whose_nodes_run_in_a_circle(refused):
     tree = json.loads(data[20 : 20 + length])
     tree["nodes"] = [{"children": [1], "name": "a"}, {"children": [0], "name": "b", "mesh": 0}]
     tree["scenes"] = [{"nodes": [0]}]
-    refused("circle.glb", glb_of(tree, data[28 + length :]))
+    check_refused("circle.glb", glb_of(tree, data[28 + length :]))
 
 
 def test_3ds_whose_chunks_do_not_fit(refused):
@@ -188,11 +188,11 @@ def test_3ds_whose_chunks_do_not_fit(refused):
     for position, size in ((2, 2**31), (2, 5), (18, 0), (18, 2**32 - 1)):
         damaged = bytearray(data)
         damaged[position : position + 4] = struct.pack("<I", size)
-        assert "fit into each other" in refused("chair.3ds", bytes(damaged))
+        assert "fit into each other" in check_refused("chair.3ds", bytes(damaged))
     nested = b""
     for _ in range(5000):
         nested = struct.pack("<HI", 0x4D4D, 6 + len(nested)) + nested
-    refused("deep.3ds", nested)
+    check_refused("deep.3ds", nested)
 
 
 @st.composite

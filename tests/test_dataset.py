@@ -21,7 +21,7 @@ def write(tmp_path):
     return manifest
 
 
-def refused(data, match):
+def check_refused(data, match):
     with pytest.raises(InputError, match=match) as caught:
         open_dataset(data)
     assert "\n" not in str(caught.value)
@@ -79,19 +79,19 @@ def test_manifest_by_its_own_path(write):
     ],
 )
 def test_manifest_that_is_not_usable_is_refused(write, text, match):
-    refused(write(text), match)
+    check_refused(write(text), match)
 
 
 @pytest.mark.parametrize("file", ["../secret.ply", "/etc/passwd", "sub/../../secret.ply", "."])
 def test_paths_that_climb_out_are_refused(write, file):
-    refused(write(f"file,label\n{file},cup\n"), "line 2: expected a file below the manifest's folder")
+    check_refused(write(f"file,label\n{file},cup\n"), "line 2: expected a file below the manifest's folder")
 
 
 def test_link_that_leads_out_is_refused(write, tmp_path):
     (tmp_path / "outside.ply").write_text("")
     folder = write("file,label\nlink.ply,cup\n")
     os.symlink(tmp_path / "outside.ply", folder / "link.ply")
-    refused(folder, "below the manifest's folder")
+    check_refused(folder, "below the manifest's folder")
 
 
 def test_missing_files_are_each_object_s_own_failure(write):
@@ -119,7 +119,7 @@ def test_folders_named_for_their_label(tmp_path):
 def test_folder_without_either_is_refused(tmp_path):
     (tmp_path / "cup").mkdir()
     (tmp_path / "loose.ply").write_text("")
-    refused(tmp_path, "expected a manifest.csv, or folders")
+    check_refused(tmp_path, "expected a manifest.csv, or folders")
 
 
 def test_name_of_a_catalogue(tmp_path, monkeypatch):
@@ -133,6 +133,6 @@ def test_name_of_a_catalogue(tmp_path, monkeypatch):
 
 
 def test_unknown_name_lists_the_catalogues(tmp_path):
-    refused("no-such-set", "household; found nothing of that name")
+    check_refused("no-such-set", "household; found nothing of that name")
     (tmp_path / "model.ply").write_text("")
-    refused(tmp_path / "model.ply", "found a file")
+    check_refused(tmp_path / "model.ply", "found a file")

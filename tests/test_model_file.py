@@ -33,7 +33,7 @@ def changed(path, **about):
     return path
 
 
-def refused(path, match, backend=None):
+def check_refused(path, match, backend=None):
     with pytest.raises(InputError, match=match) as caught:
         load_model(path, backend)
     assert "\n" not in str(caught.value) and str(path) in str(caught.value)
@@ -76,7 +76,7 @@ def test_file_is_data_and_says_what_made_it(saved):
 
 
 def test_other_backend_is_refused(saved):
-    refused(saved, "backend fast.*bullet", backend="bullet")
+    check_refused(saved, "backend fast.*bullet", backend="bullet")
 
 
 def test_backend_that_is_not_installed_is_refused(saved):
@@ -87,11 +87,11 @@ def test_backend_that_is_not_installed_is_refused(saved):
 
 
 def test_other_version_of_the_backend_is_refused(saved):
-    refused(changed(saved, backend_version="0.0"), "version 0.0.*train it again")
+    check_refused(changed(saved, backend_version="0.0"), "version 0.0.*train it again")
 
 
 def test_other_version_of_the_format_is_refused(saved):
-    refused(changed(saved, format_version=99), "format 1, got 99")
+    check_refused(changed(saved, format_version=99), "format 1, got 99")
 
 
 @pytest.mark.parametrize(
@@ -127,14 +127,14 @@ def test_about_without_a_field_is_refused(saved):
         rest = {key: value for key, value in about.items() if key not in (name, "versions")}
         np.savez(saved, **arrays | {"about": np.array(json.dumps(rest))})
         if name != "versions":  # which are told, not needed
-            refused(saved, "expected")
+            check_refused(saved, "expected")
 
 
 def test_file_cut_short_is_refused_wherever_it_is_cut(saved):
     whole = saved.read_bytes()
     for length in np.linspace(0, len(whole) - 1, 60).astype(int):
         saved.write_bytes(whole[:length])
-        refused(saved, "expected a model")
+        check_refused(saved, "expected a model")
 
 
 def test_damaged_bytes_are_refused_or_change_nothing(model, saved):
@@ -157,18 +157,18 @@ def test_damaged_bytes_are_refused_or_change_nothing(model, saved):
 def test_random_bytes_are_refused(tmp_path, length):
     path = tmp_path / "noise.npz"
     path.write_bytes(np.random.default_rng(length).bytes(length))
-    refused(path, "expected a model")
+    check_refused(path, "expected a model")
 
 
 def test_other_npz_is_refused(tmp_path):
     np.savez(tmp_path / "cloud.npz", points=np.zeros((20, 3)))
-    refused(tmp_path / "cloud.npz", "expected a model")
+    check_refused(tmp_path / "cloud.npz", "expected a model")
     np.savez(tmp_path / "about.npz", about=np.array(json.dumps({"format": "another"})))
-    refused(tmp_path / "about.npz", "another NPZ")
+    check_refused(tmp_path / "about.npz", "another NPZ")
     np.savez(tmp_path / "list.npz", about=np.array("[1, 2]"))
-    refused(tmp_path / "list.npz", "another NPZ")
+    check_refused(tmp_path / "list.npz", "another NPZ")
     np.save(tmp_path / "single.npy", np.zeros(3))
-    refused(tmp_path / "single.npy", "expected a model")
+    check_refused(tmp_path / "single.npy", "expected a model")
 
 
 class Trap:
@@ -182,14 +182,14 @@ def test_pickled_objects_are_refused_unopened(saved, tmp_path):
     with np.load(saved) as file:
         arrays = dict(file)
     np.savez(saved, **arrays | {"names": np.array([Trap()] * len(arrays["names"]), dtype=object)})
-    refused(saved, "expected a model")
+    check_refused(saved, "expected a model")
     (tmp_path / "bare.pkl").write_bytes(pickle.dumps(Trap()))
-    refused(tmp_path / "bare.pkl", "expected a model")
+    check_refused(tmp_path / "bare.pkl", "expected a model")
 
 
 def test_missing_file_and_folder_are_refused(tmp_path):
-    refused(tmp_path / "gone.npz", "found nothing")
-    refused(tmp_path, "expected a model")
+    check_refused(tmp_path / "gone.npz", "found nothing")
+    check_refused(tmp_path, "expected a model")
 
 
 def test_place_that_cannot_be_written_is_an_input_error(model, tmp_path):
