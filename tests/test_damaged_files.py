@@ -75,19 +75,19 @@ def test_a_file_too_large_is_not_read(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("ending", READERS)
-def test_empty_files(refused, ending):
+def test_empty_files(check_refused, ending):
     assert "empty file" in check_refused(f"chair{ending}", b"")
 
 
 @pytest.mark.parametrize("ending", READERS)
-def test_files_of_another_format(refused, ending):
+def test_files_of_another_format(check_refused, ending):
     assert "got a PNG file" in check_refused(f"chair{ending}", b"\x89PNG\r\n\x1a\n" + bytes(500))
     if ending != ".ply":
         assert "got a PLY file" in check_refused(f"chair{ending}", GOOD["ply"])
 
 
 @pytest.mark.parametrize("kind", [kind for kind in GOOD if kind not in ("obj", "xyz")])
-def test_files_cut_off(refused, kind):
+def test_files_cut_off(check_refused, kind):
     """All formats but OBJ and XYZ say how much they hold; those two have no end to miss."""
     data = GOOD[kind]
     for share in (0.3, 0.6, 0.95):
@@ -103,7 +103,7 @@ def test_a_name_with_a_line_break(tmp_path):
 
 
 @pytest.mark.parametrize("ending", ["ply", "obj", "off", "glb", "npz"])
-def test_vertices_that_are_not_finite(refused, ending):
+def test_vertices_that_are_not_finite(check_refused, ending):
     vertices, faces = mug()
     vertices[3, 1] = np.nan
     vertices[5, 2] = np.inf
@@ -112,25 +112,25 @@ def test_vertices_that_are_not_finite(refused, ending):
 
 
 @pytest.mark.parametrize("ending", ["ply", "obj", "off", "3ds", "npz"])
-def test_faces_out_of_range(refused, ending):
+def test_faces_out_of_range(check_refused, ending):
     vertices, faces = mug()
     faces[2, 1] = 4321
     check_refused(f"chair.{ending}", mesh_bytes(ending, vertices, faces))
 
 
-def test_too_few_points_and_no_area(refused):
+def test_too_few_points_and_no_area(check_refused):
     assert "at least 10 points, got 3" in check_refused("few.xyz", b"0 0 0\n1 1 1\n2 2 2\n")
     assert "without area" in check_refused("flat.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
     assert "at least 10 points, got 0" in check_refused("blind.pcd", pcd_bytes(np.full((50, 3), np.nan)))
 
 
-def test_ply_headers_that_declare_more_than_the_file_holds(refused):
+def test_ply_headers_that_declare_more_than_the_file_holds(check_refused):
     for count in (b"4000000000", b"-5", b"99999999999999999999"):
         data = GOOD["ply"].replace(b"element vertex ", b"element vertex " + count + b"\ncomment ", 1)
         assert "more than the file holds" in check_refused("chair.ply", data)
 
 
-def test_pcd_headers_that_declare_more_than_the_file_holds(refused):
+def test_pcd_headers_that_declare_more_than_the_file_holds(check_refused):
     for kind in ("pcd ascii", "pcd binary", "pcd binary_compressed"):
         data = GOOD[kind].replace(b"\nPOINTS ", b"\nPOINTS 99999999", 1)
         assert "points" in check_refused("scan.pcd", data)
@@ -141,7 +141,7 @@ def test_pcd_headers_that_declare_more_than_the_file_holds(refused):
     )
 
 
-def test_npz_bombs_and_pickles(refused):
+def test_npz_bombs_and_pickles(check_refused):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         header = io.BytesIO()
@@ -161,7 +161,7 @@ def glb_of(tree, body=b""):
     return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
 
 
-def test_glb_that_declares_more_than_it_holds(refused):
+def test_glb_that_declares_more_than_it_holds(check_refused):
     tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}
     tree["meshes"] = [{"primitives": [{"attributes": {"POSITION": 0}}]}]
     tree["accessors"] = [{"componentType": 5126, "type": "VEC3", "count": 10**10}]
@@ -173,7 +173,7 @@ def test_glb_that_declares_more_than_it_holds(refused):
     assert "without compression" in check_refused("draco.glb", glb_of(tree))
 
 
-def test_glb_whose_nodes_run_in_a_circle(refused):
+def test_glb_whose_nodes_run_in_a_circle(check_refused):
     vertices, faces = mug()
     data = GOOD["glb"]
     length = int.from_bytes(data[12:16], "little")
@@ -183,7 +183,7 @@ def test_glb_whose_nodes_run_in_a_circle(refused):
     check_refused("circle.glb", glb_of(tree, data[28 + length :]))
 
 
-def test_3ds_whose_chunks_do_not_fit(refused):
+def test_3ds_whose_chunks_do_not_fit(check_refused):
     data = bytearray(three_ds_bytes(*mug()))
     for position, size in ((2, 2**31), (2, 5), (18, 0), (18, 2**32 - 1)):
         damaged = bytearray(data)
