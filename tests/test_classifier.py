@@ -7,11 +7,7 @@ import pytest
 from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from spherefunc_bullet.classifier import (
-    InverseDistanceClassifier,
-    inverse_distance_scores,
-    mean_inverse_distance,
-)
+from spherefunc_bullet.classifier import InverseDistanceClassifier, inverse_distance_scores
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_classifier import FunctionClassifier, as_sets
 from spherefunc_bullet.method import METHODS
@@ -39,7 +35,7 @@ def test_scores_without_members_or_without_others():
     distances = np.array([[1.0, 2.0]])
     assert inverse_distance_scores(distances, np.array([False, False])) == 0
     assert inverse_distance_scores(distances, np.array([True, True])) == 1
-    assert mean_inverse_distance(np.empty((3, 0)), 2).tolist() == [0, 0, 0]
+    assert inverse_distance_scores(np.empty((3, 0)), np.zeros(0, bool), 2).tolist() == [0, 0, 0]
 
 
 def test_the_same_histogram_decides():
@@ -64,9 +60,7 @@ def test_partial_fit_in_halves_is_fit(container):
     halves.partial_fit(container(rows[:20]), labels[:20], classes=[0, 1, 2])
     halves.partial_fit(container(rows[20:]), labels[20:])
     # The same numbers in the same order; matrix products may round them differently.
-    assert np.allclose(
-        halves.predict_proba(container(asked)), whole.predict_proba(container(asked)), rtol=1e-12
-    )
+    assert np.allclose(halves.predict_proba(container(asked)), whole.predict_proba(container(asked)), rtol=1e-12)
 
 
 def test_growth_brings_new_classes():
@@ -88,9 +82,7 @@ def heap(kind: str, seed: int) -> dict:
     elif kind == "sittable":
         centers = np.column_stack([0.4 * (x - 0.5), 0.4 * (y - 0.5), 0.45 + 0.35 * y * z])
     else:
-        centers = np.column_stack(
-            [0.5 * (x - 0.5), 0.3 * (y - 0.5), np.full(x.size, random.uniform(1.2, 2))]
-        )[:30]
+        centers = np.column_stack([0.5 * (x - 0.5), 0.3 * (y - 0.5), np.full(x.size, random.uniform(1.2, 2))])[:30]
     return {radius: (size * centers[:: round(radius / 0.01)]).astype(np.float32) for radius in RADII}
 
 
@@ -147,9 +139,7 @@ def test_growth_is_learning_everything():
     far = [{radius: centers + 3 for radius, centers in each.items()} for each in more]
     grown = fitted(settled, labels, names).add_settled(far, ["shelf"] * len(far), more_names)
     whole = fitted(settled + far, labels + ["shelf"] * len(far), names + more_names)
-    asked = collection(4, 90)[0] + [
-        {radius: each[radius] + 3 for radius in RADII} for each in collection(2, 70)[0]
-    ]
+    asked = collection(4, 90)[0] + [{radius: each[radius] + 3 for radius in RADII} for each in collection(2, 70)[0]]
     assert grown.functions_ == whole.functions_ == ("cup", "shelf", "sittable", "table")
     assert grown.weights_ == whole.weights_ and grown.names_ == whole.names_
     assert np.allclose(grown.score_settled(asked), whole.score_settled(asked), rtol=1e-9)
