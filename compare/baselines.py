@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.histogram import DIAMETERS, CubeHistogram
+from spherefunc_bullet.histogram import DIAMETERS, counted_cubes, counts_matrix, cube_keys
 from spherefunc_bullet.simulation import VOXEL, ObjectRecord
 
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
@@ -18,11 +18,19 @@ Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances betw
 
 def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:
     """Return every baseline's distances between objects, in cubes as large as those of the spheres."""
+    occupied = {radius: [] for radius in radii}
+    heights = {radius: [] for radius in radii}
+    for record in records:
+        points = voxel_centers(record)
+        for radius in radii:
+            side = DIAMETERS * 2 * radius
+            occupied[radius].append(counted_cubes(points, side))
+            heights[radius].append(height_map(points, side))
     return {
         "bounding_box": {radii[-1]: bounding_box_distances(records)},
-        "occupancy": {radius: occupancy_distances(records, radius, "raw") for radius in radii},
-        "occupancy_sqrt": {radius: occupancy_distances(records, radius, "sqrt") for radius in radii},
-        "height_map": {radius: height_map_distances(records, radius) for radius in radii},
+        "occupancy": {radius: cube_distances(each) for radius, each in occupied.items()},
+        "occupancy_sqrt": {radius: cube_distances(rooted(each)) for radius, each in occupied.items()},
+        "height_map": {radius: cube_distances(each) for radius, each in heights.items()},
     }
 
 
@@ -32,31 +40,23 @@ def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
     return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
 
 
-def occupancy_distances(records: Sequence[ObjectRecord], radius: float, counts: str) -> np.ndarray:
-    """Return distances between histograms of the cloud itself, thinned to 5 mm, in the spheres' cubes."""
-    histogram = CubeHistogram(radius, counts=counts)
-    return euclidean_distances(histogram.fit_transform([voxel_centers(record) for record in records]))
+def cube_distances(counted: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Return distances (N, N) between objects given as cubes and values, 0 in all other cubes."""
+    keys = np.unique(np.concatenate([keys for keys, _ in counted]))
+    return euclidean_distances(counts_matrix(counted, keys))
 
 
-def height_map_distances(records: Sequence[ObjectRecord], radius: float) -> np.ndarray:
-    """Return distances between top views: the height over each square as large as a cube's face, 0 beside."""
-    side = DIAMETERS * 2 * radius
-    maps = [height_map(record, side) for record in records]
-    squares = {square: column for column, square in enumerate(sorted(set().union(*maps)))}
-    heights = np.zeros((len(maps), len(squares)))
-    for row, each in enumerate(maps):
-        heights[row, [squares[square] for square in each]] = list(each.values())
-    return euclidean_distances(heights)
+def rooted(counted):
+    """Return the square roots of counts."""
+    return [(keys, np.sqrt(counts)) for keys, counts in counted]
 
 
-def height_map(record: ObjectRecord, side: float) -> dict[tuple[int, int], float]:
-    """Return the greatest height in metres over each square (ix, iy) of the ground."""
-    points = voxel_centers(record)
-    squares = np.floor(points[:, :2] / side + 0.5).astype(int)
-    names, index = np.unique(squares, axis=0, return_inverse=True)
-    heights = np.zeros(len(names))
-    np.maximum.at(heights, index.ravel(), points[:, 2])
-    return dict(zip(map(tuple, names.tolist()), heights.tolist(), strict=True))
+def height_map(points: np.ndarray, side: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the top view of points (N, 3): the squares of the ground, as cubes on it, and the height over each."""
+    keys, square = np.unique(cube_keys(points * [1, 1, 0], side), return_inverse=True)
+    heights = np.zeros(len(keys))
+    np.maximum.at(heights, square, points[:, 2])
+    return keys, heights
 
 
 def voxel_centers(record: ObjectRecord) -> np.ndarray:

@@ -78,9 +78,9 @@ def leave_one_group_out(groups: np.ndarray) -> list[Split]:
 
 def split_scores(distances: Distances, labels: Labels, split: Split, method: Method, weights=None):
     """Return the scores (T, F) of a split's test objects, and each function's radius weights."""
-    inside = {radius: matrix[np.ix_(split.train, split.train)] for radius, matrix in distances.items()}
     across = {radius: matrix[np.ix_(split.test, split.train)] for radius, matrix in distances.items()}
     if weights is None:
+        inside = {radius: matrix[np.ix_(split.train, split.train)] for radius, matrix in distances.items()}
         weights = [radius_weights(inside, members, method) for members in labels.members[split.train].T]
     columns = [
         voted_scores(across, members, chosen, method)

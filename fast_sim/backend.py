@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
-VERSION = "2"  # of the algorithm: another number, other centres
+VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
 
 

@@ -13,7 +13,9 @@ from .nearby import DEPTH
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
 GRAZE_POINT = 0.99
 GRAZE_SPHERE = 0.995
-TIGHT = 0.982  # nearer than this share of the contact distance is an overlap
+# Nearer than these shares of the contact distance is an overlap: two per cent of the radius, and a little less.
+TIGHT_POINT = 0.982
+TIGHT_SPHERE = 0.991
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,7 +25,7 @@ def fall_on_points(points, x, y, z, radius, best):
     ``best`` is a contact height known already; a lower one is not looked for.
     """
     graze = (GRAZE_POINT * radius) ** 2
-    tight = (TIGHT * radius) ** 2
+    tight = (TIGHT_POINT * radius) ** 2
     first_x = cell_index(x - radius - points.left, points.per_metre, points.nx)
     last_x = cell_index(x + radius - points.left, points.per_metre, points.nx)
     first_y = cell_index(y - radius - points.front, points.per_metre, points.ny)
@@ -56,7 +58,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     """Return the height of the first contact with settled spheres below (x, y, z), and whether it is clear."""
     reach = 2 * radius
     graze = (GRAZE_SPHERE * reach) ** 2
-    tight = (TIGHT * reach) ** 2
+    tight = (TIGHT_SPHERE * reach) ** 2
     first_x = cell_index(x - reach - spheres.left, spheres.per_metre, spheres.nx)
     last_x = cell_index(x + reach - spheres.left, spheres.per_metre, spheres.nx)
     first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
@@ -84,10 +86,10 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
 
 
 @njit(cache=True, error_model="numpy")
-def fall_on_nearby(found, count, x, y, z, touch, graze, best):
+def fall_on_nearby(found, count, x, y, z, touch, graze, tight, best):
     """Do as `fall_on_points` with the first ``count`` points found nearby, which touch at a distance ``touch``."""
     aside = (graze * touch) ** 2
-    tight = (TIGHT * touch) ** 2
+    tight = (tight * touch) ** 2
     for i in range(count):
         dx, dy = found[i, 0] - x, found[i, 1] - y
         d2 = dx * dx + dy * dy
@@ -119,9 +121,11 @@ def fall(points, spheres, x, y, z, radius):
 @njit(cache=True, error_model="numpy")
 def short_fall(points, spheres, nearby, x, y, z, radius):
     """Do as `fall`, looking only at what is nearby unless the fall is a long one."""
-    best, clear = fall_on_nearby(nearby.spheres, nearby.counts[1], x, y, z, 2 * radius, GRAZE_SPHERE, radius)
+    found, near = nearby.spheres, nearby.counts[1]
+    best, clear = fall_on_nearby(found, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
     if clear:
-        best, clear = fall_on_nearby(nearby.points, nearby.counts[0], x, y, z, radius, GRAZE_POINT, best)
+        found, near = nearby.points, nearby.counts[0]
+        best, clear = fall_on_nearby(found, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
     if clear and z - best > DEPTH * radius:
         return fall(points, spheres, x, y, z, radius)
     return best, clear

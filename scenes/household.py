@@ -17,13 +17,13 @@ from .desks import DESKS
 from .devices import DEVICES
 from .dishes import DISHES
 from .fixtures import FIXTURES
+from .hand_tools import TOOLS
 from .lamps import LAMPS
 from .low_tables import LOW_TABLES
 from .plants import PLANTS
 from .sofas import SOFAS
 from .stools import STOOLS
 from .tables import TABLES
-from .hand_tools import TOOLS
 
 FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],

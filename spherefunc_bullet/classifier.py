@@ -13,7 +13,7 @@ NEIGHBOURS = 1
 SAME = 1e-6  # spheres: distance below which two histograms are the same; above rounding errors
 
 
-def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighbors: int = NEIGHBOURS) -> np.ndarray:
+def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighbors=NEIGHBOURS) -> np.ndarray:
     """Return how much nearer each row is to members than to the others, 0 to 1.
 
     The score is a / (a + b), where a is the mean inverse distance to the ``n_neighbors`` nearest members and b
@@ -26,26 +26,33 @@ def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighb
         From each queried object to each example.
     members : (N,) bool
         Which examples have the function.
-    n_neighbors : int
+    n_neighbors : int or sequence of int
+        Of several numbers, the mean of their scores is returned.
 
     Returns
     -------
     (Q,) float
         0 where there is no member, 1 where there is nothing else.
     """
-    inside = mean_inverse_distance(distances[:, members], n_neighbors)
-    outside = mean_inverse_distance(distances[:, ~members], n_neighbors)
+    return share_of_nearness(distances[:, members], distances[:, ~members], n_neighbors)
+
+
+def share_of_nearness(inside: np.ndarray, outside: np.ndarray, n_neighbors) -> np.ndarray:
+    """Return the scores (Q,) from the distances to members (Q, M) and to the others (Q, N - M)."""
+    inside, outside = (mean_inverse_distances(each, n_neighbors) for each in (inside, outside))
     total = inside + outside
-    return np.divide(inside, total, out=np.zeros_like(total), where=total > 0)
+    return np.divide(inside, total, out=np.zeros_like(total), where=total > 0).mean(axis=1)
 
 
-def mean_inverse_distance(distances: np.ndarray, n_neighbors: int) -> np.ndarray:
-    """Return the mean inverse distance (Q,) to the nearest of the columns of (Q, M); 0 without columns."""
-    count = min(n_neighbors, distances.shape[1])
-    if count == 0:
-        return np.zeros(len(distances))
-    nearest = np.partition(distances, count - 1, axis=1)[:, :count]
-    return np.mean(1 / np.maximum(nearest, SAME), axis=1)
+def mean_inverse_distances(distances: np.ndarray, n_neighbors) -> np.ndarray:
+    """Return the mean inverse distance (Q, K) to the nearest of (Q, M), for each of K numbers; 0 without columns."""
+    counts = np.minimum(np.atleast_1d(n_neighbors), distances.shape[1])
+    most = counts.max()
+    if most == 0:
+        return np.zeros((len(distances), len(counts)))
+    nearest = distances.min(axis=1, keepdims=True) if most == 1 else np.partition(distances, range(most), axis=1)
+    inverse = 1 / np.maximum(nearest[:, :most], SAME)
+    return (np.cumsum(inverse, axis=1) / np.arange(1, most + 1))[:, counts - 1]
 
 
 class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
@@ -97,7 +104,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         X = validate_data(self, X, accept_sparse="csr", dtype=np.float64, reset=False)
         distances = euclidean_distances(X, self.examples_)
         columns = [
-            mean_inverse_distance(distances[:, self.labels_ == label], self.n_neighbors)
+            mean_inverse_distances(distances[:, self.labels_ == label], self.n_neighbors)[:, 0]
             for label in range(len(self.classes_))
         ]
         nearness = np.stack(columns, axis=1)

@@ -45,6 +45,30 @@ def cube_indices(keys: np.ndarray) -> np.ndarray:
     return np.stack([keys >> 2 * _BITS, keys >> _BITS & mask, keys & mask], axis=1) - _OFFSET
 
 
+def counted_cubes(points: np.ndarray, side: float, anchor: str = "centre") -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys (V,) of the cubes that hold points (S, 3), ascending, and how many each holds (V,) float."""
+    keys, counts = np.unique(cube_keys(points, side, anchor), return_counts=True)
+    return keys, counts.astype(float)
+
+
+def counts_matrix(counted, keys: np.ndarray) -> sparse.csr_matrix:
+    """Return counts (N, V + 1) of objects given as cubes and counts; the last column is what no key (V,) names."""
+    rows, columns, values = [], [], []
+    for row, (cubes, counts) in enumerate(counted):
+        known = np.minimum(np.searchsorted(keys, cubes), max(len(keys) - 1, 0))
+        inside = keys[known] == cubes if len(keys) else np.zeros(len(cubes), bool)
+        columns += [known[inside], [len(keys)]]
+        values += [counts[inside], [np.sqrt(np.sum(counts[~inside] ** 2))]]
+        rows.append(np.full(inside.sum() + 1, row))
+    shape = (len(rows), len(keys) + 1)
+    if not rows:
+        return sparse.csr_matrix(shape)
+    at = np.concatenate(rows), np.concatenate(columns)
+    matrix = sparse.csr_matrix((np.concatenate(values), at), shape=shape)
+    matrix.eliminate_zeros()
+    return matrix
+
+
 class CubeHistogram(TransformerMixin, BaseEstimator):
     """Turn settled centres into a sparse matrix of counts per cube.
 
@@ -90,6 +114,33 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         X : sequence of (S, 3) float
             Settled centres of each object, metres.
         """
+        self.fit_transform(X)
+        return self
+
+    def fit_transform(self, X, y=None) -> sparse.csr_matrix:
+        """Learn the cubes of objects given as settled centres, and return their counts (len(X), V + 1)."""
+        self._check_options()
+        self.keys_ = np.empty(0, np.int64)
+        return self._learn(X)
+
+    def partial_fit(self, X, y=None):
+        """Give the cubes of more objects a column too; see `widened` for matrices made before."""
+        self._check_options()
+        self.keys_ = getattr(self, "keys_", np.empty(0, np.int64))
+        self._learn(X)
+        return self
+
+    def transform(self, X) -> sparse.csr_matrix:
+        """Return the counts (len(X), V + 1) of objects given as settled centres."""
+        check_is_fitted(self)
+        return counts_matrix([self._counted(centers) for centers in X], self.keys_)
+
+    def _learn(self, X) -> sparse.csr_matrix:
+        counted = [self._counted(centers) for centers in X]
+        self.keys_ = np.unique(np.concatenate([self.keys_, *(keys for keys, _ in counted)]))
+        return counts_matrix(counted, self.keys_)
+
+    def _check_options(self):
         for name, value, allowed in (
             ("anchor", self.anchor, ANCHORS),
             ("heading", self.heading, HEADINGS),
@@ -97,41 +148,12 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         ):
             if value not in allowed:
                 raise InputError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
-        self.keys_ = np.empty(0, np.int64)
-        return self.partial_fit(X)
-
-    def partial_fit(self, X, y=None):
-        """Give the cubes of more objects a column too; see `widened` for matrices made before."""
-        keys = [self._counted(centers)[0] for centers in X]
-        self.keys_ = np.unique(np.concatenate([getattr(self, "keys_", np.empty(0, np.int64)), *keys]))
-        return self
-
-    def transform(self, X) -> sparse.csr_matrix:
-        """Return the counts (len(X), V + 1) of objects given as settled centres."""
-        check_is_fitted(self)
-        rows, columns, values = [], [], []
-        for row, centers in enumerate(X):
-            keys, counts = self._counted(centers)
-            known = np.searchsorted(self.keys_, keys)
-            known[known == len(self.keys_)] = 0
-            inside = self.keys_[known] == keys if len(self.keys_) else np.zeros(len(keys), bool)
-            elsewhere = np.sqrt(np.sum(counts[~inside] ** 2))
-            columns.append(np.append(known[inside], len(self.keys_)))
-            values.append(np.append(counts[inside], elsewhere))
-            rows.append(np.full(inside.sum() + 1, row))
-        shape = (len(rows), len(self.keys_) + 1)
-        if not rows:
-            return sparse.csr_matrix(shape)
-        at = np.concatenate(rows), np.concatenate(columns)
-        matrix = sparse.csr_matrix((np.concatenate(values), at), shape=shape)
-        matrix.eliminate_zeros()
-        return matrix
 
     def _counted(self, centers) -> tuple[np.ndarray, np.ndarray]:
         """Return the keys (V,) of the cubes that hold spheres, and their counts (V,) float."""
         centers = turned(np.asarray(centers, dtype=np.float64).reshape(-1, 3), self.heading)
-        keys, counts = np.unique(cube_keys(centers, self.side, self.anchor), return_counts=True)
-        return keys, np.sqrt(counts) if self.counts == "sqrt" else counts.astype(float)
+        keys, counts = counted_cubes(centers, self.side, self.anchor)
+        return keys, np.sqrt(counts) if self.counts == "sqrt" else counts
 
 
 def widened(matrix: sparse.csr_matrix, before: np.ndarray, after: np.ndarray) -> sparse.csr_matrix:

@@ -8,7 +8,7 @@ import numpy as np
 from sklearn.metrics import precision_recall_fscore_support
 from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
 
-from .classifier import inverse_distance_scores
+from .classifier import inverse_distance_scores, share_of_nearness
 from .method import Method
 
 THRESHOLD = 0.5  # score above which an object is a member
@@ -43,11 +43,6 @@ def validation_splits(members: np.ndarray, splits: int, random_state: int) -> li
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
 
 
-def neighbor_scores(distances: np.ndarray, members: np.ndarray, method: Method) -> np.ndarray:
-    """Return one function's scores (Q,) at one radius, the mean over the method's numbers of neighbours."""
-    return np.mean([inverse_distance_scores(distances, members, k) for k in method.neighbors], axis=0)
-
-
 def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, method: Method) -> float:
     """Return the F-measure of one function over validation splits of its training set, all counted together.
 
@@ -60,7 +55,10 @@ def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, meth
     """
     truth, predicted = [], []
     for train, held_out in splits:
-        scores = neighbor_scores(distances[np.ix_(held_out, train)], members[train], method)
+        inside, outside = train[members[train]], train[~members[train]]
+        scores = share_of_nearness(
+            distances[np.ix_(held_out, inside)], distances[np.ix_(held_out, outside)], method.neighbors
+        )
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
@@ -109,6 +107,7 @@ def voted_scores(
         Summing to one.
     """
     scores = [
-        weight * neighbor_scores(distances[radius], members, method) for radius, weight in weights.items()
+        weight * inverse_distance_scores(distances[radius], members, method.neighbors)
+        for radius, weight in weights.items()
     ]
     return np.sum(scores, axis=0)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from compare.baselines import baseline_distances, bounding_box_distances, height_map, height_map_distances
+from compare.baselines import baseline_distances, bounding_box_distances, height_map, voxel_centers
 from compare.evaluate_command import wanted_sizes
 from compare.evaluation import labels_of
 from compare.protocol import (
@@ -22,6 +22,7 @@ from compare.protocol import (
 )
 from spherefunc_bullet.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.histogram import cube_indices
 from spherefunc_bullet.method import METHODS
 from spherefunc_bullet.simulation import VOXEL, ObjectRecord
 from spherefunc_bullet.training import Simulated
@@ -175,8 +176,11 @@ def test_bounding_box_distances_by_hand():
 def test_height_map_by_hand():
     side = 0.14  # of a square at r = 2 cm, which holds 28 voxels of 5 mm
     low, high = record([1, 1, 1], [(0, 0, 0), (0, 0, 9), (40, 0, 3)]), record([1, 1, 1], [(0, 0, 19)])
-    assert height_map(low, side) == {(0, 0): pytest.approx(9.5 * VOXEL), (1, 0): pytest.approx(3.5 * VOXEL)}
-    assert height_map_distances([low, high], 0.02)[0, 1] == pytest.approx(VOXEL * np.hypot(10, 3.5))
+    squares, heights = height_map(voxel_centers(low), side)
+    assert cube_indices(squares).tolist() == [[0, 0, 0], [1, 0, 0]]
+    assert heights == pytest.approx([9.5 * VOXEL, 3.5 * VOXEL])
+    distances = baseline_distances([low, high], (0.02,))["height_map"][0.02]
+    assert distances[0, 1] == pytest.approx(VOXEL * np.hypot(10, 3.5))
 
 
 def test_every_baseline_has_its_distances():

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 from scipy.spatial import cKDTree
 
 from fast_sim.contact import MAX_CONTACTS, allowed, nearest_point, plane_normal, steepest_descent
-from fast_sim.falling import GRAZE_POINT, TIGHT, fall, fall_on_nearby
+from fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby
 from fast_sim.grid import insert, nearest_distances, point_grid, sphere_grid
 from fast_sim.rolling import free_path
 from spherefunc_bullet.cloud import Cloud
@@ -282,16 +282,16 @@ def test_fall_ends_on_the_highest_contact(form):
     random = np.random.default_rng(3)
     for _ in range(50):
         points = random.uniform([-1, -1, 0], [1, 1, 1], (12, 3))
-        height, clear = kernel(fall_on_nearby, form)(points, 12, 0.0, 0.0, 5.0, 0.5, GRAZE_POINT, 0.1)
+        height, clear = kernel(fall_on_nearby, form)(points, 12, 0.0, 0.0, 5.0, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)
         assert clear and height == pytest.approx(contact_height(points, 0, 0, 0.5, 0.1))
 
 
 @BOTH
 def test_fall_that_begins_inside_is_not_clear(form):
     point = np.array([[0.1, 0.0, 1.0]])
-    inside = 1 + 0.5 * np.sqrt(TIGHT**2 - 0.2**2) - 0.01
-    assert not kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside, 0.5, GRAZE_POINT, 0.1)[1]
-    assert kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside + 0.02, 0.5, GRAZE_POINT, 0.1)[1]
+    inside = 1 + 0.5 * np.sqrt(TIGHT_POINT**2 - 0.2**2) - 0.01
+    assert not kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)[1]
+    assert kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside + 0.02, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)[1]
 
 
 def test_fall_through_the_grids_is_the_fall_past_every_point_and_sphere():
