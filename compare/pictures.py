@@ -16,6 +16,7 @@ GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
 
 
+FLAT = 12  # radii: a layer that is thinner is one for the eye, not a rainbow
 MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
 
 
@@ -89,7 +90,7 @@ def render(vertices, faces, centers, radius: float, view: View | None = None):
     parts = [object_part(vertices, faces)]
     shown = kept_behind(centers, view, low, high)
     if shown.any():
-        parts.append(ball_part(centers[shown], radius, sphere_colours(centers[:, 2])[shown]))
+        parts.append(ball_part(centers[shown], radius, sphere_colours(centers[:, 2], FLAT * radius)[shown]))
     image = ground_image(origins, directions, parts, view)
     nearest = np.full(origins.shape[:2], np.inf)
     for part in parts:
@@ -127,9 +128,12 @@ def kept_behind(centers: np.ndarray, view: View, low: np.ndarray, high: np.ndarr
     return np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)
 
 
-def sphere_colours(heights: np.ndarray) -> np.ndarray:
-    """Return colours (S, 3) in 0..1, dark to bright from the lowest height (S,) to the highest."""
-    span = np.ptp(heights) or 1.0
+def sphere_colours(heights: np.ndarray, least_span: float = 1e-9) -> np.ndarray:
+    """Return colours (S, 3) in 0..1, dark to bright from the lowest height (S,) to the highest, metres.
+
+    Heights that differ by less than ``least_span`` take only a part of the colours.
+    """
+    span = max(np.ptp(heights), least_span)
     at = (heights - heights.min()) / span * (len(HEIGHT_COLOURS) - 1)
     return np.stack([np.interp(at, range(len(HEIGHT_COLOURS)), channel) for channel in HEIGHT_COLOURS.T], axis=1)
 

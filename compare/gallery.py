@@ -1,0 +1,99 @@
+"""The paper's Fig. 1: settled spheres on a cup, a table, a chair and a sofa.
+
+    python -m compare.gallery --out docs/images
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from spherefunc_bullet.catalogue import make_catalogue
+from spherefunc_bullet.cloud import cloud_from_mesh, placed
+from spherefunc_bullet.command_line import fail
+from spherefunc_bullet.console import progress, say
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.lengths import format_length, parse_length
+from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
+
+from .captions import captioned, colour_key, tiled
+from .pictures import View, render
+
+COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exhibit:
+    """One picture: which object of the catalogue, how large the spheres are, and from where it is seen."""
+
+    title: str
+    name: str  # in the catalogue
+    radius: float  # metres
+    view: View
+
+
+SIDE = View(azimuth_deg=180.0, elevation_deg=10.0, cut=True)
+EXHIBITS = {
+    "cup": Exhibit(title="Cup, cut open", name="mug_01", radius=parse_length("4mm"), view=View(cut=True)),
+    "table": Exhibit(title="Table", name="dining_table_02", radius=parse_length("2cm"), view=View()),
+    "chair": Exhibit(title="Chair", name="shell_chair_01", radius=parse_length("15mm"), view=View()),
+    "chair_side": Exhibit(
+        title="Chair from the side, cut open", name="shell_chair_01", radius=parse_length("15mm"), view=SIDE
+    ),
+    "sofa": Exhibit(title="Sofa", name="sofa_02", radius=parse_length("2cm"), view=View()),
+}
+
+
+def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0):
+    """Return an object of the catalogue with the spheres that settle on it, captioned, as a PIL image."""
+    cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
+    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
+    image = render(placed(mesh.vertices), mesh.faces, result.centers, exhibit.radius, exhibit.view)
+    return captioned(image, exhibit.title, f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled")
+
+
+def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:
+    """Write one PNG for each exhibit, and ``settling.png`` with all of them; return their paths.
+
+    Raises
+    ------
+    InputError
+        If there is no such backend, or the folder cannot be written.
+    """
+    simulator = make_simulator(backend)
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    images = {}
+    for name, exhibit in progress(EXHIBITS.items(), len(EXHIBITS), "drawing"):
+        images[name] = draw_exhibit(exhibit, meshes[exhibit.name], simulator, seed)
+    key = colour_key(View().size)
+    images["settling"] = tiled([*images.values(), key], columns=3, width=480)
+    return [write_png(image, out / f"{name}.png") for name, image in images.items()]
+
+
+def write_png(image, path: Path) -> Path:
+    """Write an image as a small PNG, and return its path."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        image.quantize(COLOURS).save(path, optimize=True)
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+    return path
+
+
+def main():
+    """Write the pictures and say where they are."""
+    parser = argparse.ArgumentParser(prog="python -m compare.gallery", description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG files")
+    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
+    options = parser.parse_args()
+    for path in write_gallery(options.out, options.backend):
+        say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        sys.exit(fail(error))
