@@ -17,7 +17,7 @@ from .cache import cache_home
 from .errors import InputError
 
 COLUMNS = ("file", "label", "also", "category", "group")
-VERSION = 1  # of the built catalogues on disk; another number, built anew
+VERSION = 2  # of the built catalogues on disk; another number, built anew
 
 
 def catalogue_entry_points() -> dict[str, EntryPoint]:

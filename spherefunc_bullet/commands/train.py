@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..console import Failures, print_json, say
+from ..errors import InputError
 from ..lengths import format_length, parse_lengths
 from .options import DEFAULT_RADII, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, simulator_options
 
@@ -32,6 +34,7 @@ def train(
     from ..simulator import make_simulator
     from ..training import simulate_dataset, train_on
 
+    check_place(out)
     failures = Failures()
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
@@ -48,3 +51,10 @@ def train(
         chosen = ", ".join(f"{name} {format_length(radius)}" for name, radius in model.radius_.items())
         say(f"learnt {len(model.names_)} objects ({chosen}); wrote {out}")
     failures.exit()
+
+
+def check_place(out: Path):
+    """Refuse a model file that cannot be written before an hour is spent on it."""
+    if out.is_dir() or not out.absolute().parent.is_dir() or not os.access(out.absolute().parent, os.W_OK):
+        came = "a folder" if out.is_dir() else "a place that is missing or cannot be written to"
+        raise InputError(f"{out}: expected a file in a folder that exists, got {came}")
