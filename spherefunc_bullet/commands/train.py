@@ -56,5 +56,5 @@ def train(
 def check_place(out: Path):
     """Refuse a model file that cannot be written before an hour is spent on it."""
     if out.is_dir() or not out.absolute().parent.is_dir() or not os.access(out.absolute().parent, os.W_OK):
-        came = "a folder" if out.is_dir() else "a place that is missing or cannot be written to"
-        raise InputError(f"{out}: expected a file in a folder that exists, got {came}")
+        came = "a folder" if out.is_dir() else "a folder that is missing or read-only"
+        raise InputError(f"{out}: expected a file that can be written, got {came}")
