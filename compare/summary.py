@@ -157,7 +157,8 @@ def classified_section(objects: Sequence[ClassifiedObject]) -> str:
     cards = "\n".join(card(each) for each in objects)
     return f"""<section><h2>Objects it had never seen</h2>
 <p>{right} of {len(objects)} right. These were made anew and not learnt from. A score above 0.5 means that
-the object has the function. Small objects are drawn cut open, to show what settled inside.</p><div class="cards">{cards}</div></section>"""
+the object has the function. Small objects are drawn cut open, to show what settled inside.</p>
+<div class="cards">{cards}</div></section>"""
 
 
 def card(each: ClassifiedObject) -> str:
