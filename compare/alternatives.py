@@ -27,10 +27,10 @@ ALTERNATIVES: dict[str, Method] = {
     "counts: square roots": replace(PAPER, counts="sqrt"),
     "cubes of 3 diameters": replace(PAPER, diameters=3.0),
     "cubes of 4 diameters": replace(PAPER, diameters=4.0),
+    "1 neighbour of either side": replace(PAPER, neighbors=(1,)),
     "3 neighbours of either side": replace(PAPER, neighbors=(3,)),
-    "1 and 3 neighbours": replace(PAPER, neighbors=(1, 3)),
-    "radii vote": replace(PAPER, vote=True),
-    "radii vote, 1 and 3 neighbours (default)": METHODS["default"],
+    "radii vote (default)": METHODS["default"],
+    "default, 1 neighbour": replace(METHODS["default"], neighbors=(1,)),
     "default, square roots": replace(METHODS["default"], counts="sqrt"),
     "default, front to -y": replace(METHODS["default"], heading="front"),
 }

@@ -21,7 +21,7 @@ class Method:
     anchor: str = "centre"
     heading: str = "as_given"
     counts: str = "raw"
-    neighbors: tuple[int, ...] = (1,)  # nearest of either side; the mean score over several such numbers
+    neighbors: tuple[int, ...] = (1, 3)  # nearest of either side; the mean score over several such numbers
     vote: bool = False  # over radii, instead of the best one alone
 
     def histogram(self, radius: float) -> CubeHistogram:
@@ -33,7 +33,7 @@ class Method:
 
 METHODS = {
     "paper": Method(name="paper"),
-    "default": Method(name="default", neighbors=(1, 3), vote=True),
+    "default": Method(name="default", vote=True),
 }
 
 

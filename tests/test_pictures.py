@@ -1,0 +1,114 @@
+"""Pictures: what is drawn where, by geometry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from compare.captions import captioned, tiled
+from compare.pictures import CUT_COLOUR, OBJECT_COLOUR, View, camera_rays, render, scene_box, sphere_colours
+
+FROM_ABOVE = View(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)
+
+
+def plate() -> trimesh.Trimesh:
+    box = trimesh.creation.box((0.4, 0.3, 0.02))
+    box.apply_translation((0, 0, 0.01))
+    return box
+
+
+def open_box() -> trimesh.Trimesh:
+    """A closed shell with walls 2 cm thick around a hollow that is open above."""
+    walls = [
+        trimesh.creation.box(bounds=bounds)
+        for bounds in (
+            [(-0.2, -0.2, 0.0), (0.2, 0.2, 0.02)],
+            [(-0.2, -0.2, 0.0), (-0.18, 0.2, 0.3)],
+            [(0.18, -0.2, 0.0), (0.2, 0.2, 0.3)],
+            [(-0.2, -0.2, 0.0), (0.2, -0.18, 0.3)],
+            [(-0.2, 0.18, 0.0), (0.2, 0.2, 0.3)],
+        )
+    ]
+    return trimesh.util.concatenate(walls)
+
+
+def coloured(image) -> np.ndarray:
+    """Return which pixels (H, W) have the strong colour of spheres; object, ground and cut are pale or brown."""
+    red, green, blue = np.moveaxis(np.asarray(image, float), -1, 0)
+    return np.maximum(green, blue) > 1.25 * red
+
+
+def pixel(point, view: View, low, high) -> tuple[int, int]:
+    """Return row and column of the ray that passes nearest to a point."""
+    origins, directions = camera_rays(view, low, high)
+    offsets = point - origins
+    along = (offsets * directions).sum(-1, keepdims=True)
+    return np.unravel_index(np.argmin(np.linalg.norm(offsets - along * directions, axis=-1)), origins.shape[:2])
+
+
+@pytest.mark.parametrize("at", [(-0.1, 0.05), (0.12, -0.08)])
+def test_a_sphere_on_a_plate_is_where_its_centre_projects(at):
+    center, radius = np.array([[*at, 0.05]]), 0.03
+    image = render(plate().vertices, plate().faces, center, radius, FROM_ABOVE)
+    seen = np.argwhere(dark_blue(image))
+    expected = pixel(center[0], FROM_ABOVE, *scene_box(plate().vertices, center, radius))
+    # A disc's pixels are centred on its centre up to half a pixel, shading at the rim costs another.
+    assert np.abs(seen.mean(axis=0) - expected).max() < 1.5
+
+
+def test_a_sphere_covers_its_disc():
+    center, radius = np.array([[0.0, 0.0, 0.05]]), 0.03
+    low, high = scene_box(plate().vertices, center, radius)
+    origins, _ = camera_rays(FROM_ABOVE, low, high)
+    side = np.linalg.norm(origins[0, 1] - origins[0, 0])
+    covered = dark_blue(render(plate().vertices, plate().faces, center, radius, FROM_ABOVE)).sum() * side**2
+    assert covered == pytest.approx(np.pi * radius**2, rel=0.08)  # about 200 pixels, of which 40 lie on the rim
+
+
+def dark_blue(image) -> np.ndarray:
+    """Return where the lowest sphere's colour is: bluer than green, which greys are not."""
+    red, green, blue = np.moveaxis(np.asarray(image, float), -1, 0)
+    return blue > 1.5 * green + 5
+
+
+def test_a_cut_shows_what_is_inside_and_the_walls_material():
+    mesh, centers = open_box(), np.array([[0.0, 0.1, 0.05], [0.1, 0.1, 0.05], [0.0, 0.1, 0.15]])
+    level = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1)
+    cut = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
+    closed, opened = (render(mesh.vertices, mesh.faces, centers, 0.03, view) for view in (level, cut))
+    assert not coloured(closed).any()  # the walls are twice as high as the spheres
+    assert coloured(opened).sum() > 50
+    brown = np.asarray(opened, float) / np.array(CUT_COLOUR) / 255
+    shades = brown.std(axis=-1) < 0.03  # proportional to the cut's colour, whatever the light
+    assert shades.sum() > 100
+
+
+def test_a_cut_takes_whole_spheres_away():
+    front = np.array([[0.0, -0.1, 0.05]])
+    cut = View(azimuth_deg=-90.0, elevation_deg=5.0, size=(120, 100), supersample=1, cut=True)
+    mesh = open_box()
+    assert not coloured(render(mesh.vertices, mesh.faces, front, 0.03, cut)).any()
+
+
+@pytest.mark.parametrize("faces", [None, np.empty((0, 3), int)])
+def test_a_cloud_without_faces_is_drawn(faces):
+    x, y = np.meshgrid(np.linspace(-0.2, 0.2, 60), np.linspace(-0.2, 0.2, 60))
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])
+    image = np.asarray(render(points, faces, np.empty((0, 3)), 0.01, FROM_ABOVE), float) / 255
+    middle = image[40:60, 50:70].reshape(-1, 3)
+    tint = middle / middle.mean(axis=1, keepdims=True)
+    assert np.allclose(tint, OBJECT_COLOUR / OBJECT_COLOUR.mean(), atol=0.02)  # of 256 steps, about four
+
+
+def test_a_flat_layer_has_nearly_one_colour():
+    flat, heap = np.array([0.100, 0.101]), np.array([0.1, 0.5])
+    assert np.ptp(sphere_colours(flat, 0.1), axis=0).max() < 0.05
+    assert np.ptp(sphere_colours(heap, 0.1), axis=0).max() > 0.5
+
+
+def test_captions_and_tiles_have_the_size_asked_for():
+    image = render(plate().vertices, plate().faces, np.empty((0, 3)), 0.01, FROM_ABOVE)
+    framed = captioned(image, "Plate", "no spheres")
+    assert framed.width == 120 and framed.height > 100
+    assert tiled([framed] * 4, columns=3, width=60).size == (180, 2 * round(framed.height / 2))
