@@ -24,10 +24,11 @@ def open_box() -> trimesh.Trimesh:
         trimesh.creation.box(bounds=bounds)
         for bounds in (
             [(-0.2, -0.2, 0.0), (0.2, 0.2, 0.02)],
-            [(-0.2, -0.2, 0.0), (-0.18, 0.2, 0.3)],
-            [(0.18, -0.2, 0.0), (0.2, 0.2, 0.3)],
-            [(-0.2, -0.2, 0.0), (0.2, -0.18, 0.3)],
-            [(-0.2, 0.18, 0.0), (0.2, 0.2, 0.3)],
+            # Parts overlap and share no corner: a corner of two closed boxes makes an edge of four faces.
+            [(-0.2, -0.19, 0.01), (-0.18, 0.19, 0.3)],
+            [(0.18, -0.19, 0.01), (0.2, 0.19, 0.3)],
+            [(-0.19, -0.2, 0.01), (0.19, -0.18, 0.29)],
+            [(-0.19, 0.18, 0.01), (0.19, 0.2, 0.29)],
         )
     ]
     return trimesh.util.concatenate(walls)
