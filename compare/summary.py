@@ -156,8 +156,9 @@ def classified_section(objects: Sequence[ClassifiedObject]) -> str:
     right = sum(each.verdict == "right" for each in objects)
     cards = "\n".join(card(each) for each in objects)
     return f"""<section><h2>Objects it had never seen</h2>
-<p>{right} of {len(objects)} right. These were made anew and not learnt from. A score above 0.5 means that
-the object has the function. Small objects are drawn cut open, to show what settled inside.</p>
+<p>{right} of {len(objects)} right. These were made anew by the program that made the training
+objects, from another seed, and not learnt: a training object of the same name is another object. A score above 0.5
+means that the object has the function. Small objects are drawn cut open, to show what settled inside.</p>
 <div class="cards">{cards}</div></section>"""
 
 
@@ -174,7 +175,7 @@ def card(each: ClassifiedObject) -> str:
 <h3>{escape(each.name)} <span class="verdict {each.verdict}">{each.verdict}</span></h3>
 <p>Said to be: <b>{escape(names(each.predicted))}</b><br>Label: <b>{escape(names(each.functions))}</b>{also}</p>
 <table class="scores"><tr><th>function</th><th>score</th><th>member</th></tr>{scores}</table>
-<p class="note">Counted most: {escape(each.nearest)}<br>{drawn}</p></article>"""
+<p class="note">Training object that counted most: {escape(each.nearest)}<br>{drawn}</p></article>"""
 
 
 def names(functions: Iterable[str]) -> str:
