@@ -125,7 +125,6 @@ def pooled_measured(distances: Distances, labels: Labels, splits: Sequence[Split
     for column, name in enumerate(labels.functions):
         row = _summary([(scores, chosen[0], everything)], labels, column)
         row["radius"] = _most_common(weights[column] for weights in chosen)
-        row["f_measure_std"] = None  # one run over all objects has no spread
         measured[name] = row
     return measured
 
@@ -139,7 +138,8 @@ def _summary(runs, labels: Labels, column: int) -> dict:
         fair.append(quality(members, predicted, ~labels.also[test, column]).f_measure)
     return {
         "f_measure": _mean(each.f_measure for each in strict),
-        "f_measure_std": round(float(np.std([each.f_measure for each in strict])), 4),
+        # One run has no spread.
+        "f_measure_std": round(float(np.std([each.f_measure for each in strict])), 4) if len(strict) > 1 else None,
         "f_measure_fair": _mean(fair),
         "precision": _mean(each.precision for each in strict),
         "recall": _mean(each.recall for each in strict),
