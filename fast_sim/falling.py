@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from .grid import EMPTY, cell_index
@@ -35,11 +36,11 @@ def fall_on_points(points, x, y, z, radius, best):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + level], points.start[column + points.nz]):
-                pz = points.z[i]
+                pz = points.xyz[i, 2]
                 if pz + points.cell + radius <= best:
                     break  # a column is sorted by cell, so within one cell a later point can be higher
-                dx = points.x[i] - x
-                dy = points.y[i] - y
+                dx = points.xyz[i, 0] - x
+                dy = points.xyz[i, 1] - y
                 d2 = dx * dx + dy * dy
                 if d2 >= graze:
                     continue
@@ -66,8 +67,8 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             block = spheres.last[ix * spheres.ny + iy]
-            while block != EMPTY and spheres.top[block] + reach > best:
-                for k in range(spheres.filled[block]):
+            while block != EMPTY and spheres.blocks[block, 0, 0] + reach > best:
+                for k in range(1, int(spheres.blocks[block, 0, 1]) + 1):
                     dx = spheres.blocks[block, k, 0] - x
                     dy = spheres.blocks[block, k, 1] - y
                     sz = spheres.blocks[block, k, 2]
@@ -81,7 +82,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
                         return best, False
                     elif sz < z:
                         best = max(best, z)
-                block = spheres.before[block]
+                block = np.uint32(spheres.blocks[block, 0, 2])
     return best, True
 
 
@@ -146,8 +147,8 @@ def stands_on_floor(points, x, y, radius):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + points.nz] - 1, points.start[column] - 1, -1):
-                if points.z[i] > 0.1 * radius + points.cell:
+                if points.xyz[i, 2] > 0.1 * radius + points.cell:
                     break
-                if points.z[i] <= 0.1 * radius and (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 < reach * reach:
+                if points.xyz[i, 2] <= 0.1 * radius and (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2 < reach * reach:
                     return True
     return False

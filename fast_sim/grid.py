@@ -19,9 +19,7 @@ SPACING_POINTS = 1000  # for the median distance between neighbours; its error i
 class PointGrid(NamedTuple):
     """The cloud, sorted by column and, within a column, by cell from the top down."""
 
-    x: np.ndarray  # (N,) metres, in grid order
-    y: np.ndarray  # (N,)
-    z: np.ndarray  # (N,)
+    xyz: np.ndarray  # (N, 3) metres, in grid order
     start: np.ndarray  # (columns * nz + 1,) uint32, first point of each cell
     left: float  # of the grid, metres
     front: float
@@ -41,10 +39,10 @@ class SphereGrid(NamedTuple):
     """
 
     centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
-    blocks: np.ndarray  # (block capacity, BLOCK, 3) the same centres by column
-    filled: np.ndarray  # (block capacity,) uint32, centres in each block
-    before: np.ndarray  # (block capacity,) uint32, the block that the column had before, or EMPTY
-    top: np.ndarray  # (block capacity,) highest centre in this block and those before, metres
+    # (block capacity, BLOCK + 1, 3): the same centres by column, in rows 1 to BLOCK. Row 0 is the block's head, in
+    # the same cache line: the highest centre in this block and those before, metres; the centres in this block; the
+    # block that the column had before, or EMPTY.
+    blocks: np.ndarray
     last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
     used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
     near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell?
@@ -71,8 +69,7 @@ def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: fl
     side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
     start, order = sorted_by_cell(points, low, high[2], 1 / side, nx, ny, nz)
-    x, y, z = np.ascontiguousarray(points[order].T)
-    return PointGrid(x, y, z, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
+    return PointGrid(points[order], start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
 def canonical_order(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -84,7 +81,7 @@ def canonical_order(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np
 
 def point_spacing(points: PointGrid) -> float:
     """Return the median distance between neighbouring points, metres, over a thousand evenly chosen ones."""
-    count = len(points.x)
+    count = len(points.xyz)
     chosen = np.arange(0, count, max(1, count // SPACING_POINTS))
     return float(np.median(nearest_distances(points, chosen)))
 
@@ -94,7 +91,7 @@ def nearest_distances(points, chosen):
     """Return each chosen point's distance to its nearest neighbour, at most one cell's side."""
     nearest = np.full(len(chosen), points.cell * points.cell)
     for k in range(len(chosen)):
-        x, y, z = points.x[chosen[k]], points.y[chosen[k]], points.z[chosen[k]]
+        x, y, z = points.xyz[chosen[k], 0], points.xyz[chosen[k], 1], points.xyz[chosen[k], 2]
         iz = cell_index(points.top - z, points.per_metre, points.nz)
         ix = cell_index(x - points.left, points.per_metre, points.nx)
         iy = cell_index(y - points.front, points.per_metre, points.ny)
@@ -104,7 +101,7 @@ def nearest_distances(points, chosen):
                 first = points.start[column + max(0, iz - 1)]
                 for i in range(first, points.start[column + min(points.nz, iz + 2)]):
                     if i != chosen[k]:
-                        d2 = (points.x[i] - x) ** 2 + (points.y[i] - y) ** 2 + (points.z[i] - z) ** 2
+                        d2 = (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2 + (points.xyz[i, 2] - z) ** 2
                         nearest[k] = min(nearest[k], d2)
     return np.sqrt(nearest)
 
@@ -148,19 +145,18 @@ def sphere_grid(
     return SphereGrid(*sphere_rows(nx * ny, capacity), last, used, near.ravel(), *frame)
 
 
-def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, ...]:
-    """Return room for so many spheres: centres, blocks, and each block's count, predecessor and top."""
+def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return room for so many spheres: centres, and blocks."""
     blocks = columns + capacity // BLOCK + 2  # every column's last block may be nearly empty
-    chains = np.zeros(blocks, np.uint32), np.empty(blocks, np.uint32), np.empty(blocks)
-    return np.empty((capacity, 3)), np.empty((blocks, BLOCK, 3)), *chains
+    return np.empty((capacity, 3)), np.empty((blocks, BLOCK + 1, 3))
 
 
 @njit(cache=True, error_model="numpy")
 def mark_near_points(points, near, low, side, reach):
     """Mark the cells in which a centre can lie within ``reach`` of a point."""
     nx, ny, nz = near.shape
-    for i in range(points.x.size):
-        x, y, z = points.x[i] - low[0], points.y[i] - low[1], points.z[i] - low[2]
+    for i in range(len(points.xyz)):
+        x, y, z = points.xyz[i, 0] - low[0], points.xyz[i, 1] - low[1], points.xyz[i, 2] - low[2]
         for a in range(max(0, int((x - reach) / side)), min(nx - 1, int((x + reach) / side)) + 1):
             for b in range(max(0, int((y - reach) / side)), min(ny - 1, int((y + reach) / side)) + 1):
                 for c in range(max(0, int((z - reach) / side)), min(nz - 1, int((z + reach) / side)) + 1):
@@ -189,16 +185,17 @@ def insert(spheres, i, x, y, z):
     iy = cell_index(y - spheres.front, spheres.per_metre, spheres.ny)
     column = ix * spheres.ny + iy
     block = spheres.last[column]
-    if block == EMPTY or spheres.filled[block] == BLOCK:
+    if block == EMPTY or spheres.blocks[block, 0, 1] == BLOCK:
         new = spheres.used[0]
         spheres.used[0] += np.uint32(1)
-        spheres.before[new] = block
-        spheres.top[new] = z if block == EMPTY else spheres.top[block]
+        spheres.blocks[new, 0, 0] = z if block == EMPTY else spheres.blocks[block, 0, 0]
+        spheres.blocks[new, 0, 1] = 0
+        spheres.blocks[new, 0, 2] = block
         spheres.last[column] = block = new
-    k = spheres.filled[block]
+    k = int(spheres.blocks[block, 0, 1]) + 1
     spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2] = x, y, z
-    spheres.filled[block] = k + np.uint32(1)
-    spheres.top[block] = max(spheres.top[block], z)
+    spheres.blocks[block, 0, 1] = k
+    spheres.blocks[block, 0, 0] = max(spheres.blocks[block, 0, 0], z)
 
 
 @njit(cache=True, error_model="numpy")

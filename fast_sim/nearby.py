@@ -68,7 +68,7 @@ def copy_points(points, x, y, z, reach, found):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + top], points.start[column + bottom + 1]):
-                px, py, pz = points.x[i], points.y[i], points.z[i]
+                px, py, pz = points.xyz[i, 0], points.xyz[i, 1], points.xyz[i, 2]
                 if (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2 < reach * reach:
                     found[count, 0], found[count, 1], found[count, 2] = px, py, pz
                     count += 1
@@ -87,11 +87,11 @@ def copy_spheres(spheres, x, y, z, reach, found):
     ):
         for iy in range(first_y, last_y + 1):
             block = spheres.last[ix * spheres.ny + iy]
-            while block != EMPTY and spheres.top[block] > z - reach:
-                for k in range(spheres.filled[block]):
+            while block != EMPTY and spheres.blocks[block, 0, 0] > z - reach:
+                for k in range(1, int(spheres.blocks[block, 0, 1]) + 1):
                     cx, cy, cz = spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2]
                     if (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2 < reach * reach:
                         found[count, 0], found[count, 1], found[count, 2] = cx, cy, cz
                         count += 1
-                block = spheres.before[block]
+                block = np.uint32(spheres.blocks[block, 0, 2])
     return count

@@ -318,7 +318,7 @@ def test_fall_through_the_grids_is_the_fall_past_every_point_and_sphere():
 def test_neighbour_distances_through_the_grid():
     cloud = np.random.default_rng(5).uniform(0, 0.2, (2000, 3))
     points = point_grid(cloud, cloud.min(axis=0), cloud.max(axis=0), 0.02)
-    ordered = np.column_stack([points.x, points.y, points.z])
+    ordered = points.xyz
     truth = cKDTree(ordered).query(ordered, k=2)[0][:, 1]
     # Farther than a cell's side is not looked.
     assert np.allclose(nearest_distances(points, np.arange(2000)), np.minimum(truth, points.cell))
