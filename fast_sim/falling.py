@@ -149,6 +149,7 @@ def stands_on_floor(points, x, y, radius):
             for i in range(points.start[column + points.nz] - 1, points.start[column] - 1, -1):
                 if points.xyz[i, 2] > 0.1 * radius + points.cell:
                     break
-                if points.xyz[i, 2] <= 0.1 * radius and (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2 < reach * reach:
+                aside = (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2
+                if points.xyz[i, 2] <= 0.1 * radius and aside < reach * reach:
                     return True
     return False
