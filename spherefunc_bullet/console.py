@@ -35,7 +35,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    table = Table(box=None, pad_edge=False)
     for i, column in enumerate(columns):
         table.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
@@ -43,6 +43,7 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)  # a pipe has no width to fit
+    console.print(title, highlight=False, soft_wrap=True)  # as the table's own title it would wrap at its width
     console.print(table)
 
 
