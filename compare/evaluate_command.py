@@ -68,6 +68,7 @@ def evaluate(
     simulator = make_simulator(backend, **simulator_options(shape))
 
     def simulated(name):
+        """Return a data set by name, simulated."""
         loading = Loading(up=up, units=units)
         dataset = open_dataset(name)
         return simulate_dataset(
