@@ -5,12 +5,12 @@ Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
 
 from __future__ import annotations
 
-import logging
 import sys
 from importlib.metadata import entry_points
 
 import typer
 
+from .console import log_on_stderr
 from .errors import InputError
 
 
@@ -34,9 +34,7 @@ def application() -> typer.Typer:
 
 def main():
     """Run the command line; a user's mistake is one line on stderr and exit code 2."""
-    logger = logging.getLogger("spherefunc")
-    logger.setLevel(logging.INFO)
-    logger.addHandler(logging.StreamHandler())  # says what takes long, on stderr
+    log_on_stderr()
     try:
         application()()
     except InputError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -17,6 +18,13 @@ def print_json(value):
 def say(line: str):
     """Print a line on stderr."""
     print(line, file=sys.stderr)
+
+
+def log_on_stderr(level: int = logging.INFO):
+    """Have the library say on stderr what takes long."""
+    logger = logging.getLogger("spherefunc")
+    logger.setLevel(level)
+    logger.addHandler(logging.StreamHandler())
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,7 +18,8 @@ import numpy as np
 from .cache import entry_path, read_entry, write_entry
 from .cloud import Cloud, load_cloud
 from .errors import InputError
-from .simulator import DropSettings, Simulator, make_simulator
+from .simulator import DropSettings, Simulator, isolated, make_simulator
+from .workers import run_tasks
 
 FORMAT = 1  # of the cache; another number, other entries
 MAX_SPHERES = 20_000  # per run: what fills thousands of spheres is no cup, and larger spheres tell the rest apart
@@ -69,27 +71,27 @@ def simulate_objects(
     seed: int = 0,
     loading: Loading | None = None,
     jobs: int = -1,
+    time_limit: float = math.inf,
 ) -> Iterator[tuple[int, ObjectRecord | InputError]]:
     """Simulate the objects of files at every radius, in parallel and from the cache where it has them.
+
+    Parameters
+    ----------
+    jobs : int
+        Processes that work at once; -1: one per core. One alone is this process, unless the simulator is declared
+        to be isolated (see `Simulator`) or there is a time limit.
+    time_limit : float
+        Seconds one object may take, all radii together.
 
     Yields
     ------
     index, outcome : int, ObjectRecord or InputError
-        In the order in which they are done. A file that cannot be used yields its error, and the rest goes on.
+        In the order in which they are done. A file that cannot be used yields its error, and so does one whose
+        process crashed twice or took too long; the rest goes on.
     """
-    from joblib import Parallel, delayed
-
     simulator, loading = make_simulator(simulator), loading or Loading()
-    work = delayed(_indexed_record)
-    tasks = (work(i, path, simulator, tuple(radii), seed, loading) for i, path in enumerate(paths))
-    yield from Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)(tasks)
-
-
-def _indexed_record(index, path, simulator, radii, seed, loading):
-    try:
-        return index, object_record(path, simulator, radii, seed, loading)
-    except InputError as error:
-        return index, error
+    tasks = [(path, simulator, tuple(radii), seed, loading) for path in paths]
+    yield from run_tasks(object_record, tasks, jobs=jobs, isolate=isolated(simulator), time_limit=time_limit)
 
 
 def object_record(

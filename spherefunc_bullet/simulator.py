@@ -73,7 +73,12 @@ class DropResult:
 
 @runtime_checkable
 class Simulator(Protocol):
-    """What a backend provides: a name, a version, and ``drop``."""
+    """What a backend provides: a name, a version, and ``drop``.
+
+    A backend of native code that may crash declares the class attribute ``isolate = True``. The command line and
+    `simulate_objects` then run it in a process of its own, where a crash costs one object and not the run; for that
+    it can be pickled. A call of ``drop`` itself always runs where it is made.
+    """
 
     name: str
     version: str
@@ -94,6 +99,11 @@ class Simulator(Protocol):
     def options(self) -> dict[str, Any]:
         """Return what only this simulator knows (shape, time step, …), as JSON-ready values."""
         ...
+
+
+def isolated(simulator: Simulator) -> bool:
+    """Return whether a simulator is declared to run in a process of its own."""
+    return getattr(simulator, "isolate", False)
 
 
 @cache

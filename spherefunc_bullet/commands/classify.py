@@ -25,33 +25,53 @@ def classify(
 ):
     """Say what each object is for."""
     from ..model_file import load_model, shipped_model
+    from ..simulator import isolated, make_simulator
+    from ..workers import run_tasks
 
     classifier = load_model(model or shipped_model(backend or "fast"), backend)
     failures, rows = Failures(), []
-    for file in progress(files, len(files), "classifying"):
-        try:
-            rows.append(classified(file, classifier, explain, up, units))
-        except InputError as error:
-            failures.add(error)
+    tasks = [settling(file, classifier, up, units) for file in files]
+    outcomes = run_tasks(settled_on, tasks, isolate=isolated(make_simulator(classifier.simulator)))
+    for index, outcome in progress(outcomes, len(files), "classifying"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+        else:
+            rows.append(scored(files[index], *outcome, classifier, explain))
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
     failures.exit()
 
 
 def classified(file: Path, classifier, explain: bool, up: str, units: str) -> dict:
     """Return the scores of one file's object."""
+    return scored(file, *settled_on(*settling(file, classifier, up, units)), classifier, explain)
+
+
+def settling(file: Path, classifier, up: str, units: str) -> tuple:
+    """Return the arguments of `settled_on` for a file."""
+    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, up, units
+
+
+def settled_on(file: Path, simulator, radii: list[float], seed: int, up: str, units: str) -> tuple[dict, float]:
+    """Return the settled centres on one file's object for each radius, and the seconds that it took."""
     from ..cloud import load_cloud
     from ..simulation import settle
-    from ..validation import THRESHOLD
 
     started = time.perf_counter()
     cloud = load_cloud(file, up=up, units=units, report=say)
-    settled = settle(cloud, classifier.simulator, classifier.chosen_radii(), classifier.seed)
+    return settle(cloud, simulator, radii, seed), time.perf_counter() - started
+
+
+def scored(file: Path, settled: dict, seconds: float, classifier, explain: bool) -> dict:
+    """Return the scores of one file's object, on which the spheres have settled."""
+    from ..validation import THRESHOLD
+
+    started = time.perf_counter()
     scores = classifier.score_settled([settled])[0]
     functions = {
         name: {"member": bool(score > THRESHOLD), "score": round(float(score), 4), "radius": classifier.radius_[name]}
         for name, score in zip(classifier.functions_, scores, strict=True)
     }
-    row = {"file": str(file), "functions": functions, "seconds": round(time.perf_counter() - started, 3)}
+    row = {"file": str(file), "functions": functions, "seconds": round(seconds + time.perf_counter() - started, 3)}
     if explain:
         row["neighbors"] = {name: classifier.neighbors(settled, name) for name in classifier.functions_}
     return row

@@ -26,31 +26,41 @@ def simulate(
     json: Json = False,
 ):
     """Drop spheres on each object and say how many settle."""
-    from ..simulator import DropSettings, make_simulator
+    from ..simulator import DropSettings, isolated, make_simulator
+    from ..workers import run_tasks
 
     simulator = make_simulator(backend, **simulator_options(shape))
     runs = [DropSettings(radius=each, max_spheres=max_spheres) for each in parse_lengths(radius)]
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
-    for file in progress(files, len(files), "dropping"):
+    tasks = [(file, simulator, runs, seed, up, units) for file in files]
+    outcomes = run_tasks(simulated, tasks, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(files), "dropping"):
+        done, error = ([], outcome) if isinstance(outcome, InputError) else outcome
+        rows += [row for row, _ in done]
         try:
-            for cloud, result in simulated(file, simulator, runs, seed, up, units):
-                rows.append(summary(file, cloud, result))
-                if out is not None:
-                    save_result(result, unused_name(out, file, result, written), cloud)
-        except InputError as error:
+            save_results(done, out, files[index], written)
+        except InputError as unsaved:
+            error = unsaved
+        if error is not None:
             failures.add(error)
     print_json(rows) if json else print_summaries(rows)
     failures.exit()
 
 
-def simulated(file, simulator, runs, seed, up, units):
-    """Yield the cloud of a file and the result of each run on it."""
+def simulated(file, simulator, runs, seed, up, units) -> tuple[list[tuple], InputError | None]:
+    """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
     from ..cloud import load_cloud
 
-    cloud = load_cloud(file, up=up, units=units, report=say)
-    for settings in runs:
-        yield cloud, simulator.drop(cloud, settings, seed)
+    done = []
+    try:
+        cloud = load_cloud(file, up=up, units=units, report=say)
+        for settings in runs:
+            result = simulator.drop(cloud, settings, seed)
+            done.append((summary(file, cloud, result), result))
+    except InputError as error:
+        return done, error
+    return done, None
 
 
 def prepare_folder(folder: Path | None):
@@ -77,7 +87,13 @@ def unused_name(folder: Path, file: Path, result, written: set) -> Path:
     return folder / unused
 
 
-def save_result(result, path: Path, cloud):
+def save_results(done: list[tuple], folder: Path | None, file: Path, written: set):
+    """Write what came of the runs on a file, if there is a folder for it."""
+    for row, result in done if folder is not None else []:
+        save_result(result, unused_name(folder, file, result, written), row["bounding_box"])
+
+
+def save_result(result, path: Path, bounding_box: list):
     """Write a result's centres and what produced them."""
     import io
     import json
@@ -89,7 +105,7 @@ def save_result(result, path: Path, cloud):
         buffer,
         centers=result.centers,
         on_object=result.on_object,
-        bounding_box=cloud.bounds,
+        bounding_box=bounding_box,
         provenance=np.array(json.dumps(result.provenance)),
     )
     try:
