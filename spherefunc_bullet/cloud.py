@@ -19,8 +19,18 @@ _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its err
 
 
 @dataclass(frozen=True, eq=False)
+class Mesh:
+    """The surface that a cloud samples, in the cloud's frame."""
+
+    vertices: np.ndarray  # (N, 3) float64, metres
+    faces: np.ndarray  # (M, 3) int64
+
+
+@dataclass(frozen=True, eq=False)
 class Cloud:
     """Points of one object in metres, z up; as loaded, centred on the z axis and resting on z = 0.
+
+    Where the points sample a mesh, the cloud carries it for whoever can make use of one.
 
     Raises
     ------
@@ -30,6 +40,7 @@ class Cloud:
 
     points: np.ndarray  # (N, 3) float64, metres
     name: str = "cloud"
+    mesh: Mesh | None = None
 
     def __post_init__(self):
         object.__setattr__(self, "points", _require_points(self.points, self.name))
@@ -149,7 +160,9 @@ def cloud_from_mesh(vertices, faces, name: str = "mesh", *, max_gap: float = MAX
     if needed > MAX_SAMPLES:
         found = f"this surface needs {needed:.2g}; is it in other --units, or a room instead of an object?"
         raise InputError(f"{name}: expected at most {MAX_SAMPLES} samples, {found}")
-    return cloud_from_points(sample_surface(vertices, faces, max_gap), name)
+    points = _require_points(sample_surface(vertices, faces, max_gap), name)
+    on_ground = placed(points)
+    return Cloud(on_ground, name, Mesh(vertices + (on_ground[0] - points[0]), faces))
 
 
 def _without_gaps(points: np.ndarray, name: str, report: Report) -> np.ndarray:

@@ -28,9 +28,10 @@ SHAPES = {
 # penetrating contacts let spheres sink by their contact margin.
 OVERLAP = {"fast": 0.02}
 ENGINE_OVERLAP = 0.05
-TOUCH = (
-    0.03  # gap in radii that still counts as contact: the least distance that a step of any backend leaves
-)
+TOUCH = 0.03  # gap in radii that still counts as contact: the least distance that a step of any backend leaves
+# A surface may be met between its points: half a diagonal of the lattice from the nearest, and where a round floor's
+# lattice ends at a wall up to one spacing.
+BETWEEN = clouds.SPACING
 
 
 @pytest.fixture(scope="module", params=sorted(backend_entry_points()))
@@ -64,6 +65,11 @@ def overlap(simulator, name: str) -> float:
 def to_cloud(result, name: str) -> np.ndarray:
     """Return each settled centre's distance to the cloud, (S,) metres."""
     return cKDTree(shape(name).points).query(result.centers)[0]
+
+
+def touches_cloud(distances, name: str) -> np.ndarray:
+    """Return whether centres at distances (S,) from the nearest point can touch the surface there."""
+    return distances <= np.hypot((1 + TOUCH) * radius_of(name), BETWEEN)
 
 
 def to_spheres(result) -> np.ndarray:
@@ -142,7 +148,7 @@ def test_nothing_inside_another_sphere(simulator, name):
 @on_each_shape
 def test_nothing_hangs_in_the_air(simulator, name):
     result = dropped(simulator.name, name)
-    touches = (to_cloud(result, name) <= (1 + TOUCH) * radius_of(name)) | (
+    touches = touches_cloud(to_cloud(result, name), name) | (
         to_spheres(result) <= (2 + TOUCH) * radius_of(name)
     )
     # A floor at ground level is met at the ground, also between its points.
@@ -163,7 +169,7 @@ def test_spheres_on_spheres_stay_within_the_bounding_box(simulator, name):
 def test_on_object_is_said_of_those_that_touch_it(simulator, name):
     result = dropped(simulator.name, name)
     distances = to_cloud(result, name)
-    near = (distances <= (1 + TOUCH) * radius_of(name)) | (
+    near = touches_cloud(distances, name) | (
         result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
     )
     assert np.all(near[result.on_object])

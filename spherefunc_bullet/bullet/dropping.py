@@ -1,0 +1,134 @@
+"""Spheres are dropped until 50 in a row were not placed (paper, §III-A), several in the air at once.
+
+Columns are drawn over the bounding box in a fixed order, and a sphere starts just above what lies under its column
+as soon as no other sphere in the air is near it. The engine moves them all; every few steps each is looked at: gone
+to the ground, at rest, or still on its way.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..simulator import DropResult, DropSettings, Outcome, Stop
+from .columns import Columns
+from .flights import ON_ITS_WAY, TOUCH, Flights, first_apart
+from .shapes import CollisionShape
+from .world import World
+
+CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more than a face rises between its points
+APART = 2.2  # radii between a new column and every sphere in the air
+ROOM = 30.0  # square radii of the footprint for each sphere in the air
+CHUNK = 1024  # columns drawn at a time
+
+
+class DropRun:
+    """The state of one run, in radii."""
+
+    def __init__(
+        self, world: World, shape: CollisionShape, bounds: np.ndarray, settings: DropSettings, seed: int
+    ):
+        self.world, self.settings = world, settings
+        self.low, self.high = bounds
+        self.columns = Columns(shape.columns, self.low, self.high)
+        self.random = np.random.default_rng(seed)
+        self.pending = np.empty((0, 2))
+        slots = int(np.clip(np.prod((self.high - self.low)[:2]) / ROOM, 1, world.physics.in_air))
+        world.add_spheres(slots)
+        self.flights = Flights(slots, world.physics, self.low, self.high)
+        self.centers: list[np.ndarray] = []
+        self.on_object: list[bool] = []
+        self.counts = dict.fromkeys(Outcome, 0)
+        self.misses = 0
+
+    def until_over(self):
+        """Drop spheres until one of the limits is reached."""
+        while not self.over:
+            self.launch()
+            if not self.over:
+                self.world.step()
+                self.look()
+
+    @property
+    def over(self) -> bool:
+        return self.misses >= self.settings.miss_limit or len(self.centers) >= self.settings.max_spheres
+
+    def launch(self):
+        """Start a sphere in every free slot for which there is a column."""
+        for slot in np.flatnonzero(~self.flights.flying):
+            xy = self.next_column()
+            height = -np.inf if xy is None else self.columns.height(*xy)
+            if height > -np.inf:
+                start = np.array([*xy, height + CLEARANCE])
+                self.world.place(slot, start)
+                self.flights.start(slot, start)
+                continue
+            self.world.park(slot)
+            if xy is not None:  # nothing under it but the ground
+                self.count(Outcome.ROLLED_OFF)
+                if self.over:
+                    return
+
+    def next_column(self) -> np.ndarray | None:
+        """Return the first column that is apart from every sphere in the air, or None if the next few are not."""
+        flights = self.flights
+        if len(self.pending) < len(flights.flying):
+            drawn = self.random.uniform(self.low[:2], self.high[:2], size=(CHUNK, 2))
+            self.pending = np.concatenate([self.pending, drawn])
+        few = self.pending[: len(flights.flying)]
+        chosen = first_apart(few, flights.flying, flights.positions, APART)
+        if chosen < 0:
+            return None
+        column = few[chosen].copy()
+        self.pending[1 : chosen + 1] = few[:chosen].copy()
+        self.pending = self.pending[1:]
+        return column
+
+    def look(self):
+        """See where the spheres are, and end the flights that are over."""
+        outcomes = self.flights.look(self.world.positions())
+        limit = self.world.physics.terminal_speed
+        for slot in self.flights.fast(0.8 * limit):
+            self.world.limit_speed(slot, limit)
+        for slot in np.flatnonzero(outcomes != ON_ITS_WAY):
+            self.end(slot, Outcome(outcomes[slot]))
+            if self.over:
+                return
+
+    def end(self, slot: int, outcome: Outcome):
+        """End the flight of a slot; where a sphere has come to rest, it is settled, or rejected."""
+        self.flights.flying[slot] = False
+        center = self.flights.positions[slot].copy()
+        if outcome != Outcome.SETTLED:
+            if not np.isfinite(center).all():
+                self.world.renew(slot)
+            return self.count(outcome)
+        on_object = self.world.touches_object(slot, TOUCH)
+        if center[2] < 1 - TOUCH:
+            return self.count(Outcome.ROLLED_OFF)
+        if not on_object and not ((center >= self.low) & (center <= self.high)).all():
+            return self.count(Outcome.REJECTED)
+        self.world.freeze(center)
+        self.columns.add(center)
+        self.centers.append(center)
+        self.on_object.append(on_object)
+        self.count(Outcome.SETTLED)
+
+    def count(self, outcome: Outcome):
+        """Take an outcome into account."""
+        self.counts[outcome] += 1
+        self.misses = 0 if outcome == Outcome.SETTLED else self.misses + 1
+
+    def result(self, seconds: float, provenance: dict[str, Any]) -> DropResult:
+        """Return what came of the run, in metres."""
+        return DropResult(
+            centers=np.array(self.centers, float).reshape(-1, 3) * self.settings.radius,
+            on_object=np.array(self.on_object, bool),
+            rolled_off=self.counts[Outcome.ROLLED_OFF],
+            rejected=self.counts[Outcome.REJECTED],
+            timed_out=self.counts[Outcome.TIMED_OUT],
+            stop=Stop.MISSES if self.misses >= self.settings.miss_limit else Stop.SPHERE_LIMIT,
+            seconds=seconds,
+            provenance=provenance,
+        )

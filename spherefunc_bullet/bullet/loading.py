@@ -1,0 +1,95 @@
+"""Collision shapes into the engine, and a look at what has arrived there.
+
+Through files, since meshes passed as lists leak and are cut off at 131,072 vertices; under names that are new each
+time, since the engine remembers files by name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from ..errors import InputError
+from .engine import pybullet, quiet
+from .shapes import CollisionShape
+
+RAYS = 2_000  # that look whether a shape has arrived
+SHORT = 0.05  # radii: half the length of a ray
+MISSING = 0.01  # of the rays may miss: those along edges, by rounding
+
+
+def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
+    """Return the engine's number of a collision shape.
+
+    Raises
+    ------
+    InputError
+        If the engine refuses it.
+    """
+    p = pybullet()
+    with TemporaryDirectory(prefix="spherefunc-") as folder, quiet():
+        if shape.pieces is None:
+            path = Path(folder) / f"{Path(folder).name}.stl"
+            write_stl(path, shape.vertices * scale, shape.faces)
+            flags = p.GEOM_FORCE_CONCAVE_TRIMESH
+        else:
+            path = Path(folder) / f"{Path(folder).name}.obj"
+            write_groups(path, [piece * scale for piece in shape.pieces])
+            flags = 0
+        try:
+            return p.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=client)
+        except p.error as error:
+            raise InputError(f"{shape.name}: expected a shape that PyBullet accepts, it says: {error}") from error
+
+
+def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray):
+    """Write triangles as binary STL, which the engine reads fastest."""
+    record = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    record["corners"] = vertices[faces]
+    path.write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + record.tobytes())
+
+
+def write_groups(path: Path, pieces: list[np.ndarray]):
+    """Write pieces as OBJ, a group for each: the engine makes a convex hull of every group."""
+    lines, first = [], 1
+    for i, piece in enumerate(pieces):
+        lines.append(f"o {i}")
+        lines += [f"v {x:.7g} {y:.7g} {z:.7g}" for x, y, z in piece]
+        lines += [f"f {first} {first + k} {first + k + 1}" for k in range(1, len(piece) - 1)]
+        first += len(piece)
+    path.write_text("\n".join(lines) + "\n")
+
+
+def require_arrived(shape: CollisionShape, body: int, scale: float, client: int):
+    """Check by its box and by rays that the engine holds all of a shape.
+
+    Raises
+    ------
+    InputError
+        If some of it is missing.
+    """
+    p = pybullet()
+    corners = shape.vertices[np.unique(shape.faces)]
+    expected = np.array([corners.min(axis=0), corners.max(axis=0)])
+    found = np.array(p.getAABB(body, physicsClientId=client)) / scale
+    starts, ends = rays(shape)
+    hits = p.rayTestBatch((starts * scale).tolist(), (ends * scale).tolist(), physicsClientId=client)
+    share = np.mean([hit[0] == body for hit in hits])
+    if share < 1 - MISSING or np.abs(found - expected).max() > SHORT:
+        raise InputError(
+            f"{shape.name}: expected PyBullet to hold the whole shape of {len(shape.faces):,} faces, "
+            f"{share:.1%} of it was met by rays; try another --shape or a larger radius"
+        )
+
+
+def rays(shape: CollisionShape) -> tuple[np.ndarray, np.ndarray]:
+    """Return starts and ends (R, 3) of short rays through faces all over the shape, in radii."""
+    corners = shape.vertices[shape.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    wide = np.flatnonzero(areas > np.median(areas) / 4)
+    chosen = wide[:: max(1, len(wide) // RAYS)]
+    middles, across = corners[chosen].mean(axis=1), SHORT * normals[chosen] / areas[chosen, None]
+    return middles + across, middles - across

@@ -1,0 +1,159 @@
+"""The surface between the points of a cloud: what a ball rolled over them would span (alpha shapes).
+
+Three points make a face if a ball of radius ``alpha`` can touch them while it holds no other point (an exposed face
+of the alpha shape; Edelsbrunner and Mücke, "Three-dimensional alpha shapes", 1994). On a plane these are the Delaunay
+triangles, so a plane is met exactly at any tilt; inside a thin wall, where no ball fits, there are none. Wider gaps, up
+to ``gap``, are spanned where the smallest ball through three points holds no other (a Gabriel face).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+MAX_NEIGHBORS = 256  # of a point within twice alpha; the nearest in order of the grid, more are not looked at
+SLACK = 0.995  # of the ball's radius: four points on one circle make four faces, not none
+
+
+def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
+    """Return the faces (M, 3) int32 between points.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    alpha : float, unit of the points
+        Radius of the ball that rolls over them.
+    gap : float, at least alpha
+        Radius of the largest empty ball on the surface that is no hole in it.
+    """
+    order, starts, keys, dims, low = point_cells(points, 2 * gap)
+    placed = points[order]
+    capacity = 4 * len(points) + 64
+    while True:
+        faces = np.empty((capacity, 3), np.int32)
+        count = span_faces(placed, keys, starts, dims, low, alpha, gap, faces)
+        if count <= capacity:
+            return order[faces[:count]].astype(np.int32)
+        capacity = count
+
+
+def point_cells(points: np.ndarray, side: float):
+    """Sort points into cubic cells.
+
+    Returns
+    -------
+    order : (N,) intp
+        Indices of the points, cell by cell.
+    starts : (C + 1,) int64
+        Where each occupied cell begins in ``order``.
+    keys : (C,) int64
+        Their numbers, ascending; cells that follow each other along z have consecutive ones.
+    dims : (3,) int64
+        Of the grid, with an empty margin of one cell.
+    low : (3,) float64
+        Corner of the grid.
+    """
+    low = points.min(axis=0) - side
+    cells = np.floor((points - low) / side).astype(np.int64)
+    dims = cells.max(axis=0) + 2
+    key = (cells[:, 0] * dims[1] + cells[:, 1]) * dims[2] + cells[:, 2]
+    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0], key))
+    keys, starts = np.unique(key[order], return_index=True)
+    return order, np.append(starts, len(points)), keys, dims, low
+
+
+@njit(cache=True, error_model="numpy")
+def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
+    """Write the faces between sorted points into ``faces`` and return how many there are, also beyond its room."""
+    near = np.empty(MAX_NEIGHBORS, np.int64)
+    offset = np.empty((MAX_NEIGHBORS, 3))
+    squared = np.empty(MAX_NEIGHBORS)
+    count = 0
+    for i in range(len(points)):
+        found = gather(points, i, keys, starts, dims, low, 2 * gap, near, offset, squared)
+        for a in range(found):
+            if near[a] < i:
+                continue
+            for b in range(a):
+                if near[b] < i:
+                    continue
+                if is_face(offset, squared, found, a, b, alpha, gap):
+                    if count < len(faces):
+                        faces[count, 0], faces[count, 1], faces[count, 2] = i, near[a], near[b]
+                    count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
+    """Write the neighbours of a point within reach, nearest first, and return how many there are."""
+    x, y, z = points[i, 0], points[i, 1], points[i, 2]
+    ix, iy, iz = int((x - low[0]) / reach), int((y - low[1]) / reach), int((z - low[2]) / reach)
+    found = 0
+    for jx in range(ix - 1, ix + 2):
+        for jy in range(iy - 1, iy + 2):
+            first = (jx * dims[1] + jy) * dims[2] + iz - 1
+            c = np.searchsorted(keys, first)
+            while c < len(keys) and keys[c] <= first + 2:
+                for j in range(starts[c], starts[c + 1]):
+                    dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
+                    d = dx * dx + dy * dy + dz * dz
+                    if d > reach * reach or d == 0.0 or (found == MAX_NEIGHBORS and d >= squared[found - 1]):
+                        continue
+                    k = found if found < MAX_NEIGHBORS else found - 1
+                    while k > 0 and squared[k - 1] > d:
+                        if k < MAX_NEIGHBORS:
+                            squared[k] = squared[k - 1]
+                            near[k] = near[k - 1]
+                            offset[k] = offset[k - 1]
+                        k -= 1
+                    squared[k] = d
+                    near[k] = j
+                    offset[k, 0], offset[k, 1], offset[k, 2] = dx, dy, dz
+                    found = min(found + 1, MAX_NEIGHBORS)
+                c += 1
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def is_face(offset, squared, found, a, b, alpha, gap):
+    """Return whether the origin and two neighbours span an empty ball."""
+    ux, uy, uz = offset[a, 0], offset[a, 1], offset[a, 2]
+    vx, vy, vz = offset[b, 0], offset[b, 1], offset[b, 2]
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nn = nx * nx + ny * ny + nz * nz
+    uu, vv = squared[a], squared[b]
+    if nn <= 1e-6 * uu * vv:
+        return False
+    # Centre of the smallest ball through the three, seen from the origin.
+    f, g = 0.5 * vv / nn, 0.5 * uu / nn
+    cx = f * (ny * uz - nz * uy) + g * (vy * nz - vz * ny)
+    cy = f * (nz * ux - nx * uz) + g * (vz * nx - vx * nz)
+    cz = f * (nx * uy - ny * ux) + g * (vx * ny - vy * nx)
+    rr = cx * cx + cy * cy + cz * cz
+    if rr > gap * gap:
+        return False
+    if rr > alpha * alpha:
+        return is_empty(offset, squared, found, a, b, cx, cy, cz, rr)
+    h = math.sqrt((alpha * alpha - rr) / nn)
+    hx, hy, hz = h * nx, h * ny, h * nz
+    return is_empty(offset, squared, found, a, b, cx + hx, cy + hy, cz + hz, alpha * alpha) or is_empty(
+        offset, squared, found, a, b, cx - hx, cy - hy, cz - hz, alpha * alpha
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def is_empty(offset, squared, found, a, b, cx, cy, cz, rr):
+    """Return whether a ball through the origin and neighbours a and b holds no other."""
+    limit = SLACK * SLACK * rr
+    for k in range(found):
+        if squared[k] > 4 * rr:
+            return True
+        if k == a or k == b:
+            continue
+        dx, dy, dz = offset[k, 0] - cx, offset[k, 1] - cy, offset[k, 2] - cz
+        if dx * dx + dy * dy + dz * dz < limit:
+            return False
+    return True

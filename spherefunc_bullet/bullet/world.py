@@ -1,0 +1,205 @@
+"""The Bullet world of one run: an object that stands still, spheres in the air, and spheres at rest.
+
+Lengths are in radii, times in sqrt(radius / g) (see `Physics`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .engine import pybullet, quiet
+from .loading import load_shape, require_arrived
+from .physics import Physics
+from .shapes import CollisionShape
+
+BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
+TWINS = 64  # spheres at rest that are bodies of their own before they are baked into compounds
+REBAKE = 1.5  # growth after which all compounds are made anew, so that each stays small in space
+FAR = 1e4  # radii: where bodies wait that are not in use
+
+
+class World:
+    """One engine in this process, in DIRECT mode; to be closed, best by ``with``."""
+
+    def __init__(self, physics: Physics):
+        p = pybullet()
+        self.physics, self.scale = physics, physics.scale
+        with quiet():
+            self.client = p.connect(p.DIRECT)
+        self.engine = {"physicsClientId": self.client}
+        p.setPhysicsEngineParameter(
+            fixedTimeStep=physics.look,
+            numSubSteps=physics.sub_steps,
+            numSolverIterations=physics.iterations,
+            deterministicOverlappingPairs=1,
+            enableFileCaching=0,
+            **self.engine,
+        )
+        p.setGravity(0, 0, -self.scale, **self.engine)
+        self.sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=self.scale, **self.engine)
+        # The default visual shape would be tessellated for every body.
+        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.1] * 3, **self.engine)
+        self.object = None
+        self.air: list[int] = []  # bodies that move
+        self.twins = [self.add_body(self.sphere, 0.0, waiting(i, -FAR)) for i in range(TWINS)]
+        self.rest = np.empty((0, 3))  # settled centres in compounds
+        self.fresh: list[np.ndarray] = []  # settled centres that are twins
+        self.compounds: list[int] = []
+        self.rebake_at = 4 * TWINS
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Give the engine back."""
+        if self.client is not None:
+            pybullet().disconnect(self.client)
+            self.client = None
+
+    def add_object(self, shape: CollisionShape):
+        """Put the object into the world.
+
+        Raises
+        ------
+        InputError
+            If the engine does not hold all of it.
+        """
+        number = load_shape(shape, self.scale, self.client)
+        self.object = self.add_body(number, 0.0, [0, 0, 0])
+        require_arrived(shape, self.object, self.scale, self.client)
+
+    def add_spheres(self, count: int):
+        """Make spheres that can be dropped; they wait until they are placed."""
+        self.air = [self.add_body(self.sphere, 1.0, waiting(i, FAR)) for i in range(count)]
+
+    def add_body(self, shape: int, mass: float, position) -> int:
+        """Return a new body with this run's material."""
+        p = pybullet()
+        body = p.createMultiBody(
+            mass,
+            shape,
+            self.visual,
+            basePosition=[self.scale * float(each) for each in position],
+            useMaximalCoordinates=1,
+            **self.engine,
+        )
+        physics = self.physics
+        moving = mass > 0
+        # The engine multiplies friction of two bodies, and rolling friction of one with friction of the other; with 1
+        # for what stands still the sphere's own values hold.
+        p.changeDynamics(
+            body,
+            -1,
+            lateralFriction=physics.friction if moving else 1.0,
+            rollingFriction=physics.rolling_friction * self.scale if moving else 0.0,
+            spinningFriction=0.0,
+            restitution=physics.restitution if moving else 1.0,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            **({"activationState": p.ACTIVATION_STATE_DISABLE_SLEEPING} if moving else {}),
+            **self.engine,
+        )
+        return body
+
+    def step(self):
+        """Advance by ``sub_steps`` time steps."""
+        pybullet().stepSimulation(**self.engine)
+
+    def positions(self) -> np.ndarray:
+        """Return where the spheres in the air are, (K, 3) radii."""
+        get = pybullet().getBasePositionAndOrientation
+        return np.array([get(body, **self.engine)[0] for body in self.air]) / self.scale
+
+    def place(self, slot: int, position):
+        """Put a sphere of the air somewhere, without speed."""
+        self._move(self.air[slot], position)
+        pybullet().resetBaseVelocity(self.air[slot], [0, 0, 0], [0, 0, 0], **self.engine)
+
+    def park(self, slot: int):
+        """Put a sphere of the air where it touches nothing."""
+        self.place(slot, waiting(slot, FAR))
+
+    def renew(self, slot: int):
+        """Replace a sphere of the air that the engine has lost."""
+        pybullet().removeBody(self.air[slot], **self.engine)
+        self.air[slot] = self.add_body(self.sphere, 1.0, waiting(slot, FAR))
+
+    def limit_speed(self, slot: int, limit: float):
+        """Slow a sphere of the air down to a speed, radii per unit of time."""
+        p = pybullet()
+        linear, angular = p.getBaseVelocity(self.air[slot], **self.engine)
+        speed = np.linalg.norm(linear) / self.scale
+        if speed > limit:
+            p.resetBaseVelocity(self.air[slot], [v * limit / speed for v in linear], angular, **self.engine)
+
+    def touches_object(self, slot: int, gap: float) -> bool:
+        """Return whether a sphere of the air is within a gap, in radii, of the object."""
+        contacts = pybullet().getContactPoints(bodyA=self.air[slot], bodyB=self.object, **self.engine)
+        return any(contact[8] <= gap * self.scale for contact in contacts)
+
+    def freeze(self, center: np.ndarray):
+        """Let a sphere stand still for ever: a twin at first, part of a compound later."""
+        if len(self.fresh) == TWINS:
+            self.bake()
+        self._move(self.twins[len(self.fresh)], center)
+        self.fresh.append(center)
+
+    def bake(self):
+        """Turn the twins into compounds, and from time to time all spheres at rest into new ones.
+
+        Every body costs at every step, whether it moves or not, and every compound is asked by each sphere within
+        its box. So compounds hold neighbours.
+        """
+        centers = np.array(self.fresh)
+        self.rest, self.fresh = np.concatenate([self.rest, centers]), []
+        for i, body in enumerate(self.twins):
+            self._move(body, waiting(i, -FAR))
+        if len(self.rest) >= self.rebake_at:
+            self._forget_compounds()
+            centers = self.rest
+            self.rebake_at = int(REBAKE * len(self.rest))
+        for group in neighbors(centers):
+            self.compounds.append(self._compound(centers[group]))
+
+    def _forget_compounds(self):
+        # Their shapes stay until the engine is closed: it does not let go of them before.
+        for body in self.compounds:
+            pybullet().removeBody(body, **self.engine)
+        self.compounds = []
+
+    def _compound(self, centers: np.ndarray) -> int:
+        shape = pybullet().createCollisionShapeArray(
+            shapeTypes=[pybullet().GEOM_SPHERE] * len(centers),
+            radii=[self.scale] * len(centers),
+            collisionFramePositions=(self.scale * centers).tolist(),
+            **self.engine,
+        )
+        return self.add_body(shape, 0.0, [0, 0, 0])
+
+    def _move(self, body: int, position):
+        place = [self.scale * float(each) for each in position]
+        pybullet().resetBasePositionAndOrientation(body, place, [0, 0, 0, 1], **self.engine)
+
+
+def waiting(number: int, x: float) -> list[float]:
+    """Return a place far from everything, for a body that is not in use."""
+    return [x, 10.0 * number, 0.0]
+
+
+def neighbors(centers: np.ndarray) -> list[np.ndarray]:
+    """Return indices of centres in groups of at most 16 that lie near each other: halved along the longest side."""
+    groups, stack = [], [np.arange(len(centers))]
+    while stack:
+        group = stack.pop()
+        if len(group) <= BAKED:
+            groups.append(group)
+            continue
+        inside = centers[group]
+        axis = np.argmax(inside.max(axis=0) - inside.min(axis=0))
+        half = BAKED * ((len(group) + 2 * BAKED - 1) // (2 * BAKED))
+        order = group[np.argsort(inside[:, axis], kind="stable")]
+        stack += [order[half:], order[:half]]
+    return groups
