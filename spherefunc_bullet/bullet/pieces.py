@@ -1,0 +1,133 @@
+"""Few convex pieces that together make a surface of triangles: flat sides, and the bends between them.
+
+Faces that hang together within a tolerance of one plane make a side. What is left at an edge hangs between two sides:
+all such faces of the same two make one bend, whose hull is a thin wedge along the edge. What is still left on curved
+parts goes through the same with a wider tolerance, and at last any few faces make a side. Sides and bends are cut
+where their convex hulls would bridge a hole or a notch.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .cuts import hull_of, parts_without_bridges
+from .sides import grow_sides
+
+# Tolerances of the rounds, in tolerances, and the faces that a side needs there to count as one: a chamfer's few
+# must not, or edges would fall to pieces.
+ROUNDS = ((1, 30), (3, 15), (8, 1))
+SLIVER = 0.25  # of the tolerance: corners of hulls that stand out less are left away
+
+
+def convex_pieces(vertices: np.ndarray, faces: np.ndarray, tolerance: float, reach: float) -> list[np.ndarray]:
+    """Return the corners (K, 3) of convex pieces that cover all faces.
+
+    Parameters
+    ----------
+    vertices : (N, 3) float64, any unit
+        Sorted, so that the order of a cloud's points has no influence.
+    faces : (M, 3) integers
+        Need not be a manifold; may overlap.
+    tolerance : float, unit of the vertices
+        Greatest distance of a flat piece's vertices from its plane; three or eight times that on curved parts.
+    reach : float, unit of the vertices
+        The hull of a piece has no location farther than this, and one cell of a grid, from all vertices around it.
+    """
+    faces = np.ascontiguousarray(faces, dtype=np.int32)
+    pieces = []
+    for members, support in groups(vertices, faces, tolerance):
+        pieces += group_pieces(vertices, faces[members], support, tolerance, reach)
+    return pieces
+
+
+def groups(vertices, faces, tolerance):
+    """Yield sets of faces, as indices, that make one side or one bend, and vertices where others go on seamlessly.
+
+    Every face is in one set.
+    """
+    free = np.arange(len(faces))
+    owners = np.empty((0, 2), np.int64)  # a vertex and a side that has it, each pair once
+    count = 0
+    for times, least in ROUNDS:
+        if len(free) == 0:
+            return
+        found = grow_sides(vertices, faces[free], times * tolerance)
+        kept = int((np.bincount(found) >= least).sum())
+        big = found < kept
+        for members in split_by(free[big], found[big]):
+            yield members, members[:0]
+        new = np.column_stack([faces[free[big]].ravel(), np.repeat(found[big] + count, 3)])
+        owners = np.concatenate([owners, unique_rows(new)])
+        count += kept
+        bends, free = bends_between(faces, free[~big], owners, count, len(vertices))
+        yield from bends
+
+
+def bends_between(faces, free, owners, count, vertices):
+    """Return the sets of faces that hang between the same sides with the vertices that those share, and the rest."""
+    first, second = first_sides(owners, count, vertices)
+    sides = np.sort(first[faces[free]], axis=1)
+    between = sides[:, 2] < count
+    sides, bent = sides[between], free[between]
+    # Three sides meet in a corner: what hangs there goes to the larger two.
+    names = sides[:, 0] * count + np.where(sides[:, 1] == sides[:, 0], sides[:, 2], sides[:, 1])
+    shared = np.flatnonzero(second < count)
+    shared_names = first[shared] * count + second[shared]
+    order = np.argsort(shared_names, kind="stable")
+    shared, shared_names = shared[order], shared_names[order]
+    bends = []
+    for which in split_by(np.arange(len(bent)), names):
+        low, high = np.searchsorted(shared_names, (names[which[0]], names[which[0]] + 1))
+        bends.append((bent[which], shared[low:high]))
+    return bends, free[~between]
+
+
+def first_sides(owners, count, vertices):
+    """Return the two lowest numbers of the sides that each vertex lies on, ``count`` where there are fewer."""
+    first, second = np.full(vertices, count), np.full(vertices, count)
+    np.minimum.at(first, owners[:, 0], owners[:, 1])
+    others = owners[owners[:, 1] != first[owners[:, 0]]]
+    np.minimum.at(second, others[:, 0], others[:, 1])
+    return first, second
+
+
+def unique_rows(pairs):
+    """Return each of some pairs of numbers once."""
+    width = pairs[:, 1].max(initial=0) + 1
+    keys = np.unique(pairs[:, 0] * width + pairs[:, 1])
+    return np.column_stack([keys // width, keys % width])
+
+
+def split_by(items, names) -> list[np.ndarray]:
+    """Return the items of each name, by name."""
+    if len(items) == 0:
+        return []
+    order = np.argsort(names, kind="stable")
+    return np.split(items[order], np.flatnonzero(np.diff(names[order])) + 1)
+
+
+def group_pieces(vertices, faces, support, tolerance, reach) -> list[np.ndarray]:
+    """Return the convex pieces (K, 3) of one set of faces."""
+    used, local = np.unique(faces, return_inverse=True)
+    local = local.reshape(-1, 3)
+    points = vertices[used]
+    if len(points) == 3:
+        return [points]
+    mean = points.mean(axis=0)
+    axes = np.linalg.eigh((points - mean).T @ (points - mean))[1][:, ::-1]
+    placed, around = (points - mean) @ axes, (vertices[support] - mean) @ axes
+    parts = parts_without_bridges(placed[:, :2].copy(), local, around[:, :2], reach)
+    return [points[part][corners(placed[part], tolerance)] for part in parts]
+
+
+def corners(placed: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the indices of the points (N, 3) in their principal axes that stand for their hull."""
+    if len(placed) <= 4:
+        return np.arange(len(placed))
+    slack = SLIVER * tolerance
+    outline = hull_of(placed[:, :2].copy(), slack)
+    if len(outline) < 3:
+        return np.unique(np.append(outline, range(3)))
+    if np.ptp(placed[:, 2]) <= 2 * tolerance:
+        return outline
+    return np.unique(np.concatenate([outline, *(hull_of(placed[:, axes], slack) for axes in ([0, 2], [1, 2]))]))
