@@ -59,13 +59,18 @@ class Cloud:
         """Extents of the bounding box, (3,), metres."""
         return self.bounds[1] - self.bounds[0]
 
+    @cached_property
+    def tree(self):
+        """The points as a `scipy.spatial.cKDTree`."""
+        from scipy.spatial import cKDTree
+
+        return cKDTree(self.points)
+
     @property
     def spacing(self) -> float:
         """Median distance from a point to its nearest neighbour, metres, over evenly chosen points."""
-        from scipy.spatial import cKDTree
-
         step = max(1, len(self.points) // _SPACING_POINTS)
-        distances, _ = cKDTree(self.points).query(self.points[::step], k=2)
+        distances, _ = self.tree.query(self.points[::step], k=2)
         return float(np.median(distances[:, 1]))
 
 

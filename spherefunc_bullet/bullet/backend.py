@@ -59,7 +59,7 @@ class BulletSimulator(Physics):
         from .shapes import collision_shape, prepare_kernels
         from .world import World
 
-        prepare_kernels()
+        prepare_kernels(self.shape)
         if settings.radius > cloud.size.max():
             raise InputError(
                 f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
@@ -69,7 +69,7 @@ class BulletSimulator(Physics):
         shape = collision_shape(cloud, settings.radius, self.shape, self.voxel_size)
         with World(self) as world:
             world.add_object(shape)
-            run = DropRun(world, shape, cloud.bounds / settings.radius, settings, seed)
+            run = DropRun(world, shape, cloud, settings, seed)
             run.until_over()
         provenance = {
             "backend": self.name,

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cloud import Cloud
 from ..simulator import DropResult, DropSettings, Outcome, Stop
 from .columns import Columns
 from .flights import ON_ITS_WAY, TOUCH, Flights, first_apart
@@ -20,17 +21,17 @@ from .world import World
 CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more than a face rises between its points
 APART = 2.2  # radii between a new column and every sphere in the air
 ROOM = 30.0  # square radii of the footprint for each sphere in the air
+SUNKEN = 0.03  # radii of overlap from which the engine still pushes a sphere out, however slowly
+OVERLAP = 0.05  # radii: a sphere that rests so deep in the cloud is not placed
 CHUNK = 1024  # columns drawn at a time
 
 
 class DropRun:
     """The state of one run, in radii."""
 
-    def __init__(
-        self, world: World, shape: CollisionShape, bounds: np.ndarray, settings: DropSettings, seed: int
-    ):
-        self.world, self.settings = world, settings
-        self.low, self.high = bounds
+    def __init__(self, world: World, shape: CollisionShape, cloud: Cloud, settings: DropSettings, seed: int):
+        self.world, self.cloud, self.settings = world, cloud, settings
+        self.low, self.high = cloud.bounds / settings.radius
         self.columns = Columns(shape.columns, self.low, self.high)
         self.random = np.random.default_rng(seed)
         self.pending = np.empty((0, 2))
@@ -98,22 +99,35 @@ class DropRun:
 
     def end(self, slot: int, outcome: Outcome):
         """End the flight of a slot; where a sphere has come to rest, it is settled, or rejected."""
-        self.flights.flying[slot] = False
         center = self.flights.positions[slot].copy()
-        if outcome != Outcome.SETTLED:
-            if not np.isfinite(center).all():
-                self.world.renew(slot)
-            return self.count(outcome)
-        on_object = self.world.touches_object(slot, TOUCH)
+        if outcome == Outcome.SETTLED:
+            to_object, deepest = self.world.contacts(slot)
+            if deepest < -SUNKEN and not self.flights.late(slot):
+                return self.flights.rouse(slot)
+            outcome = self.resting_place(center, to_object <= TOUCH)
+        elif not np.isfinite(center).all():
+            self.world.renew(slot)
+        self.flights.flying[slot] = False
+        self.count(outcome)
+
+    def resting_place(self, center: np.ndarray, on_object: bool) -> Outcome:
+        """Return what becomes of a sphere at rest, and leave it there for ever if it is settled."""
         if center[2] < 1 - TOUCH:
-            return self.count(Outcome.ROLLED_OFF)
+            return Outcome.ROLLED_OFF
         if not on_object and not ((center >= self.low) & (center <= self.high)).all():
-            return self.count(Outcome.REJECTED)
+            return Outcome.REJECTED
+        if not self.clear_of_cloud(center):
+            return Outcome.TIMED_OUT
         self.world.freeze(center)
         self.columns.add(center)
         self.centers.append(center)
         self.on_object.append(on_object)
-        self.count(Outcome.SETTLED)
+        return Outcome.SETTLED
+
+    def clear_of_cloud(self, center: np.ndarray) -> bool:
+        """Return whether a sphere keeps off the cloud's own points, of which the shape may have left out a few."""
+        distance, _ = self.cloud.tree.query(center * self.settings.radius)
+        return distance >= (1 - OVERLAP) * self.settings.radius
 
     def count(self, outcome: Outcome):
         """Take an outcome into account."""

@@ -41,6 +41,14 @@ class Flights:
         judge_flights(positions, *state, self.low, self.high, *limits)
         return self.outcomes
 
+    def late(self, slot: int) -> bool:
+        """Return whether a flight has lasted as long as it may."""
+        return self.time[slot] > self.physics.time_limit
+
+    def rouse(self, slot: int):
+        """Let a sphere that has stopped be watched for as long again."""
+        self.slow[slot] = 0.0
+
     def fast(self, limit: float) -> np.ndarray:
         """Return the slots whose spheres are faster than a limit."""
         return np.flatnonzero(self.flying & (self.speeds > limit))

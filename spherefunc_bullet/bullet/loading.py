@@ -16,7 +16,8 @@ from .engine import pybullet, quiet
 from .shapes import CollisionShape
 
 RAYS = 2_000  # that look whether a shape has arrived
-SHORT = 0.05  # radii: half the length of a ray
+SHORT = 0.05  # radii: half the length of a ray through a face
+LONG = 2.0  # radii: the same through convex pieces, which do not see a ray that starts inside them
 MISSING = 0.01  # of the rays may miss: those along edges, by rounding
 
 
@@ -91,5 +92,6 @@ def rays(shape: CollisionShape) -> tuple[np.ndarray, np.ndarray]:
     areas = np.linalg.norm(normals, axis=1)
     wide = np.flatnonzero(areas > np.median(areas) / 4)
     chosen = wide[:: max(1, len(wide) // RAYS)]
-    middles, across = corners[chosen].mean(axis=1), SHORT * normals[chosen] / areas[chosen, None]
+    length = SHORT if shape.pieces is None else LONG
+    middles, across = corners[chosen].mean(axis=1), length * normals[chosen] / areas[chosen, None]
     return middles + across, middles - across

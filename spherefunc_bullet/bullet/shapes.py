@@ -14,7 +14,7 @@ from ..cloud import MAX_GAP, Cloud
 from ..compilation import prepare
 from ..errors import InputError
 
-VOXEL = 1 / 3  # of the radius
+VOXEL = 0.4  # of the radius
 FLAT = 0.02  # radii: how far a point may lie from the plane of those that stand for it
 ALPHA = 0.58  # of the radius: what this ball cannot reach in a right angle, the sphere does not touch (2 - sqrt 2)
 SLIVER = 0.01  # radii: width of the faces that stand for wires and single points
@@ -45,14 +45,21 @@ class CollisionShape:
         return facts
 
 
-def prepare_kernels():
-    """Make sure that the kernels are compiled from today's sources."""
+def prepare_kernels(kind: str):
+    """Make sure that the kernels that a kind of shape needs are compiled from today's sources."""
     from .columns import column_height
+    from .cuts import bare_centers, chain, count_inside, of_faces, standing_out
     from .flights import first_apart, judge_flights
+    from .sides import bending, grow
     from .triangulation import span_faces
     from .voxels import represent
 
-    for kernel in (column_height, first_apart, judge_flights, span_faces, represent):
+    kernels = [column_height, first_apart, judge_flights]
+    if kind != "mesh":
+        kernels += [span_faces, represent]
+    if kind == "compound":
+        kernels += [grow, bending, chain, standing_out, bare_centers, of_faces, count_inside]
+    for kernel in kernels:
         prepare(kernel)
 
 
@@ -74,7 +81,7 @@ def collision_shape(cloud: Cloud, radius: float, kind: str, voxel_size: float | 
     if kind == "mesh":
         return of_mesh(cloud, radius)
     points, voxel_size, gap = thinned(cloud, radius, voxel_size)
-    vertices, faces = spanned(cloud.name, points, gap)
+    vertices, faces = spanned(cloud.name, points, gap if kind == "compound" else min(gap, ALPHA), gap)
     pieces = None
     if kind == "compound":
         from .pieces import convex_pieces
@@ -125,11 +132,11 @@ def thinned(cloud: Cloud, radius: float, voxel_size: float | None) -> tuple[np.n
     return representatives(points, side, FLAT), side, side + gap
 
 
-def spanned(name: str, points: np.ndarray, gap: float) -> tuple[np.ndarray, np.ndarray]:
+def spanned(name: str, points: np.ndarray, alpha: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
     """Return vertices (N, 3) and faces (M, 3) between points, with slivers where points lie alone or in a row."""
     from .triangulation import faces_between
 
-    faces = require_room(name, faces_between(points, min(gap, ALPHA), gap))
+    faces = require_room(name, faces_between(points, alpha, gap))
     return with_slivers(points, faces, gap)
 
 

@@ -1,7 +1,7 @@
 """Occupied voxels, each represented by points of the cloud instead of a box.
 
 A sphere on boxes stands on every slope as on stairs. So a voxel through which one flat surface runs, or two as in a
-board, is represented by one point of each; where the surface bends it is divided once, and keeps its outermost points.
+board, is represented by one point of each; one in which a surface bends keeps its two outermost points.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def represent(points, starts, around, normals, voxel_size, tolerance):
 
     Where the points of a voxel lie in one layer, or two, no thicker than the tolerance to either side, each layer
     keeps the point nearest to its middle or, at a rim, the one farthest out. Elsewhere the voxel keeps the point
-    farthest out and the one farthest from that.
+    farthest out and those that stick out farthest to either side.
     """
     chosen = np.zeros(len(points), np.bool_)
     for v in range(len(starts) - 1):
@@ -72,9 +72,9 @@ def represent(points, starts, around, normals, voxel_size, tolerance):
         across = inside[:, 0] * normals[v, 0] + inside[:, 1] * normals[v, 1] + inside[:, 2] * normals[v, 2]
         layers, border = split(across, tolerance)
         if layers == 0:
-            out = extreme(inside, across, -np.inf, center, True)
-            chosen[first + out] = True
-            chosen[first + extreme(inside, across, -np.inf, inside[out], True)] = True
+            chosen[first + extreme(inside, across, -np.inf, center, True)] = True
+            chosen[first + np.argmin(across)] = True
+            chosen[first + np.argmax(across)] = True
             continue
         for layer in range(layers):
             sign = 1.0 if layer == 0 else -1.0

@@ -135,10 +135,15 @@ class World:
         if speed > limit:
             p.resetBaseVelocity(self.air[slot], [v * limit / speed for v in linear], angular, **self.engine)
 
-    def touches_object(self, slot: int, gap: float) -> bool:
-        """Return whether a sphere of the air is within a gap, in radii, of the object."""
-        contacts = pybullet().getContactPoints(bodyA=self.air[slot], bodyB=self.object, **self.engine)
-        return any(contact[8] <= gap * self.scale for contact in contacts)
+    def contacts(self, slot: int) -> tuple[float, float]:
+        """Return the least distance of a sphere in the air from the object, and from anything, in radii.
+
+        Negative where they overlap, infinite where they are not near.
+        """
+        points = pybullet().getContactPoints(bodyA=self.air[slot], **self.engine)
+        distances = [(point[8] / self.scale, point[2] == self.object) for point in points]
+        to_object = min((distance for distance, is_object in distances if is_object), default=np.inf)
+        return to_object, min((distance for distance, _ in distances), default=np.inf)
 
     def freeze(self, center: np.ndarray):
         """Let a sphere stand still for ever: a twin at first, part of a compound later."""
