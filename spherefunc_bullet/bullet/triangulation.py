@@ -2,8 +2,9 @@
 
 Three points make a face if a ball of radius ``alpha`` can touch them while it holds no other point (an exposed face
 of the alpha shape; Edelsbrunner and Mücke, "Three-dimensional alpha shapes", 1994). On a plane these are the Delaunay
-triangles, so a plane is met exactly at any tilt; inside a thin wall, where no ball fits, there are none. Wider gaps, up
-to ``gap``, are spanned where the smallest ball through three points holds no other (a Gabriel face).
+triangles, so a plane is met exactly at any tilt; inside a thin wall, where no ball fits, there are none. Wider gaps are
+spanned if a ball of radius ``gap`` can touch the three points and the smallest ball through them holds no other (a
+Gabriel face), which closes holes and leaves corners open.
 """
 
 from __future__ import annotations
@@ -135,12 +136,15 @@ def is_face(offset, squared, found, a, b, alpha, gap):
     rr = cx * cx + cy * cy + cz * cz
     if rr > gap * gap:
         return False
+    ball = alpha
     if rr > alpha * alpha:
-        return is_empty(offset, squared, found, a, b, cx, cy, cz, rr)
-    h = math.sqrt((alpha * alpha - rr) / nn)
+        if not is_empty(offset, squared, found, a, b, cx, cy, cz, rr):
+            return False
+        ball = gap
+    h = math.sqrt((ball * ball - rr) / nn)
     hx, hy, hz = h * nx, h * ny, h * nz
-    return is_empty(offset, squared, found, a, b, cx + hx, cy + hy, cz + hz, alpha * alpha) or is_empty(
-        offset, squared, found, a, b, cx - hx, cy - hy, cz - hz, alpha * alpha
+    return is_empty(offset, squared, found, a, b, cx + hx, cy + hy, cz + hz, ball * ball) or is_empty(
+        offset, squared, found, a, b, cx - hx, cy - hy, cz - hz, ball * ball
     )
 
 
