@@ -96,3 +96,13 @@ def bin_(width: float = 0.16, depth: float = 0.12, height: float = 0.1) -> Cloud
         sheet([w, -d, 0], [0, depth, 0], [0, 0, height]),
     ]
     return cloud(level(width, depth, 0), *walls, name="bin")
+
+
+def stair(count: int = 4, width: float = 0.3, tread: float = 0.12, rise: float = 0.12) -> Cloud:
+    """Return steps that rise towards +y, each a tread and the riser below its front edge."""
+    parts = []
+    for k in range(count):
+        y, z = k * tread - count * tread / 2, k * rise
+        parts.append(sheet([-width / 2, y, z], [width, 0, 0], [0, 0, rise]))
+        parts.append(sheet([-width / 2, y, z + rise], [width, 0, 0], [0, tread, 0]))
+    return cloud(*parts, name="stair")

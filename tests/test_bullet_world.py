@@ -316,7 +316,7 @@ def resident() -> int:
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux's /proc")
 def test_memory_stays_over_many_drops():
     sizes = {}
-    simulator, settings = make_simulator("bullet"), DropSettings(radius=0.008, miss_limit=10)
+    simulator, settings = make_simulator("bullet"), DropSettings(radius=0.008, miss_limit=3)
     for i in range(1, 61):
         simulator.drop(cup(), settings, i)
         if i in (20, 60):
