@@ -15,7 +15,7 @@ lint: setup
 	@$(BIN)/ruff check -q .
 	@$(BIN)/lint-imports > /dev/null || $(BIN)/lint-imports
 
-bench: setup  ## the roller's speed, beside a naive PyBullet script where PyBullet is installed
+bench: setup  ## the simulators' speed, beside a naive PyBullet script
 	@$(BIN)/python -m compare.bench
 
 figures: setup  ## the pictures in docs/images

@@ -38,6 +38,13 @@ stamp=.venv/installed
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     echo "setup: installing the package and what it needs into .venv (some 400 MB to download the first time)" >&2
-    .venv/bin/python -m pip install -q --disable-pip-version-check -e '.[test]'
+    # PyBullet comes ready-made for CPython 3.11 on Linux; elsewhere it would have to be compiled.
+    extras=test
+    if .venv/bin/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) or sys.platform != "linux")'; then
+        extras=test,bullet
+    else
+        echo "setup: the bullet backend is left out; with a C++ compiler: .venv/bin/pip install -e '.[bullet]'" >&2
+    fi
+    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[$extras]"
     touch "$stamp"
 fi

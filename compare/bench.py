@@ -1,6 +1,6 @@
-"""The simulator's speed on one core, beside a naive PyBullet script.
+"""The simulators' speed on one core, beside a naive PyBullet script.
 
-    python -m compare.bench [--quick] [--json] [--file PATH --radius 5mm]
+    python -m compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
 
 Loading and compilation are not counted. Every object runs in a process of its own, so that peak memory is its own.
 """
@@ -15,25 +15,32 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from spherefunc_bullet.catalogue import built_catalogue
 from spherefunc_bullet.command_line import fail
 from spherefunc_bullet.console import print_json, print_table, progress, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.lengths import format_length, parse_length
+from spherefunc_bullet.simulator import make_simulator
 
 from .machine import machine
 from .peer import peer_mug
-from .timing import PeerTiming, StageTiming, Timing, time_peer, time_simulation, time_stages
+from .timing import Growth, PeerTiming, StageTiming, Timing, time_growth, time_peer, time_simulation, time_stages
 
 OBJECTS = {  # of the catalogue: title, name, radius
-    "mug": ("mug_01", "5mm"),
-    "chair": ("shell_chair_01", "5mm"),
-    "sofa": ("sofa_02", "5mm"),
-    "table": ("dining_table_02", "1cm"),
+    "fast": [
+        ("mug", "mug_01", "5mm"),
+        ("chair", "shell_chair_01", "5mm"),
+        ("sofa", "sofa_02", "5mm"),
+        ("table", "dining_table_02", "1cm"),
+    ],
+    "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
 }
-STAGE_RADIUS = parse_length("1cm")
+PLAIN_TABLE = "table of 1.2 x 0.8 m"
+STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
 PEER_RADIUS = parse_length("5mm")
+TABLE_RADIUS = parse_length("1cm")
 PEER_SECONDS = 30.0
 
 
@@ -46,16 +53,27 @@ class Case:
     radius: float  # metres
 
 
-def cases(quick: bool) -> list[Case]:
-    """Return the objects of the bench; a quick one does without the sofa, which takes longest."""
+def cases(backend: str, table: Path, quick: bool) -> list[Case]:
+    """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
     folder = built_catalogue("household").parent
     chosen = [
         Case(title=f"{title} ({name})", path=folder / f"{name}.ply", radius=parse_length(radius))
-        for title, (name, radius) in OBJECTS.items()
+        for title, name, radius in OBJECTS.get(backend, OBJECTS["fast"])
         if not (quick and title == "sofa")
     ]
+    chosen.append(Case(title=PLAIN_TABLE, path=table, radius=TABLE_RADIUS))
     mug = peer_mug()
     return chosen if mug is None else [Case(title="mug (PyBullet's)", path=mug, radius=PEER_RADIUS), *chosen]
+
+
+def write_plain_table(folder: Path) -> Path:
+    """Write a table of 1.2 x 0.8 m on four legs, and return its path."""
+    from scenes.solids import box, join, shift
+
+    legs = [shift(box(0.05, 0.05, 0.72), x, y) for x in (-0.56, 0.56) for y in (-0.36, 0.36)]
+    path = folder / "plain_table.ply"
+    join(shift(box(1.2, 0.8, 0.03), z=0.72), *legs).export(path)
+    return path
 
 
 def apart(function, *arguments):
@@ -81,7 +99,8 @@ def measure(chosen: list[Case], backend: str, repeats: int) -> list[Timing]:
 def measure_stages(chosen: list[Case], backend: str, repeats: int) -> list[StageTiming]:
     """Return the timing of sampling, simulation and histogram, each file once."""
     doing = progress(chosen, len(chosen), "timing the stages")
-    return [apart(time_stages, each.title, each.path, STAGE_RADIUS, backend, repeats) for each in doing]
+    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    return [apart(time_stages, each.title, each.path, radius, backend, repeats) for each in doing]
 
 
 def measure_peer() -> PeerTiming | None:
@@ -111,7 +130,7 @@ def print_timings(timings: Iterable[Timing], backend: str):
     print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
 
 
-def print_stages(stages: Iterable[StageTiming]):
+def print_stages(stages: Iterable[StageTiming], backend: str):
     """Print what an object costs before and after its simulation."""
     rows = [
         [
@@ -123,27 +142,85 @@ def print_stages(stages: Iterable[StageTiming]):
         for each in stages
     ]
     head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
-    print_table(f"\nStages of one object, spheres of {format_length(STAGE_RADIUS)}, best of the runs", head, rows)
+    radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
+    print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
 
 
-def print_peer(peer: PeerTiming, ours: Timing, backend: str):
-    """Print the naive script beside the same mesh in the backend."""
+def print_growth(growth: Growth, backend: str):
+    """Print how much dearer a drop gets as spheres settle."""
+    print(
+        f"\n{backend}, {growth.title}, {growth.settled:,} settled: {1e3 * growth.first:.3f} ms a drop during the first "
+        f"500 settled, {1e3 * growth.last:.3f} ms during the last 500: {growth.last / growth.first:.2f} times"
+    )
+
+
+def print_peer(peer: PeerTiming, ours: dict[str, Timing]):
+    """Print the naive script beside the same mesh in the backends."""
     end = "to the miss limit" if peer.finished else "stopped by the clock"
-    naive, fast = peer.drops / peer.seconds, ours.drops / ours.best
+    naive = peer.drops / peer.seconds
     rows = [
-        ["naive PyBullet script", f"{peer.drops:,}", f"{peer.settled:,}", f"{peer.seconds:.1f}", f"{naive:,.1f}", end],
-        [backend, f"{ours.drops:,}", f"{ours.settled:,}", f"{ours.best:.4f}", f"{fast:,.0f}", "to the miss limit"],
+        [
+            "naive PyBullet script",
+            f"{peer.drops:,}",
+            f"{peer.settled:,}",
+            f"{peer.seconds:.1f}",
+            f"{naive:,.1f}",
+            "1",
+            end,
+        ]
     ]
-    head = [f"the same mug, r = {format_length(PEER_RADIUS)}", "drops", "settled", "seconds", "drops/s", "ended"]
+    for backend, timing in ours.items():
+        rate = timing.drops / timing.best
+        rows.append([backend, f"{timing.drops:,}", f"{timing.settled:,}", f"{timing.best:.4f}", f"{rate:,.0f}"])
+        rows[-1] += [f"{rate / naive:,.0f}", "to the miss limit"]
+    radius = format_length(PEER_RADIUS)
+    head = [f"the same mug, r = {radius}", "drops", "settled", "seconds", "drops/s", "times naive", "ended"]
     print_table("\nThe peer", head, rows)
-    print(f"{backend} drops {fast / naive:,.0f} times as many spheres a second.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BackendBench:
+    """What was measured of one backend."""
+
+    simulation: list[Timing]
+    stages: list[StageTiming]
+    growth: Growth | None
+
+    def print(self, backend: str):
+        """Print its tables."""
+        print_timings(self.simulation, backend)
+        print_stages(self.stages, backend)
+        if self.growth is not None:
+            print_growth(self.growth, backend)
+
+
+def bench(backend: str, chosen: list[Case], repeats: int) -> BackendBench:
+    """Measure one backend."""
+    simulation = measure(chosen, backend, repeats)
+    stages = measure_stages(chosen, backend, repeats)
+    tables = [each for each in chosen if each.title == PLAIN_TABLE]
+    growth = [apart(time_growth, each.title, each.path, each.radius, backend) for each in tables]
+    return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
+
+
+def installed(names: str) -> list[str]:
+    """Return the backends that can run here; those that cannot are said."""
+    found = []
+    for name in names.split(","):
+        try:
+            make_simulator(name)
+        except InputError as error:
+            say(f"left out: {error}")
+            continue
+        found.append(name)
+    return found
 
 
 def arguments() -> argparse.Namespace:
     """Return the command's options."""
     parser = argparse.ArgumentParser(prog="python -m compare.bench", description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one run of each, without the sofa and the peer")
-    parser.add_argument("--backend", default="fast", help="which simulator is measured")
+    parser.add_argument("--backends", default="fast,bullet", help="which simulators are measured")
     parser.add_argument("--file", type=Path, help="measure this file instead")
     parser.add_argument("--radius", default="5mm", help="of the spheres on --file")
     parser.add_argument("--json", action="store_true", help="print JSON on stdout instead of tables")
@@ -155,22 +232,29 @@ def main():
     options = arguments()
     use_one_core()
     repeats = 1 if options.quick else 3
-    radius = parse_length(options.radius)
-    chosen = cases(options.quick)
-    if options.file is not None:
-        chosen = [Case(title=options.file.name, path=options.file, radius=radius)]
-    timings = measure(chosen, options.backend, repeats)
-    stages = measure_stages(chosen, options.backend, repeats)
+    found = {}
+    with TemporaryDirectory() as folder:
+        table = write_plain_table(Path(folder))
+        for backend in installed(options.backends):
+            chosen = cases(backend, table, options.quick)
+            if options.file is not None:
+                chosen = [Case(title=options.file.name, path=options.file, radius=parse_length(options.radius))]
+            found[backend] = bench(backend, chosen, repeats)
     peer = None if options.quick or options.file is not None else measure_peer()
     if options.json:
-        found = {"machine": machine(), "backend": options.backend, "repeats": repeats}
-        found |= {"simulation": [asdict(each) for each in timings], "stages": [asdict(each) for each in stages]}
-        print_json(found | {"peer": None if peer is None else asdict(peer)})
+        print_json(
+            {
+                "machine": machine(),
+                "repeats": repeats,
+                "backends": {name: asdict(each) for name, each in found.items()},
+                "peer": None if peer is None else asdict(peer),
+            }
+        )
         return
-    print_timings(timings, options.backend)
-    print_stages(stages)
+    for backend, each in found.items():
+        each.print(backend)
     if peer is not None:
-        print_peer(peer, timings[0], options.backend)
+        print_peer(peer, {backend: each.simulation[0] for backend, each in found.items()})
     print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
 
 

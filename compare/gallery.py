@@ -1,4 +1,4 @@
-"""The paper's Fig. 1: settled spheres on a cup, a table, a chair and a sofa.
+"""The paper's Fig. 1, settled spheres on a cup, a table, a chair and a sofa; and two backends side by side.
 
     python -m compare.gallery --out docs/images
 """
@@ -46,12 +46,15 @@ EXHIBITS = {
 }
 
 
-def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0):
+SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
+
+
+def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0, title: str | None = None):
     """Return an object of the catalogue with the spheres that settle on it, captioned, as a PIL image."""
     cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
     result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
     image = render(placed(mesh.vertices), mesh.faces, result.centers, exhibit.radius, exhibit.view)
-    return captioned(image, exhibit.title, f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled")
+    return captioned(image, title or exhibit.title, f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled")
 
 
 def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:
@@ -72,6 +75,25 @@ def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]
     return [write_png(image, out / f"{name}.png") for name, image in images.items()]
 
 
+def write_side_by_side(out: Path, backends: list[str], seed: int = 0) -> Path:
+    """Write ``backends.png``, a row of the same objects for each backend; return its path.
+
+    Raises
+    ------
+    InputError
+        If a backend is missing, or the folder cannot be written.
+    """
+    simulators = {name: make_simulator(name) for name in backends}
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    exhibits = [EXHIBITS[name] for name in SIDE_BY_SIDE]
+    images = [
+        draw_exhibit(each, meshes[each.name], simulator, seed, f"{name}: {each.title.lower()}")
+        for name, simulator in simulators.items()
+        for each in progress(exhibits, len(exhibits), f"drawing {name}")
+    ]
+    return write_png(tiled(images, columns=len(exhibits), width=480), out / "backends.png")
+
+
 def write_png(image, path: Path) -> Path:
     """Write an image as a small PNG, and return its path."""
     try:
@@ -87,8 +109,10 @@ def main():
     parser = argparse.ArgumentParser(prog="python -m compare.gallery", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG files")
     parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
+    parser.add_argument("--beside", default="bullet", help="which one is shown beside it")
     options = parser.parse_args()
-    for path in write_gallery(options.out, options.backend):
+    side_by_side = write_side_by_side(options.out, [options.backend, options.beside])
+    for path in [*write_gallery(options.out, options.backend), side_by_side]:
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 

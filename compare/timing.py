@@ -42,6 +42,16 @@ class StageTiming:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Growth:
+    """What a drop costs on an empty object and on a full one, seconds."""
+
+    title: str
+    settled: int
+    first: float  # a drop, until the first spheres have settled
+    last: float  # a drop, while the last ones settle
+
+
+@dataclass(frozen=True, kw_only=True)
 class PeerTiming:
     """The naive script on one object."""
 
@@ -67,6 +77,25 @@ def time_simulation(title: str, path: Path, radius: float, backend: str, repeats
         median=statistics.median(seconds),
         peak_bytes=peak_bytes(),
     )
+
+
+def time_growth(title: str, path: Path, radius: float, backend: str, span: int = 500) -> Growth:
+    """Return what a drop costs during the first and the last so many settled spheres.
+
+    From runs that stop early, which are the beginnings of the whole one; the one that stops at the first sphere holds
+    what comes before any drop.
+    """
+    simulator, cloud = make_simulator(backend), load_cloud(path)
+    warm_up(simulator)
+    whole = simulator.drop(cloud, DropSettings(radius=radius), 0)
+    span = min(span, whole.settled // 2)
+    stops = [1, span, whole.settled - span, whole.settled]
+    runs = [simulator.drop(cloud, DropSettings(radius=radius, max_spheres=stop), 0) for stop in stops]
+    first, last = (
+        (after.seconds - before.seconds) / (after.drops - before.drops)
+        for before, after in ((runs[0], runs[1]), (runs[2], runs[3]))
+    )
+    return Growth(title=title, settled=whole.settled, first=first, last=last)
 
 
 def time_stages(title: str, path: Path, radius: float, backend: str, repeats: int) -> StageTiming:
