@@ -54,7 +54,8 @@ def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0, ti
     cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
     result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
     image = render(placed(mesh.vertices), mesh.faces, result.centers, exhibit.radius, exhibit.view)
-    return captioned(image, title or exhibit.title, f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled")
+    detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
+    return captioned(image, title or exhibit.title, detail)
 
 
 def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:

@@ -48,7 +48,7 @@ def of_stair(x, y, z, radius):
 OBJECTS = {
     "plate": (clouds.plate, of_plate, 0.015),
     "cup": (clouds.mug, of_cup, 0.005),
-    "chair": (clouds.chair, of_chair, 0.02),
+    "chair": (clouds.chair, of_chair, 0.03),
     "stair": (clouds.stair, of_stair, 0.02),
 }
 on_each = pytest.mark.parametrize("name", OBJECTS)

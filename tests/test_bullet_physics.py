@@ -15,6 +15,7 @@ from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 pytest.importorskip("pybullet", reason="PyBullet is not installed")
 
+from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.shapes import CollisionShape, collision_shape
@@ -345,3 +346,17 @@ def test_no_settled_sphere_overlaps_another(case):
 def test_no_settled_sphere_is_below_the_objects_floor(case):
     cloud, radius, centers = settled_on(case)
     assert centers[:, 2].min() >= cloud.bounds[0, 2] + (1 - CONTACT) * radius
+
+
+@pytest.mark.parametrize("name, radius", [("mug_01", 0.008), ("stool_01", 0.02)])
+def test_every_shape_holds_the_same_spheres(name, radius):
+    """What spheres collide with is made in three ways; the object is the same."""
+    cloud, counts, heights = model(name), [], []
+    for shape in SHAPES:
+        centers = drop(cloud, radius, shape=shape).centers
+        assert cKDTree(cloud.points).query(centers)[0].min() >= (1 - OVERLAP) * radius
+        assert cKDTree(centers).query(centers, k=2)[0][:, 1].min() >= (2 - OVERLAP) * radius
+        counts.append(len(centers))
+        heights.append(centers[:, 2].mean())
+    # As between seeds: some five per cent of fifty to a hundred spheres, and a quarter of a radius.
+    assert max(counts) < 1.25 * min(counts) and np.ptp(heights) < 0.5 * radius
