@@ -23,7 +23,7 @@ from spherefunc_bullet.bullet.flights import (
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.triangulation import faces_between, point_cells, span_faces
 from spherefunc_bullet.bullet.voxels import in_voxels, represent, representatives, voxel_normals
-from spherefunc_bullet.cloud import MAX_GAP, Cloud, cloud_from_mesh
+from spherefunc_bullet.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 
 FLAT = 0.02  # radii, the tolerance that shapes are made with
 
@@ -286,7 +286,8 @@ def judged(form, now, before=None, time=10.0, slow=0.0, flying=None):
         np.broadcast_to(np.asarray(slow, float), count).copy(),
         outcomes,
     )
-    form(now, *state, LOW, HIGH, *LIMITS)
+    with np.errstate(invalid="ignore"):  # the Python form warns of what lies at infinity
+        form(now, *state, LOW, HIGH, *LIMITS)
     return outcomes.tolist(), state
 
 
@@ -395,7 +396,7 @@ def tilted_sheet(kind: str, tilt_deg: float) -> tuple[Cloud, np.ndarray]:
     corners = turned(square(SIDE, SIDE), tilt_deg)
     sampled = cloud_from_mesh(corners, [[0, 1, 2], [1, 3, 2]], "sheet")
     middle = (sampled.bounds[0] + sampled.bounds[1]) / 2
-    mesh = type(sampled.mesh)(sampled.mesh.vertices - middle + up, sampled.mesh.faces)
+    mesh = Mesh(sampled.mesh.vertices - middle + up, sampled.mesh.faces)
     return Cloud(sampled.points - middle + up, "sheet", mesh), normal
 
 
