@@ -71,16 +71,18 @@ def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
     near = np.empty(MAX_NEIGHBORS, np.int64)
     offset = np.empty((MAX_NEIGHBORS, 3))
     squared = np.empty(MAX_NEIGHBORS)
+    seen = np.empty(MAX_NEIGHBORS, np.int64)
     count = 0
     for i in range(len(points)):
         found = gather(points, i, keys, starts, dims, low, 2 * gap, near, offset, squared)
-        for a in range(found):
+        candidates = in_sight(offset, squared, found, gap, seen)
+        for m in range(candidates):
+            a = seen[m]
             if near[a] < i:
                 continue
-            for b in range(a):
-                if near[b] < i:
-                    continue
-                if is_face(offset, squared, found, a, b, alpha, gap):
+            for n in range(m):
+                b = seen[n]
+                if near[b] > i and is_face(offset, squared, found, a, b, alpha, gap):
                     if count < len(faces):
                         faces[count, 0], faces[count, 1], faces[count, 2] = i, near[a], near[b]
                     count += 1
@@ -116,6 +118,30 @@ def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
                     found = min(found + 1, MAX_NEIGHBORS)
                 c += 1
     return found
+
+
+@njit(cache=True, error_model="numpy")
+def in_sight(offset, squared, found, gap, seen):
+    """Write which neighbours can share a face with the origin, and return how many there are.
+
+    Not those behind another: a neighbour that lies in the lens that all balls through the two of up to the gap's
+    radius have in common, where it sees the two under an angle close to 180 degrees.
+    """
+    count = 0
+    for a in range(found):
+        ratio = squared[a] / (4 * (1.02 * gap) ** 2)  # a lens a little thinner than the true one
+        cosine = 1 - ratio
+        hidden = False
+        for k in range(a):
+            wx, wy, wz = offset[a, 0] - offset[k, 0], offset[a, 1] - offset[k, 1], offset[a, 2] - offset[k, 2]
+            dot = offset[k, 0] * wx + offset[k, 1] * wy + offset[k, 2] * wz
+            if dot > 0 and dot * dot > cosine * squared[k] * (wx * wx + wy * wy + wz * wz):
+                hidden = True
+                break
+        if not hidden:
+            seen[count] = a
+            count += 1
+    return count
 
 
 @njit(cache=True, error_model="numpy")
