@@ -108,13 +108,28 @@ def pooled_scores(distances: Distances, labels: Labels, splits: Sequence[Split],
     return scores, chosen
 
 
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came of one trial."""
+
+    scores: np.ndarray  # (T, F) of the objects that were tested
+    weights: list[dict[float, float]]  # of each function: radius in metres -> how much it counts
+    test: np.ndarray  # (T,) int, which objects those were
+
+
+def trial_runs(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> list[Run]:
+    """Return what came of each trial."""
+    return [Run(*split_scores(distances, labels, split, method), split.test) for split in splits]
+
+
+def runs_measured(runs: Sequence[Run], labels: Labels) -> dict:
+    """Return each function's mean quality over runs, with spread and the radius chosen most often."""
+    return {name: _summary(runs, labels, column) for column, name in enumerate(labels.functions)}
+
+
 def trials_measured(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> dict:
     """Return each function's mean quality over trials, with spread and the radius chosen most often."""
-    runs = []
-    for split in splits:
-        scores, weights = split_scores(distances, labels, split, method)
-        runs.append((scores, weights, split.test))
-    return {name: _summary(runs, labels, column) for column, name in enumerate(labels.functions)}
+    return runs_measured(trial_runs(distances, labels, splits, method), labels)
 
 
 def pooled_measured(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> dict:
@@ -123,19 +138,19 @@ def pooled_measured(distances: Distances, labels: Labels, splits: Sequence[Split
     everything = np.arange(len(scores))
     measured = {}
     for column, name in enumerate(labels.functions):
-        row = _summary([(scores, chosen[0], everything)], labels, column)
+        row = _summary([Run(scores, chosen[0], everything)], labels, column)
         row["radius"] = _most_common(weights[column] for weights in chosen)
         measured[name] = row
     return measured
 
 
-def _summary(runs, labels: Labels, column: int) -> dict:
+def _summary(runs: Sequence[Run], labels: Labels, column: int) -> dict:
     strict, fair = [], []
-    for scores, _, test in runs:
-        predicted = scores[:, column] > THRESHOLD
-        members = labels.members[test, column]
+    for run in runs:
+        predicted = run.scores[:, column] > THRESHOLD
+        members = labels.members[run.test, column]
         strict.append(quality(members, predicted))
-        fair.append(quality(members, predicted, ~labels.also[test, column]).f_measure)
+        fair.append(quality(members, predicted, ~labels.also[run.test, column]).f_measure)
     return {
         "f_measure": _mean(each.f_measure for each in strict),
         # One run has no spread.
@@ -144,7 +159,7 @@ def _summary(runs, labels: Labels, column: int) -> dict:
         "precision": _mean(each.precision for each in strict),
         "recall": _mean(each.recall for each in strict),
         "accuracy": _mean(each.accuracy for each in strict),
-        "radius": _most_common(weights[column] for _, weights, _ in runs),
+        "radius": _most_common(run.weights[column] for run in runs),
     }
 
 

@@ -1,0 +1,140 @@
+"""The histogram explained in two dimensions: a vertical slice through one object (paper, Fig. 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.histogram import counted_cubes, cube_indices
+from spherefunc_bullet.lengths import format_length
+
+from .journal import COLOURS, DOUBLE, GREY, INK, Plate
+from .study import Study
+from .typical_objects import exhibit_cloud, exhibits, picture_radius
+
+CUBES_ACROSS = 6  # of the object's largest extent, about: enough to see a shape, few enough to read
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slice:
+    """The middle layer of an object's cubes, seen from the side."""
+
+    index: int  # in the study
+    axis: int  # 0 or 1: what runs to the right, x or y
+    radius: float  # metres
+    side: float  # of a cube, metres
+    centers: np.ndarray  # (S, 2) of the spheres in the layer, metres
+    cubes: np.ndarray  # (V, 2) int, across and up
+    counts: np.ndarray  # (V,) int, spheres in each
+
+
+def histogram_slice(study: Study) -> Plate:
+    """Return Fig. 2: spheres at rest, the cubes around them, and how many each cube holds."""
+    cut = most_telling_slice(study)
+    name = study.simulated.objects[cut.index].path.name
+    return Plate(
+        stem="fig2_histogram",
+        caption=f"The histogram, explained in the middle layer of the cubes around {name} ({study.simulated.name}). "
+        f"(a) The object's points (grey) and the spheres of {format_length(cut.radius)} radius that came to rest in "
+        f"the layer, which is one cube thick. (b) Space is divided into cubes of {format_length(cut.side)}, "
+        f"{study.method.diameters:g} sphere diameters; a sphere belongs to the cube that holds its centre. (c) The "
+        "number of spheres in each cube is one entry of the feature vector; empty cubes are zeros.",
+        size=(DOUBLE, 2.75),
+        draw=lambda figure: draw_slice(figure, study, cut),
+        rows=[
+            {"across": int(x), "up": int(z), "spheres": int(count), "cube_side": cut.side, "radius": cut.radius}
+            for (x, z), count in zip(cut.cubes, cut.counts, strict=True)
+        ],
+    )
+
+
+def most_telling_slice(study: Study) -> Slice:
+    """Return the slice with the most occupied cubes, of typical members seen from the front and from the side."""
+    shown = [each.index for each in exhibits(study) if each.score is not None]
+    slices = [cut_slice(study, index, axis) for index in shown for axis in (0, 1)]
+    return max(slices, key=lambda each: (len(np.unique(each.cubes[:, 1])), len(each.cubes)))
+
+
+def cut_slice(study: Study, index: int, axis: int) -> Slice:
+    """Return an object's slice along x (``axis`` 0) or y (1)."""
+    diameters = study.method.diameters
+    radius = picture_radius(study, index, CUBES_ACROSS * 2 * diameters)
+    histogram = study.method.histogram(radius)
+    centers = np.asarray(study.simulated.settled[index][radius], float)
+    layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
+    keys, counts = counted_cubes(layer, histogram.side, study.method.anchor)
+    return Slice(
+        index=index,
+        axis=axis,
+        radius=radius,
+        side=histogram.side,
+        centers=layer[:, [axis, 2]],
+        cubes=cube_indices(keys)[:, [axis, 2]],
+        counts=counts.astype(int),
+    )
+
+
+def draw_slice(figure, study: Study, cut: Slice):
+    """Draw the three panels: spheres, cubes, counts."""
+    points = exhibit_cloud(study, cut.index).points
+    points = points[np.abs(points[:, 1 - cut.axis]) < cut.side / 2][:, [cut.axis, 2]]
+    low, high = frame(cut, points)
+    panels = figure.subplots(1, 3, sharex=True, sharey=True)
+    titles = ("spheres at rest", "cubes of space", "spheres in each cube")
+    for axes, letter, words in zip(panels, "abc", titles, strict=True):
+        axes.plot(*points.T, ",", color="#b0b0b0" if letter != "c" else "#dcdcdc", rasterized=True, zorder=1)
+        axes.set_title(f"({letter}) {words}", loc="left", fontweight="bold")
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        axes.set_xlabel(f"{'xy'[cut.axis]} (m)")
+    panels[0].set_ylabel("height z (m)")
+    draw_spheres(panels[0], cut, filled=True)
+    draw_spheres(panels[1], cut, filled=False)
+    for axes in panels[1:]:
+        draw_grid(axes, cut, low, high)
+    draw_counts(panels[2], cut)
+
+
+def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest corner (2,) of the cubes around all that is seen, metres."""
+    seen = np.concatenate([points, cut.centers])
+    half = np.array([0.5, 0.0])
+    low = (np.floor(seen.min(axis=0) / cut.side + half) - half) * cut.side
+    return low, (np.floor(seen.max(axis=0) / cut.side + half) - half + 1) * cut.side
+
+
+def draw_spheres(axes, cut: Slice, filled: bool):
+    """Draw the spheres as circles in their true size, with their centres where they are to be counted."""
+    from matplotlib.collections import EllipseCollection
+
+    face = COLOURS[5] if filled else "none"
+    size = 2 * cut.radius
+    circles = EllipseCollection(
+        size, size, 0, units="xy", offsets=cut.centers, offset_transform=axes.transData,
+        facecolors=face, edgecolors=COLOURS[0], linewidths=0.4, alpha=0.8 if filled else 0.35, zorder=2,
+    )  # fmt: skip
+    axes.add_collection(circles)
+    if not filled:
+        axes.plot(*cut.centers.T, ".", color=COLOURS[0], markersize=2.2, markeredgewidth=0, zorder=3)
+
+
+def draw_grid(axes, cut: Slice, low: np.ndarray, high: np.ndarray):
+    """Draw the boundaries between cubes."""
+    for line in np.arange(low[0], high[0] + cut.side / 2, cut.side):
+        axes.axvline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
+    for line in np.arange(low[1], high[1] + cut.side / 2, cut.side):
+        axes.axhline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
+
+
+def draw_counts(axes, cut: Slice):
+    """Fill the cubes by how many spheres they hold, and write the number."""
+    import matplotlib
+
+    ramp, most = matplotlib.colormaps["cividis"], cut.counts.max()
+    for (x, z), count in zip(cut.cubes, cut.counts, strict=True):
+        # The middle cube is centred on the axis; the floor is a boundary.
+        corner = ((x - 0.5) * cut.side, z * cut.side)
+        box = matplotlib.patches.Rectangle(corner, cut.side, cut.side, color=ramp(count / most), alpha=0.9, zorder=2)
+        axes.add_patch(box)
+        middle = (corner[0] + cut.side / 2, corner[1] + cut.side / 2)
+        axes.text(*middle, count, ha="center", va="center", color=INK if count > most / 2 else "white", zorder=3)

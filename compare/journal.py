@@ -1,0 +1,104 @@
+"""Figures as a journal wants them: its widths, its size of type, colours that everyone can tell apart, two files each.
+
+The PNG is what a manuscript or a slide takes, the SVG what a journal's artist edits; the numbers go beside them.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from spherefunc_bullet.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SINGLE, DOUBLE = 3.5, 7.16  # inches: one and two columns of an IEEE journal
+DPI = 300
+INK, GREY, PALE = "#1a1a1a", "#767676", "#c8c8c8"
+
+# Okabe and Ito's colours but the yellow, which is too pale for lines, the darkest first.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)), (0, (1, 1)))
+
+STYLE = {
+    "font.family": "DejaVu Sans",  # matplotlib brings it, so that a figure is the same on every machine
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "svg.fonttype": "none",  # text stays text: it can be searched, and a journal may set it in its own face
+    "svg.hashsalt": "spherefunc",  # the same numbers give the same file
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plate:
+    """One figure of the paper: how it is drawn, its numbers, and the words below it."""
+
+    stem: str  # of its files
+    caption: str
+    size: tuple[float, float]  # inches
+    draw: Callable[[Figure], None]
+    rows: Sequence[dict]  # of the CSV
+
+
+def look(index: int) -> dict:
+    """Return the colour, marker and line style of a data set's function by its place, no two of them alike."""
+    return {
+        "color": COLOURS[index % len(COLOURS)],
+        "marker": MARKERS[index % len(MARKERS)],
+        "linestyle": DASHES[(index + index // len(COLOURS)) % len(DASHES)],
+    }
+
+
+def write_plate(plate: Plate, out: Path) -> list[Path]:
+    """Write a figure as PNG, SVG and CSV; return the paths.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
+    stem = out / plate.stem
+    try:
+        return [*write_drawing(plate, stem), write_rows(plate.rows, stem.with_suffix(".csv"))]
+    except OSError as error:
+        raise InputError(f"{stem}: expected files that can be written; {error.strerror}") from error
+
+
+def write_drawing(plate: Plate, stem: Path) -> list[Path]:
+    """Write the PNG and the SVG; without pyplot, which would look for a display."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=plate.size, dpi=DPI, layout="constrained")
+        plate.draw(figure)
+        figure.savefig(png, dpi=DPI)
+        figure.savefig(svg, dpi=DPI, metadata={"Date": None})
+    return [png, svg]
+
+
+def write_rows(rows: Sequence[dict], path: Path) -> Path:
+    """Write rows as CSV under the names of their columns; what is unknown is left empty."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return path

@@ -1,0 +1,118 @@
+"""What the paper's figures are drawn from: one data set under the paper's protocol, every trial kept (§IV-B)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.console import progress
+from spherefunc_bullet.dataset import NONE
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.method import Method
+from spherefunc_bullet.simulation import Loading
+from spherefunc_bullet.training import Simulated
+
+from .evaluation import labels_of, sphere_distances
+from .protocol import Labels, Run, leave_one_out, pooled_scores, random_splits, runs_measured, trial_runs
+
+LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
+FEWEST = 4  # objects: two to learn from, two to test on
+
+
+@dataclass(frozen=True, kw_only=True)
+class Protocol:
+    """How the data set is split."""
+
+    sizes: tuple[int, ...]  # training examples of the confusion matrices, ascending
+    trials: int = 10
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """A data set's objects, what is true of them, and what was said of them when they were not learnt."""
+
+    simulated: Simulated
+    labels: Labels
+    radii: tuple[float, ...]  # metres
+    method: Method
+    loading: Loading
+    protocol: Protocol
+    runs: dict[int, list[Run]]  # training examples -> the trials, by ascending number
+    left_out: np.ndarray  # (N, F) scores of each object with all others learnt
+
+    @property
+    def half(self) -> int:
+        """The largest number of training examples."""
+        return max(self.runs)
+
+    def measured(self, size: int) -> dict[str, dict]:
+        """Return each function's quality, as `spherefunc evaluate` has it."""
+        return runs_measured(self.runs[size], self.labels)
+
+
+def run_study(simulated: Simulated, radii, method: Method, loading: Loading, protocol: Protocol) -> Study:
+    """Return the study of a data set.
+
+    Raises
+    ------
+    InputError
+        If all objects have one label, or there are too few.
+    """
+    labels, count = labels_of(simulated), len(simulated.objects)
+    require_enough(simulated.name, count)
+    distances = sphere_distances(simulated, radii, method)
+    sizes = ladder(count, protocol.sizes)
+    runs = {
+        size: trial_runs(distances, labels, random_splits(count, size, protocol.trials, protocol.seed), method)
+        for size in progress(sizes, len(sizes), "learning and testing")
+    }
+    left_out, _ = pooled_scores(distances, labels, leave_one_out(count, protocol.seed), method)
+    return Study(
+        simulated=simulated,
+        labels=labels,
+        radii=tuple(radii),
+        method=method,
+        loading=loading,
+        protocol=protocol,
+        runs=runs,
+        left_out=left_out,
+    )
+
+
+def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:
+    """Return the training sizes of the learning curve: up to half of the objects, ``sizes`` among them."""
+    half = count // 2
+    return sorted({half, *sizes, *(size for size in LADDER if size < half)})
+
+
+def require_enough(name: str, count: int):
+    """Raise InputError if so few objects cannot be split."""
+    if count < FEWEST:
+        raise InputError(f"{name}: expected at least {FEWEST} objects, half to learn from and half to test, got {count}")
+
+
+def fitting_sizes(text: str, count: int) -> tuple[tuple[int, ...], list[int]]:
+    """Return the training sizes of a list such as ``20,45,half``, and those that are more than half of the objects.
+
+    For each that is too large, half of the objects stands in.
+
+    Raises
+    ------
+    InputError
+        If a size is no number, or less than two.
+    """
+    half = count // 2
+    try:
+        asked = sorted({half if part.strip() == "half" else int(part) for part in text.split(",")})
+    except ValueError:
+        raise InputError(f"--train-sizes {text}: expected numbers and half, such as 20,45,half") from None
+    if asked[0] < 2:
+        raise InputError(f"--train-sizes {text}: expected numbers from 2, got {asked[0]}")
+    return tuple(sorted({min(size, half) for size in asked})), [size for size in asked if size > half]
+
+
+def label_name(functions: frozenset[str]) -> str:
+    """Return an object's label as a manifest writes it."""
+    return "; ".join(sorted(functions)) or NONE
