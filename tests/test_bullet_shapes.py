@@ -463,7 +463,8 @@ def widths(shape, heights: np.ndarray, reach: float) -> np.ndarray:
         world.add_object(shape)
         starts = np.repeat(heights, len(angles))[:, None] * [0, 0, 1.0]
         ends = starts + reach * np.tile(out, (len(heights), 1))
-        hits = pybullet().rayTestBatch(starts.tolist(), ends.tolist(), **world.engine)
+        scaled = ((world.scale * each).tolist() for each in (starts, ends))
+        hits = pybullet().rayTestBatch(*scaled, **world.engine)
     far = reach * np.array([hit[2] for hit in hits]).reshape(len(heights), -1)
     return far[:, : len(angles) // 2] + far[:, len(angles) // 2 :]
 

@@ -46,8 +46,8 @@ class Physics:
 
     @property
     def terminal_speed(self) -> float:
-        """Speed at which a sphere moves half a radius in a step, so that it cannot tunnel; what falls is held to it."""
-        return 0.5 / self.time_step
+        """Speed at which a sphere moves 0.4 radii in a step; what falls is held to it, so that it cannot tunnel."""
+        return 0.4 / self.time_step
 
 
 def require(name: str, value: float, accept, expected: str):
