@@ -24,7 +24,7 @@ def confusion_matrices(study: Study) -> Plate:
         f"{study.simulated.name}, {study.protocol.trials} trials together. An object may be said to have several "
         "functions, and then counts in each, so a row may add up to more than 100; none is said of what got no "
         "function. An object labelled with several functions counts in each of their rows.",
-        size=(DOUBLE, rows * (0.85 + 0.45 * max(labels, 3))),
+        size=(DOUBLE, rows * (0.75 + 0.42 * max(labels, 3))),
         draw=lambda figure: draw_matrices(figure, study),
         rows=confusion_rows(study),
     )
@@ -69,7 +69,7 @@ def draw_matrices(figure, study: Study):
         axes.set_xlabel("said to be")
         if index % across == 0:
             axes.set_ylabel("labelled")
-    key = figure.colorbar(image, ax=grid, fraction=0.04, aspect=25)
+    key = figure.colorbar(image, ax=grid, fraction=0.04, aspect=22, shrink=0.72)
     key.set_label("share of a row's objects (%)")
     key.outline.set_visible(False)
 

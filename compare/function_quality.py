@@ -10,6 +10,8 @@ from .journal import DOUBLE, GREY, INK, Plate, look
 from .study import Study
 
 PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its authors' own 200 models
+PAPER_MARK = {"marker": "D", "color": INK, "markerfacecolor": "none"}
+ABOVE, BELOW = 9, -9  # points, of a number from its marker
 
 
 def function_quality(study: Study) -> Plate:
@@ -21,7 +23,7 @@ def function_quality(study: Study) -> Plate:
         f"{study.simulated.name}; bars: standard deviation over {study.protocol.trials} trials."
         f"{published if PAPER.keys() & set(study.labels.functions) else ''} "
         "(b) In how many of the trials each radius was the one that counted most.",
-        size=(DOUBLE, 1.25 + 0.3 * len(study.labels.functions)),
+        size=(DOUBLE, 1.15 + 0.38 * len(study.labels.functions)),
         draw=lambda figure: draw_quality(figure, study),
         rows=quality_rows(study),
     )
@@ -54,33 +56,42 @@ def draw_quality(figure, study: Study):
     left.set_yticks(range(len(rows)), [row["function"] for row in rows])
     left.set_ylim(len(rows) - 0.5, -0.5)
     # Above the panel: inside it any place may hold a number.
-    left.legend(*legend_entries(left), loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.2)
+    entries = legend_entries()[: 3 if PAPER.keys() & set(study.labels.functions) else 2]
+    left.legend(handles=entries, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.2)
 
 
 def draw_measures(axes, rows: list[dict]):
-    """Draw F-measure, accuracy and the paper's F-measure of each function on a line."""
+    """Draw F-measure, accuracy and the paper's F-measure of each function on a line, each with its number."""
     for index, row in enumerate(rows):
-        colour = look(index)["color"]
-        spread = row["f_measure_std"] or 0.0
-        axes.errorbar(row["f_measure"], index, xerr=spread, color=colour, marker="o", capsize=2, label="F-measure")
-        axes.plot(row["accuracy"], index, "s", color=colour, markerfacecolor="white", label="accuracy")
+        own = {"color": look(index)["color"]}
+        draw_number(axes, row["f_measure"], index, ABOVE, own | {"marker": "o"}, row["f_measure_std"])
+        draw_number(axes, row["accuracy"], index, ABOVE, own | {"marker": "s", "markerfacecolor": "white"})
         if row["paper_f_measure"] is not None:
-            axes.plot(row["paper_f_measure"], index, "D", color=INK, markerfacecolor="none", label="F-measure (paper's)")
-    low = min(min(row["f_measure"] - (row["f_measure_std"] or 0), row["paper_f_measure"] or 1) for row in rows)
-    axes.set_xlim(min(0.5, int(max(low, 0) * 10) / 10) - 0.01, 1.01)
+            draw_number(axes, row["paper_f_measure"], index, BELOW, PAPER_MARK)
+    lows = [min(row["f_measure"] - (row["f_measure_std"] or 0), row["paper_f_measure"] or 1) for row in rows]
+    axes.set_xlim(max(min(lows) - 0.05, -0.03), 1.03)
     axes.set_xlabel("F-measure, accuracy")
     axes.grid(axis="x", linewidth=0.3, color="#dddddd")
     axes.set_title("(a)", loc="left", fontweight="bold")
 
 
-def legend_entries(axes):
-    """Return each kind of marker once, in grey: the colours are the functions', which the axis names."""
-    from copy import copy
+def draw_number(axes, value: float, line: int, beside: int, marks: dict, spread: float | None = None):
+    """Draw a marker and write its value ``beside`` points higher."""
+    axes.errorbar(value, line, xerr=spread or None, capsize=2, markersize=5, **marks)
+    offset = {"xytext": (0, beside), "textcoords": "offset points", "ha": "center", "va": "center"}
+    axes.annotate(f"{value:.2f}", (value, line), **offset, fontsize=6.5, color=marks["color"])
 
-    handles = {}
-    for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-        handles.setdefault(label, copy(handle))
-    return list(handles.values()), list(handles)
+
+def legend_entries() -> list:
+    """Return each kind of marker, in grey: the colours are the functions', which the axis names."""
+    from matplotlib.lines import Line2D
+
+    grey = {"color": GREY, "linestyle": "none", "markersize": 5}
+    return [
+        Line2D([], [], marker="o", label="F-measure", **grey),
+        Line2D([], [], marker="s", markerfacecolor="white", label="accuracy", **grey),
+        Line2D([], [], linestyle="none", label="F-measure in the paper", markersize=5, **PAPER_MARK),
+    ]
 
 
 def draw_radii(axes, study: Study):
@@ -90,7 +101,8 @@ def draw_radii(axes, study: Study):
     axes.imshow(counts, cmap="cividis", vmin=0, vmax=trials, aspect="auto")
     for y, row in enumerate(counts):
         for x, count in enumerate(row):
-            axes.text(x, y, count, ha="center", va="center", fontsize=7, color=INK if count > trials / 2 else "white")
+            colour, weight = INK if count > trials / 2 else "white", "bold" if count == max(row) else "normal"
+            axes.text(x, y, count, ha="center", va="center", fontsize=7, color=colour, fontweight=weight)
     axes.set_xticks(range(len(study.radii)), [format_length(radius) for radius in study.radii])
     axes.set_xlabel("sphere radius")
     axes.tick_params(left=False, labelleft=False)

@@ -36,10 +36,11 @@ def histogram_slice(study: Study) -> Plate:
     return Plate(
         stem="fig2_histogram",
         caption=f"The histogram, explained in the middle layer of the cubes around {name} ({study.simulated.name}). "
-        f"(a) The object's points (grey) and the spheres of {format_length(cut.radius)} radius that came to rest in "
-        f"the layer, which is one cube thick. (b) Space is divided into cubes of {format_length(cut.side)}, "
-        f"{study.method.diameters:g} sphere diameters; a sphere belongs to the cube that holds its centre. (c) The "
-        "number of spheres in each cube is one entry of the feature vector; empty cubes are zeros.",
+        f"(a) The object's points, dark in the layer and pale outside it, and the spheres of "
+        f"{format_length(cut.radius)} radius that came to rest in the layer, which is one cube thick. (b) Space is "
+        f"divided into cubes of {format_length(cut.side)}, {study.method.diameters:g} sphere diameters; a sphere "
+        "belongs to the cube that holds its centre. (c) The number of spheres in each cube is one entry of the feature "
+        "vector; empty cubes are zeros.",
         size=(DOUBLE, 2.75),
         draw=lambda figure: draw_slice(figure, study, cut),
         rows=[
@@ -50,10 +51,18 @@ def histogram_slice(study: Study) -> Plate:
 
 
 def most_telling_slice(study: Study) -> Slice:
-    """Return the slice with the most occupied cubes, of typical members seen from the front and from the side."""
+    """Return the slice that shows most, of typical members seen from the front and from the side."""
     shown = [each.index for each in exhibits(study) if each.score is not None]
     slices = [cut_slice(study, index, axis) for index in shown for axis in (0, 1)]
-    return max(slices, key=lambda each: (len(np.unique(each.cubes[:, 1])), len(each.cubes)))
+    return max(slices, key=variety)
+
+
+def variety(cut: Slice) -> tuple[bool, int]:
+    """Return how much a slice shows: spheres at several heights, and both full and empty cubes, many of each."""
+    if not len(cut.cubes):
+        return False, -1
+    columns, rows = np.ptp(cut.cubes[:, 0]) + 1, cut.cubes[:, 1].max() + 1
+    return bool(np.ptp(cut.cubes[:, 1])), int(len(cut.cubes) * (columns * rows - len(cut.cubes)))
 
 
 def cut_slice(study: Study, index: int, axis: int) -> Slice:
@@ -78,15 +87,20 @@ def cut_slice(study: Study, index: int, axis: int) -> Slice:
 def draw_slice(figure, study: Study, cut: Slice):
     """Draw the three panels: spheres, cubes, counts."""
     points = exhibit_cloud(study, cut.index).points
-    points = points[np.abs(points[:, 1 - cut.axis]) < cut.side / 2][:, [cut.axis, 2]]
+    inside = np.abs(points[:, 1 - cut.axis]) < cut.side / 2
+    points = points[:, [cut.axis, 2]]
     low, high = frame(cut, points)
     panels = figure.subplots(1, 3, sharex=True, sharey=True)
     titles = ("spheres at rest", "cubes of space", "spheres in each cube")
     for axes, letter, words in zip(panels, "abc", titles, strict=True):
-        axes.plot(*points.T, ",", color="#b0b0b0" if letter != "c" else "#dcdcdc", rasterized=True, zorder=1)
+        # Thousands of points: as an image they keep the SVG small.
+        dots = {"marker": ".", "linestyle": "none", "markersize": 1, "markeredgewidth": 0, "rasterized": True}
+        axes.plot(*points[~inside].T, color="#dddddd", zorder=0.3, **dots)
+        axes.plot(*points[inside].T, color=GREY, zorder=1, **dots)
         axes.set_title(f"({letter}) {words}", loc="left", fontweight="bold")
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.set_xlabel(f"{'xy'[cut.axis]} (m)")
+        axes.locator_params(axis="x", nbins=5)
     panels[0].set_ylabel("height z (m)")
     draw_spheres(panels[0], cut, filled=True)
     draw_spheres(panels[1], cut, filled=False)
@@ -97,7 +111,7 @@ def draw_slice(figure, study: Study, cut: Slice):
 
 def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (2,) of the cubes around all that is seen, metres."""
-    seen = np.concatenate([points, cut.centers])
+    seen = np.concatenate([points, cut.centers - cut.radius, cut.centers + cut.radius, [[0.0, 0.0]]])
     half = np.array([0.5, 0.0])
     low = (np.floor(seen.min(axis=0) / cut.side + half) - half) * cut.side
     return low, (np.floor(seen.max(axis=0) / cut.side + half) - half + 1) * cut.side
@@ -111,7 +125,7 @@ def draw_spheres(axes, cut: Slice, filled: bool):
     size = 2 * cut.radius
     circles = EllipseCollection(
         size, size, 0, units="xy", offsets=cut.centers, offset_transform=axes.transData,
-        facecolors=face, edgecolors=COLOURS[0], linewidths=0.4, alpha=0.8 if filled else 0.35, zorder=2,
+        facecolors=face, edgecolors=COLOURS[0], linewidths=0.4, alpha=0.6 if filled else 0.35, zorder=2,
     )  # fmt: skip
     axes.add_collection(circles)
     if not filled:

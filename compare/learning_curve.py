@@ -43,10 +43,12 @@ def draw_curve(figure, study: Study):
     for index, name in enumerate(study.labels.functions):
         own = [row for row in rows if row["function"] == name]
         beside = (index - (count - 1) / 2) * DODGE * study.half
+        f_measures = np.array([row["f_measure"] for row in own])
+        spreads = np.array([row["f_measure_std"] or 0.0 for row in own])
         axes.errorbar(
             [row["train_size"] + beside for row in own],
-            [row["f_measure"] for row in own],
-            [row["f_measure_std"] or 0.0 for row in own],
+            f_measures,
+            [np.minimum(spreads, f_measures), np.minimum(spreads, 1 - f_measures)],  # no F-measure is outside 0 to 1
             **look(index),
             label=name,
             markersize=3.5,

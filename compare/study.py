@@ -17,6 +17,7 @@ from .evaluation import labels_of, sphere_distances
 from .protocol import Labels, Run, leave_one_out, pooled_scores, random_splits, runs_measured, trial_runs
 
 LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
+APART = 0.9  # of the last rung: one nearer to it would only crowd the figure
 FEWEST = 4  # objects: two to learn from, two to test on
 
 
@@ -84,13 +85,13 @@ def run_study(simulated: Simulated, radii, method: Method, loading: Loading, pro
 def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:
     """Return the training sizes of the learning curve: up to half of the objects, ``sizes`` among them."""
     half = count // 2
-    return sorted({half, *sizes, *(size for size in LADDER if size < half)})
+    return sorted({half, *sizes, *(size for size in LADDER if size < APART * half)})
 
 
 def require_enough(name: str, count: int):
     """Raise InputError if so few objects cannot be split."""
     if count < FEWEST:
-        raise InputError(f"{name}: expected at least {FEWEST} objects, half to learn from and half to test, got {count}")
+        raise InputError(f"{name}: expected at least {FEWEST} objects, half to learn and half to test, got {count}")
 
 
 def fitting_sizes(text: str, count: int) -> tuple[tuple[int, ...], list[int]]:

@@ -38,22 +38,22 @@ def typical_objects(study: Study) -> Plate:
     return Plate(
         stem="fig1_settled",
         caption=f"Where spheres come to rest on objects of {study.simulated.name} (not shown to scale): of each "
-        "function those that were told most clearly when left out, and an object without a function. Spheres are "
-        "coloured by height within each picture; objects smaller than half a metre are cut open.",
-        size=(DOUBLE, rows * 1.98),
+        "function those that were told most clearly when left out, and an ordinary object without a function. Spheres "
+        "are coloured by height within each picture; objects smaller than half a metre are cut open.",
+        size=(DOUBLE, rows * 1.72),
         draw=lambda figure: draw_exhibits(figure, study, shown),
         rows=[exhibit_row(study, each) for each in shown],
     )
 
 
 def exhibits(study: Study) -> list[Exhibit]:
-    """Return the objects to show: of each function its most typical ones, then the clearest non-member."""
+    """Return the objects to show: of each function its most typical ones, then an ordinary non-member."""
     chosen: dict[int, float | None] = {}
     kinds = KINDS if len(study.labels.functions) <= MANY else 1
     for column in range(len(study.labels.functions)):
         for index in typical_members(study, column, kinds):
             chosen.setdefault(index, float(study.left_out[index, column]))
-    outside = clearest_outsider(study)
+    outside = ordinary_outsider(study)
     if outside is not None:
         chosen[outside] = None
     return [
@@ -73,14 +73,13 @@ def typical_members(study: Study, column: int, kinds: int) -> list[int]:
     ]
 
 
-def clearest_outsider(study: Study) -> int | None:
-    """Return the object without a function whose highest score is lowest, of those that hold a sphere."""
+def ordinary_outsider(study: Study) -> int | None:
+    """Return the object without a function whose highest score is the middle one."""
     outside = np.flatnonzero(~study.labels.members.any(axis=1))
     if not len(outside):
         return None
-    holds = [any(len(centers) for centers in study.simulated.settled[i].values()) for i in outside]
-    empty_last = np.lexsort((study.left_out[outside].max(axis=1), ~np.array(holds)))
-    return int(outside[empty_last[0]])
+    ordered = outside[np.argsort(study.left_out[outside].max(axis=1), kind="stable")]
+    return int(ordered[len(ordered) // 2])
 
 
 def picture_radius(study: Study, index: int, across: float) -> float:
@@ -113,7 +112,7 @@ def draw_exhibits(figure, study: Study, shown: list[Exhibit]):
     """Draw the pictures in rows, and the key in the last place."""
     rows = -(-(len(shown) + 1) // ABREAST)
     grid = figure.subplots(rows, ABREAST)
-    figure.get_layout_engine().set(wspace=0.01, hspace=0.02, w_pad=0.02, h_pad=0.03)
+    figure.get_layout_engine().set(wspace=0, hspace=0, w_pad=0.03, h_pad=0.02)
     for axes in grid.flat:
         axes.set_axis_off()
     for number, (axes, exhibit) in enumerate(zip(grid.flat, shown, strict=False)):
@@ -122,7 +121,7 @@ def draw_exhibits(figure, study: Study, shown: list[Exhibit]):
         axes.set_title(f"({chr(97 + number)}) {row['label']}: {title(row)}", fontsize=7.5, loc="left", pad=2)
         below = f"r = {format_length(exhibit.radius)}, {row['settled']:,} spheres"
         said = "" if exhibit.score is None else f", score {exhibit.score:.2f}"
-        axes.text(0.5, -0.01, below + said, transform=axes.transAxes, ha="center", va="top", fontsize=7, color=GREY)
+        axes.text(0, -0.02, below + said, transform=axes.transAxes, va="top", fontsize=6.5, color=GREY)
     draw_key(grid.flat[len(shown)])
 
 
