@@ -199,7 +199,7 @@ def bench(backend: str, chosen: list[Case], repeats: int) -> BackendBench:
     simulation = measure(chosen, backend, repeats)
     stages = measure_stages(chosen, backend, repeats)
     tables = [each for each in chosen if each.title == PLAIN_TABLE]
-    growth = [apart(time_growth, each.title, each.path, each.radius, backend) for each in tables]
+    growth = [apart(time_growth, each.title, each.path, each.radius, backend, repeats) for each in tables]
     return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
 
 

@@ -82,6 +82,7 @@ def panel(size: float, pitch: float = 1.0, height: float = 0.0) -> CollisionShap
 def test_the_whole_shape_is_accepted():
     with World(Physics()) as world:
         world.add_object(panel(20.0))
+        assert world.object is not None
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95])
@@ -142,7 +143,9 @@ def test_a_second_shape_under_the_same_file_name_is_the_second(monkeypatch, tmp_
     monkeypatch.setattr(loading, "TemporaryDirectory", same_folder)
     with World(Physics()) as first, World(Physics()) as second:
         first.add_object(panel(20.0))
-        (first if one_engine else second).add_object(panel(12.0, height=3.0))
+        other = first if one_engine else second
+        other.add_object(panel(12.0, height=3.0))  # refused if it is the first panel again
+        assert other.object is not None
 
 
 # Spheres at rest
