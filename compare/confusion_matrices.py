@@ -7,27 +7,42 @@ from collections.abc import Sequence
 import numpy as np
 
 from .confusion import Confusion, count_confusion
-from .journal import DOUBLE, INK, Plate
+from .journal import DOUBLE, INK, SINGLE, WRAP, Plate, wrapped
 from .protocol import Labels, Run
 from .study import Study
 
-ABREAST = 3  # matrices in a row
+ABREAST, FEW = 3, 6  # matrices in a row, where they have so few labels
+SIDE = {1: 2.1, 2: 2.1, 3: 1.65}  # inches, of a matrix, by how many are in a row
+WIDTH = {1: SINGLE, 2: 5.4, 3: DOUBLE}  # inches
+LARGE_SIDE = 2.9  # inches, of a matrix of many labels, two in a row
 
 
 def confusion_matrices(study: Study) -> Plate:
     """Return Fig. 4: one confusion matrix for each training size, all trials counted together."""
-    count, labels = len(study.protocol.sizes), len(study.labels.functions) + 1
-    rows = -(-count // ABREAST)
     return Plate(
         stem="fig4_confusion",
         caption="Of the tested objects with a label (row), how many per cent were said to have a function (column), "
         f"{study.simulated.name}, {study.protocol.trials} trials together. An object may be said to have several "
         "functions, and then counts in each, so a row may add up to more than 100; none is said of what got no "
         "function. An object labelled with several functions counts in each of their rows.",
-        size=(DOUBLE, rows * (0.75 + 0.42 * max(labels, 3))),
+        size=matrices_size(study),
         draw=lambda figure: draw_matrices(figure, study),
         rows=confusion_rows(study),
     )
+
+
+def abreast(study: Study) -> int:
+    """Return how many matrices stand in a row."""
+    return min(len(study.protocol.sizes), ABREAST if len(study.labels.functions) < FEW else 2)
+
+
+def matrices_size(study: Study) -> tuple[float, float]:
+    """Return the width and height of the figure in inches."""
+    across, count = abreast(study), len(study.protocol.sizes)
+    large = len(study.labels.functions) >= FEW
+    side, width = (LARGE_SIDE, DOUBLE) if large else (SIDE[across], WIDTH[across])
+    names = 0.05 * min(max(map(len, study.labels.functions)), WRAP)  # slanted below the columns
+    return width, -(-count // across) * (side + 0.5 + names)
 
 
 def pooled_confusion(labels: Labels, runs: Sequence[Run]) -> Confusion:
@@ -58,7 +73,7 @@ def confusion_rows(study: Study) -> list[dict]:
 def draw_matrices(figure, study: Study):
     """Draw the matrices beside each other, with one key."""
     sizes = study.protocol.sizes
-    across = min(len(sizes), ABREAST)
+    across = abreast(study)
     grid = figure.subplots(-(-len(sizes) // across), across, squeeze=False)
     for index, axes in enumerate(grid.flat):
         if index >= len(sizes):
@@ -85,8 +100,9 @@ def draw_matrix(axes, confusion: Confusion):
         axes.text(x, y, words, ha="center", va="center", fontsize=size, color=INK if value > 50 else "white")
     turned = 0 if len(percent) <= 3 else 35
     side = "center" if turned == 0 else "right"
-    axes.set_xticks(range(len(percent)), confusion.labels, rotation=turned, ha=side, rotation_mode="anchor")
-    axes.set_yticks(range(len(percent)), confusion.labels)
+    names = list(map(wrapped, confusion.labels))
+    axes.set_xticks(range(len(percent)), names, rotation=turned, ha=side, rotation_mode="anchor")
+    axes.set_yticks(range(len(percent)), names)
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     return image

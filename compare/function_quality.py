@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from spherefunc_bullet.lengths import format_length
 
-from .journal import DOUBLE, GREY, INK, Plate, look
+from .journal import DOUBLE, GREY, INK, Plate, bounded_spread, look, wrapped
 from .study import Study
 
 PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its authors' own 200 models
 PAPER_MARK = {"marker": "D", "color": INK, "markerfacecolor": "none"}
-ABOVE, BELOW = 9, -9  # points, of a number from its marker
 
 
 def function_quality(study: Study) -> Plate:
@@ -20,10 +21,10 @@ def function_quality(study: Study) -> Plate:
     return Plate(
         stem="fig3b_functions",
         caption=f"(a) F-measure and accuracy of each function at {study.half} training examples, "
-        f"{study.simulated.name}; bars: standard deviation over {study.protocol.trials} trials."
-        f"{published if PAPER.keys() & set(study.labels.functions) else ''} "
-        "(b) In how many of the trials each radius was the one that counted most.",
-        size=(DOUBLE, 1.15 + 0.38 * len(study.labels.functions)),
+        f"{study.simulated.name}; bars: standard deviation over {study.protocol.trials} trials. The radius is the one "
+        "that most trials chose. (b) In how many of the trials each radius was the one that counted most."
+        f"{published if PAPER.keys() & set(study.labels.functions) else ''}",
+        size=(DOUBLE, 1.2 + 0.3 * len(study.labels.functions)),
         draw=lambda figure: draw_quality(figure, study),
         rows=quality_rows(study),
     )
@@ -48,26 +49,28 @@ def radius_counts(study: Study, name: str) -> Counter[float]:
 
 
 def draw_quality(figure, study: Study):
-    """Draw the qualities and, beside them, the choices of radius."""
-    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1), sharey=True)
+    """Draw the qualities, the same in numbers, and the choices of radius."""
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.5, 1.1, 1.1), sharey=True)
     rows = quality_rows(study)
+    known = bool(PAPER.keys() & set(study.labels.functions))
     draw_measures(left, rows)
+    draw_numbers(middle, rows, known)
     draw_radii(right, study)
-    left.set_yticks(range(len(rows)), [row["function"] for row in rows])
+    left.set_yticks(range(len(rows)), [wrapped(row["function"]) for row in rows])
     left.set_ylim(len(rows) - 0.5, -0.5)
-    # Above the panel: inside it any place may hold a number.
-    entries = legend_entries()[: 3 if PAPER.keys() & set(study.labels.functions) else 2]
-    left.legend(handles=entries, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, columnspacing=1.2)
+    entries = legend_entries()[: 3 if known else 2]
+    figure.legend(handles=entries, loc="outside upper center", ncols=3, columnspacing=1.2)
 
 
 def draw_measures(axes, rows: list[dict]):
-    """Draw F-measure, accuracy and the paper's F-measure of each function on a line, each with its number."""
+    """Draw F-measure, accuracy and the paper's F-measure of each function on a line."""
     for index, row in enumerate(rows):
-        own = {"color": look(index)["color"]}
-        draw_number(axes, row["f_measure"], index, ABOVE, own | {"marker": "o"}, row["f_measure_std"])
-        draw_number(axes, row["accuracy"], index, ABOVE, own | {"marker": "s", "markerfacecolor": "white"})
+        own = {"color": look(index)["color"], "markersize": 5}
+        spread = np.reshape(bounded_spread(row["f_measure"], row["f_measure_std"]), (2, 1))
+        axes.errorbar(row["f_measure"], index, xerr=spread, marker="o", capsize=2, **own)
+        axes.plot(row["accuracy"], index, marker="s", markerfacecolor="white", **own)
         if row["paper_f_measure"] is not None:
-            draw_number(axes, row["paper_f_measure"], index, BELOW, PAPER_MARK)
+            axes.plot(row["paper_f_measure"], index, markersize=5, **PAPER_MARK)
     lows = [min(row["f_measure"] - (row["f_measure_std"] or 0), row["paper_f_measure"] or 1) for row in rows]
     axes.set_xlim(max(min(lows) - 0.05, -0.03), 1.03)
     axes.set_xlabel("F-measure, accuracy")
@@ -75,11 +78,31 @@ def draw_measures(axes, rows: list[dict]):
     axes.set_title("(a)", loc="left", fontweight="bold")
 
 
-def draw_number(axes, value: float, line: int, beside: int, marks: dict, spread: float | None = None):
-    """Draw a marker and write its value ``beside`` points higher."""
-    axes.errorbar(value, line, xerr=spread or None, capsize=2, markersize=5, **marks)
-    offset = {"xytext": (0, beside), "textcoords": "offset points", "ha": "center", "va": "center"}
-    axes.annotate(f"{value:.2f}", (value, line), **offset, fontsize=6.5, color=marks["color"])
+def draw_numbers(axes, rows: list[dict], known: bool):
+    """Write the numbers beside the markers; the paper's only where it has some of the functions."""
+    columns = {
+        "radius": [format_length(row["radius"]) for row in rows],
+        "F": [number(row["f_measure"], row["f_measure_std"]) for row in rows],
+        "accuracy": [number(row["accuracy"]) for row in rows],
+        "paper's F": [number(row["paper_f_measure"]) for row in rows],
+    }
+    for place, (name, words) in zip((0.08, 0.36, 0.65, 0.91), columns.items(), strict=True):
+        if name == "paper's F" and not known:
+            continue
+        # In points above the panel, whatever its height.
+        offset = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center"}
+        axes.annotate(name, (place, 1), xycoords="axes fraction", **offset, fontsize=6.5, color=GREY)
+        for line, each in enumerate(words):
+            axes.text(place, line, each, ha="center", va="center", fontsize=6.5)
+    axes.set_xlim(0, 1)
+    axes.set_axis_off()
+
+
+def number(value: float | None, spread: float | None = None) -> str:
+    """Return a number with its spread as people read it, a dash where there is none."""
+    if value is None:
+        return "–"
+    return f"{value:.2f}" if spread is None else f"{value:.2f} ± {spread:.2f}"
 
 
 def legend_entries() -> list:

@@ -14,6 +14,7 @@ from .study import Study
 from .typical_objects import exhibit_cloud, exhibits, picture_radius
 
 CUBES_ACROSS = 6  # of the object's largest extent, about: enough to see a shape, few enough to read
+PANEL, HIGHEST, TITLES = 2.1, 2.2, 0.65  # inches: a panel's width and largest height, and what stands around it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +33,8 @@ class Slice:
 def histogram_slice(study: Study) -> Plate:
     """Return Fig. 2: spheres at rest, the cubes around them, and how many each cube holds."""
     cut = most_telling_slice(study)
+    points = exhibit_cloud(study, cut.index).points
+    across, up = np.ptp(frame(cut, points[:, [cut.axis, 2]]), axis=0)
     name = study.simulated.objects[cut.index].path.name
     return Plate(
         stem="fig2_histogram",
@@ -41,8 +44,8 @@ def histogram_slice(study: Study) -> Plate:
         f"divided into cubes of {format_length(cut.side)}, {study.method.diameters:g} sphere diameters; a sphere "
         "belongs to the cube that holds its centre. (c) The number of spheres in each cube is one entry of the feature "
         "vector; empty cubes are zeros.",
-        size=(DOUBLE, 2.75),
-        draw=lambda figure: draw_slice(figure, study, cut),
+        size=(DOUBLE, TITLES + min(PANEL * up / across, HIGHEST)),
+        draw=lambda figure: draw_slice(figure, points, cut),
         rows=[
             {"across": int(x), "up": int(z), "spheres": int(count), "cube_side": cut.side, "radius": cut.radius}
             for (x, z), count in zip(cut.cubes, cut.counts, strict=True)
@@ -84,9 +87,8 @@ def cut_slice(study: Study, index: int, axis: int) -> Slice:
     )
 
 
-def draw_slice(figure, study: Study, cut: Slice):
-    """Draw the three panels: spheres, cubes, counts."""
-    points = exhibit_cloud(study, cut.index).points
+def draw_slice(figure, points: np.ndarray, cut: Slice):
+    """Draw the three panels: spheres, cubes, counts; with the object's points (N, 3) in metres."""
     inside = np.abs(points[:, 1 - cut.axis]) < cut.side / 2
     points = points[:, [cut.axis, 2]]
     low, high = frame(cut, points)
@@ -114,6 +116,7 @@ def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     seen = np.concatenate([points, cut.centers - cut.radius, cut.centers + cut.radius, [[0.0, 0.0]]])
     half = np.array([0.5, 0.0])
     low = (np.floor(seen.min(axis=0) / cut.side + half) - half) * cut.side
+    low[1] = 0.0  # the floor, below which nothing is counted
     return low, (np.floor(seen.max(axis=0) / cut.side + half) - half + 1) * cut.side
 
 

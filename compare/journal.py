@@ -6,6 +6,7 @@ The PNG is what a manuscript or a slide takes, the SVG what a journal's artist e
 from __future__ import annotations
 
 import csv
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 SINGLE, DOUBLE = 3.5, 7.16  # inches: one and two columns of an IEEE journal
 DPI = 300
+WRAP = 16  # letters
 INK, GREY, PALE = "#1a1a1a", "#767676", "#c8c8c8"
 
 # Okabe and Ito's colours but the yellow, which is too pale for lines, the darkest first.
@@ -64,6 +66,16 @@ def look(index: int) -> dict:
         "marker": MARKERS[index % len(MARKERS)],
         "linestyle": DASHES[(index + index // len(COLOURS)) % len(DASHES)],
     }
+
+
+def wrapped(name: str) -> str:
+    """Return a function's name for the side of a figure, a long one in several lines."""
+    return textwrap.fill(name, WRAP, break_long_words=False)
+
+
+def bounded_spread(value: float, spread: float | None) -> tuple[float, float]:
+    """Return how far a bar reaches below and above a value of which none is outside 0 to 1."""
+    return min(spread or 0.0, value), min(spread or 0.0, 1 - value)
 
 
 def write_plate(plate: Plate, out: Path) -> list[Path]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .journal import SINGLE, Plate, look
+from .journal import SINGLE, Plate, bounded_spread, look
 from .study import Study
 
 DODGE = 0.006  # of the axis: functions stand beside each other, so that their spreads do not hide one another
@@ -19,7 +19,7 @@ def learning_curve(study: Study) -> Plate:
         caption=f"F-measure against the number of training examples, {study.simulated.name}, "
         f"{len(study.simulated.objects)} objects: {spread}, tested on the other half. The sets of training examples "
         "are nested. Markers stand a little beside their number, so that spreads do not hide one another.",
-        size=(SINGLE, 2.6),
+        size=(SINGLE, 2.5 + 0.14 * -(-len(study.labels.functions) // key_columns(study))),
         draw=lambda figure: draw_curve(figure, study),
         rows=curve_rows(study),
     )
@@ -43,12 +43,10 @@ def draw_curve(figure, study: Study):
     for index, name in enumerate(study.labels.functions):
         own = [row for row in rows if row["function"] == name]
         beside = (index - (count - 1) / 2) * DODGE * study.half
-        f_measures = np.array([row["f_measure"] for row in own])
-        spreads = np.array([row["f_measure_std"] or 0.0 for row in own])
         axes.errorbar(
             [row["train_size"] + beside for row in own],
-            f_measures,
-            [np.minimum(spreads, f_measures), np.minimum(spreads, 1 - f_measures)],  # no F-measure is outside 0 to 1
+            [row["f_measure"] for row in own],
+            np.transpose([bounded_spread(row["f_measure"], row["f_measure_std"]) for row in own]),
             **look(index),
             label=name,
             markersize=3.5,
@@ -59,4 +57,12 @@ def draw_curve(figure, study: Study):
     axes.set_xlim(0, study.half * 1.04)
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
-    axes.legend(loc="lower right", ncols=1 + (count > 5), handlelength=3.2)
+    axes.locator_params(axis="x", integer=True)
+    # Above the curves: below them there is no place that is free on all data.
+    figure.legend(loc="outside upper center", ncols=key_columns(study), handlelength=3.2, columnspacing=1.2)
+
+
+def key_columns(study: Study) -> int:
+    """Return in how many columns the functions' names fit."""
+    longest = max(map(len, study.labels.functions))
+    return 3 if longest <= 10 else 2 if longest <= 20 else 1

@@ -11,6 +11,8 @@ from spherefunc_bullet.validation import THRESHOLD
 from .journal import DOUBLE, GREY, INK, PALE, Plate, look
 from .study import Study, label_name
 
+PAGE = 8.5  # inches, that all panels may take
+CROWD = 100  # objects: fewer get larger marks
 GAP = 0.02  # of all objects, between groups
 NARROW = 0.07  # of the axis: a group whose name would run into the next one's
 
@@ -32,7 +34,7 @@ def membership(study: Study) -> Plate:
         "grouped by label; the same order in all panels, within a group by score. Above the line an object is said "
         "to have the function. Filled: labelled so and said so; hollow: labelled so, but missed; crosses: said so, "
         "though neither labelled so nor true as well; plus signs: said so and true as well, though not the label.",
-        size=(DOUBLE, 0.75 + 1.15 * len(study.labels.functions)),
+        size=(DOUBLE, 0.75 + min(1.15 * len(study.labels.functions), PAGE)),
         draw=lambda figure: draw_membership(figure, study),
         rows=membership_rows(study),
     )
@@ -73,7 +75,7 @@ def draw_membership(figure, study: Study):
     for column, axes in enumerate(panels):
         draw_panel(axes, study, groups, column)
     end = groups[-1].places[-1]
-    panels[0].set_xlim(-0.01 * end - 1, 1.01 * end + 1)
+    panels[0].set_xlim(-0.01 * end - 0.7, 1.01 * end + 0.7)
     name_groups(panels[-1], groups, end)
     figure.supylabel("leave-one-out score", fontsize=8)
     figure.legend(handles=key_entries(), loc="outside upper center", ncols=5, columnspacing=1.4, handletextpad=0.3)
@@ -81,7 +83,7 @@ def draw_membership(figure, study: Study):
 
 def draw_panel(axes, study: Study, groups: list[Group], column: int):
     """Draw one function's scores of all objects."""
-    style = look(column)
+    style = look(column) | {"markersize": 3 if len(study.left_out) > CROWD else 4.5}
     for group in groups:
         axes.axvspan(group.places[0] - 0.5, group.places[-1] + 0.5, color="#f2f2f2", linewidth=0)
         scores = study.left_out[group.objects, column]
@@ -96,13 +98,15 @@ def draw_panel(axes, study: Study, groups: list[Group], column: int):
 
 def marked(members, also, said, style: dict):
     """Return which objects (G,) get which marks: right or wrong shows without colour."""
-    own = {"marker": style["marker"], "color": style["color"], "markersize": 3, "markeredgewidth": 0.7}
+    size = style["markersize"]
+    own = {"marker": style["marker"], "color": style["color"], "markersize": size, "markeredgewidth": 0.7}
+    wrong = {"color": INK, "markeredgewidth": 0.9}
     return [
-        (~members & ~said, {"marker": ".", "color": GREY, "markersize": 2, "markeredgewidth": 0}),
+        (~members & ~said, {"marker": ".", "color": GREY, "markersize": 0.8 * size, "markeredgewidth": 0}),
         (members & said, own),
         (members & ~said, own | {"markerfacecolor": "white"}),
-        (~members & said & ~also, {"marker": "x", "color": INK, "markersize": 3.5, "markeredgewidth": 0.9}),
-        (~members & said & also, {"marker": "+", "color": INK, "markersize": 4.5, "markeredgewidth": 0.9}),
+        (~members & said & ~also, wrong | {"marker": "x", "markersize": 1.2 * size}),
+        (~members & said & also, wrong | {"marker": "+", "markersize": 1.5 * size}),
     ]
 
 
@@ -110,11 +114,11 @@ def key_entries() -> list:
     """Return what the marks mean, in grey: their shape and colour are each panel's own."""
     from matplotlib.lines import Line2D
 
-    style = {"marker": "o", "color": GREY}
+    style = {"marker": "o", "color": GREY, "markersize": 4}
     words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
     every = marked(*np.zeros((3, 1), bool), style)
-    larger = {"linestyle": "none", "markersize": 4.5}
-    return [Line2D([], [], **(marks | larger), label=label) for (_, marks), label in zip(every, words, strict=True)]
+    pairs = zip(every, words, strict=True)
+    return [Line2D([], [], linestyle="none", label=label, **marks) for (_, marks), label in pairs]
 
 
 def name_groups(axes, groups: list[Group], end: float):

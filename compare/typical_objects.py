@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .study import Study, label_name
 KINDS = 2  # of each function: the categories with most objects, such as chairs and sofas
 MANY = 4  # functions: of more, one kind each
 ABREAST = 4  # pictures in a row
+LONGEST = 27  # letters above a picture
 VIEW = View(size=(560, 470))  # somewhat more than 300 dpi
 CUT_BELOW = 0.5  # metres: smaller objects are cut open, because what they hold is inside
 SPHERES_ACROSS = 30  # of a picture: about so many radii to an object's largest extent
@@ -63,10 +64,14 @@ def exhibits(study: Study) -> list[Exhibit]:
 
 
 def typical_members(study: Study, column: int, kinds: int) -> list[int]:
-    """Return the member with the highest score of each of a function's most numerous categories."""
+    """Return the member with the highest score of each of a function's most numerous categories.
+
+    Members that have no other function come first.
+    """
     members = np.flatnonzero(study.labels.members[:, column])
     categories = [study.simulated.objects[i].category for i in members]
-    best = members[np.argsort(-study.left_out[members, column], kind="stable")]
+    functions = study.labels.members[members].sum(axis=1)
+    best = members[np.lexsort((-study.left_out[members, column], functions))]
     return [
         next(int(i) for i in best if study.simulated.objects[i].category == category)
         for category, _ in Counter(categories).most_common(kinds)
@@ -111,36 +116,45 @@ def exhibit_row(study: Study, exhibit: Exhibit) -> dict:
 def draw_exhibits(figure, study: Study, shown: list[Exhibit]):
     """Draw the pictures in rows, and the key in the last place."""
     rows = -(-(len(shown) + 1) // ABREAST)
-    grid = figure.subplots(rows, ABREAST)
+    grid = figure.subplots(rows, ABREAST, squeeze=False)
     figure.get_layout_engine().set(wspace=0, hspace=0, w_pad=0.03, h_pad=0.02)
     for axes in grid.flat:
         axes.set_axis_off()
-    for number, (axes, exhibit) in enumerate(zip(grid.flat, shown, strict=False)):
-        axes.imshow(picture(study, exhibit))
+    clouds = [exhibit_cloud(study, each.index) for each in shown]
+    for number, (axes, exhibit, cloud) in enumerate(zip(grid.flat, shown, clouds, strict=False)):
+        settled = study.simulated.settled[exhibit.index][exhibit.radius]
+        axes.imshow(picture(cloud, settled, exhibit.radius))
         row = exhibit_row(study, exhibit)
-        axes.set_title(f"({chr(97 + number)}) {row['label']}: {title(row)}", fontsize=7.5, loc="left", pad=2)
+        axes.set_title(f"({chr(97 + number)}) {title(row)}", fontsize=7.5, loc="left", pad=2)
         below = f"r = {format_length(exhibit.radius)}, {row['settled']:,} spheres"
         said = "" if exhibit.score is None else f", score {exhibit.score:.2f}"
         axes.text(0, -0.02, below + said, transform=axes.transAxes, va="top", fontsize=6.5, color=GREY)
-    draw_key(grid.flat[len(shown)])
+    draw_key(grid.flat[len(shown)], any(is_cut(each) and each.mesh is not None for each in clouds))
 
 
 def title(row: dict) -> str:
-    """Return what an object is called: its category, or else its file."""
+    """Return an object's label and what it is called: its category, or else its file."""
     name = row["category"] if row["category"] not in ("", row["label"]) else row["file"].rsplit(".", 1)[0]
-    name = name.replace("_", " ")
-    return name if len(name) < 20 else name[:18] + "…"
+    words = f"{row['label']}: {name.replace('_', ' ')}"
+    return words if len(words) <= LONGEST else words[: LONGEST - 1] + "…"
 
 
-def picture(study: Study, exhibit: Exhibit):
-    """Return the ray-traced picture of an object and its spheres."""
-    cloud = exhibit_cloud(study, exhibit.index)
-    vertices, faces = (cloud.points, None) if cloud.mesh is None else (cloud.mesh.vertices, cloud.mesh.faces)
-    view = View(size=VIEW.size, cut=bool(cloud.size.max() < CUT_BELOW))
-    return render(vertices, faces, study.simulated.settled[exhibit.index][exhibit.radius], exhibit.radius, view)
+def picture(cloud: Cloud, centers: np.ndarray, radius: float):
+    """Return the ray-traced picture of an object and its spheres, with centres (S, 3) and a radius in metres."""
+    cut = is_cut(cloud)
+    if cloud.mesh is not None:
+        return render(cloud.mesh.vertices, cloud.mesh.faces, centers, radius, replace(VIEW, cut=cut))
+    # A cloud has no surface to cut: its points in front go, and the spheres among them.
+    points, centers = (each[(each @ VIEW.facing <= 0) | (not cut)] for each in (cloud.points, centers))
+    return render(points, None, centers, radius, VIEW)
 
 
-def draw_key(axes):
+def is_cut(cloud: Cloud) -> bool:
+    """Tell whether an object is so small that it is cut open."""
+    return bool(cloud.size.max() < CUT_BELOW)
+
+
+def draw_key(axes, cut: bool):
     """Draw what the colours mean."""
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -150,5 +164,7 @@ def draw_key(axes):
     axes.set(xlim=(0, 1), ylim=(0, 1), aspect="auto")
     axes.text(0.27, 0.86, "highest sphere", va="top", fontsize=7)
     axes.text(0.27, 0.38, "lowest sphere", va="bottom", fontsize=7)
+    if not cut:
+        return
     axes.fill([0.12, 0.22, 0.22, 0.12], [0.16, 0.16, 0.26, 0.26], color=CUT_COLOUR)
     axes.text(0.27, 0.21, "cut through the object", va="center", fontsize=7)
