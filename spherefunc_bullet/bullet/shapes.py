@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cloud import MAX_GAP, Cloud
+from ..cloud import MAX_GAP, MIN_POINTS, Cloud
 from ..compilation import prepare
 from ..errors import InputError
 
@@ -123,13 +123,30 @@ def thinned(cloud: Cloud, radius: float, voxel_size: float | None) -> tuple[np.n
     """
     from .voxels import representatives
 
-    spacing = cloud.spacing / radius
+    points = distinct(cloud) / radius
+    spacing = Cloud(points, cloud.name).spacing
     gap = max(min(MAX_GAP / radius, 3 * spacing), 1.25 * spacing)
-    points = cloud.points[np.lexsort(cloud.points.T[::-1])] / radius
     side = VOXEL if voxel_size is None else voxel_size / radius
     if voxel_size is None and side <= 1.5 * spacing:
         return points, None, gap
     return representatives(points, side, FLAT), side, side + gap
+
+
+def distinct(cloud: Cloud) -> np.ndarray:
+    """Return the points (N, 3) without repetitions, in the order of their coordinates, metres.
+
+    Raises
+    ------
+    InputError
+        If hardly any are left.
+    """
+    points = cloud.points[np.lexsort(cloud.points.T[::-1])]
+    points = points[np.append(True, (np.diff(points, axis=0) != 0).any(axis=1))]
+    if len(points) < MIN_POINTS:
+        raise InputError(
+            f"{cloud.name}: expected at least {MIN_POINTS} different points, got {len(points)} among {len(cloud)}"
+        )
+    return points
 
 
 def spanned(name: str, points: np.ndarray, alpha: float, gap: float) -> tuple[np.ndarray, np.ndarray]:
