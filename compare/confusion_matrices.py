@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .confusion import Confusion, count_confusion
-from .journal import DOUBLE, INK, SINGLE, WRAP, Plate, wrapped
+from .journal import DOUBLE, INK, SINGLE, Plate, wrapped
 from .protocol import Labels, Run
 from .study import Study
 
@@ -41,7 +41,7 @@ def matrices_size(study: Study) -> tuple[float, float]:
     across, count = abreast(study), len(study.protocol.sizes)
     large = len(study.labels.functions) >= FEW
     side, width = (LARGE_SIDE, DOUBLE) if large else (SIDE[across], WIDTH[across])
-    names = 0.05 * min(max(map(len, study.labels.functions)), WRAP)  # slanted below the columns
+    names = 0.05 * max(map(len, study.labels.functions))  # slanted below the columns
     return width, -(-count // across) * (side + 0.5 + names)
 
 
@@ -100,9 +100,8 @@ def draw_matrix(axes, confusion: Confusion):
         axes.text(x, y, words, ha="center", va="center", fontsize=size, color=INK if value > 50 else "white")
     turned = 0 if len(percent) <= 3 else 35
     side = "center" if turned == 0 else "right"
-    names = list(map(wrapped, confusion.labels))
-    axes.set_xticks(range(len(percent)), names, rotation=turned, ha=side, rotation_mode="anchor")
-    axes.set_yticks(range(len(percent)), names)
+    axes.set_xticks(range(len(percent)), confusion.labels, rotation=turned, ha=side, rotation_mode="anchor")
+    axes.set_yticks(range(len(percent)), list(map(wrapped, confusion.labels)))
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
     return image

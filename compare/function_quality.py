@@ -55,7 +55,7 @@ def draw_quality(figure, study: Study):
     known = bool(PAPER.keys() & set(study.labels.functions))
     draw_measures(left, rows)
     draw_numbers(middle, rows, known)
-    draw_radii(right, study)
+    draw_radii(right, study, rows)
     left.set_yticks(range(len(rows)), [wrapped(row["function"]) for row in rows])
     left.set_ylim(len(rows) - 0.5, -0.5)
     entries = legend_entries()[: 3 if known else 2]
@@ -117,15 +117,15 @@ def legend_entries() -> list:
     ]
 
 
-def draw_radii(axes, study: Study):
-    """Draw how many trials chose each radius, as numbers on a map."""
+def draw_radii(axes, study: Study, rows: list[dict]):
+    """Draw how many trials chose each radius, as numbers on a map; bold the radius that the table names."""
     trials = study.protocol.trials
-    counts = [[radius_counts(study, name)[radius] for radius in study.radii] for name in study.labels.functions]
+    counts = [[radius_counts(study, row["function"])[radius] for radius in study.radii] for row in rows]
     axes.imshow(counts, cmap="cividis", vmin=0, vmax=trials, aspect="auto")
-    for y, row in enumerate(counts):
-        for x, count in enumerate(row):
-            colour, weight = INK if count > trials / 2 else "white", "bold" if count == max(row) else "normal"
-            axes.text(x, y, count, ha="center", va="center", fontsize=7, color=colour, fontweight=weight)
+    for (y, x), count in np.ndenumerate(counts):
+        colour = INK if count > trials / 2 else "white"
+        weight = "bold" if study.radii[x] == rows[y]["radius"] else "normal"
+        axes.text(x, y, count, ha="center", va="center", fontsize=7, color=colour, fontweight=weight)
     axes.set_xticks(range(len(study.radii)), [format_length(radius) for radius in study.radii])
     axes.set_xlabel("sphere radius")
     axes.tick_params(left=False, labelleft=False)
