@@ -1,0 +1,89 @@
+"""Which cubes of an object's histogram speak for a function, and which against it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spherefunc_bullet.classifier import SAME
+from spherefunc_bullet.function_classifier import FunctionClassifier, both_sides
+from spherefunc_bullet.heading import turned
+from spherefunc_bullet.histogram import cube_keys
+from spherefunc_bullet.method import find_method
+
+from .scene_data import Cubes, corners
+
+
+def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radius: float) -> Cubes:
+    """Return the cubes that tell an object from its nearest training objects with and without a function.
+
+    A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared.
+    So a cube speaks for the function by as much as it adds more to the mean squared distance to the nearest
+    others than to that of the nearest members, means with the weights that the neighbours have in the score. Over
+    all cubes this sums to the difference of the two mean squared distances, exactly. It does not sum to the score,
+    which takes the inverse of each distance before the mean.
+
+    Parameters
+    ----------
+    settled : dict of float to (S, 3) float
+        The object's settled spheres at each radius, metres.
+    name : str
+        The function.
+    radius : float
+        One that the function uses, metres.
+
+    Returns
+    -------
+    Cubes
+        Those with spheres of the object or of a neighbour, with ``members``, ``others`` and ``speaks_for``. What
+        lies where no training object had a sphere speaks neither way.
+    """
+    histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
+    here = histogram.transform([settled[radius]]).toarray()[0, :-1]
+    weights = neighbor_weights(classifier, classifier.distances([settled], radius)[0], name)
+    members = classifier.members_[:, classifier.functions_.index(name)]
+    sides = [side_counts(examples, np.where(side, weights, 0.0), here) for side in (members, ~members)]
+    (inside, to_members), (outside, to_others) = sides
+    speaks_for = to_others - to_members
+    known = np.flatnonzero((here > 0) | (inside > 0) | (outside > 0))
+    keys, counts = unknown_cubes(settled[radius], histogram)
+    nothing = np.zeros(len(keys))
+    return Cubes(
+        side=histogram.side,
+        corners=corners(np.concatenate([histogram.keys_[known], keys]), histogram, settled[radius]),
+        counts=np.concatenate([here[known], counts]),
+        members=np.concatenate([inside[known], nothing]),
+        others=np.concatenate([outside[known], nothing]),
+        speaks_for=np.concatenate([speaks_for[known], nothing]),
+    )
+
+
+def side_counts(examples, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return one side's weighted mean count of each cube (V,), and mean squared difference to the object (V,)."""
+    rows = np.flatnonzero(weights)
+    if not len(rows):
+        return np.zeros(len(here)), np.zeros(len(here))
+    counts = examples[rows].toarray()[:, : len(here)]
+    shares = weights[rows] / weights[rows].sum()
+    return shares @ counts, shares @ (here - counts) ** 2
+
+
+def neighbor_weights(classifier: FunctionClassifier, distances: np.ndarray, name: str) -> np.ndarray:
+    """Return the share (N,) of each training object in one radius's score; that of the members sums to it."""
+    members = classifier.members_[:, classifier.functions_.index(name)]
+    counts = find_method(classifier.method).neighbors
+    weights = np.zeros(len(members))
+    for count in counts:
+        nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
+        inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
+        total = sum(each.sum() for each in inverse)
+        for rows, values in zip(nearest, inverse, strict=True):
+            weights[rows] += values / total / len(counts)
+    return weights
+
+
+def unknown_cubes(centers: np.ndarray, histogram) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys (V,) of cubes in which no training object had a sphere, and the object's counts there (V,)."""
+    laid = turned(np.asarray(centers, float).reshape(-1, 3), histogram.heading)
+    keys, counts = np.unique(cube_keys(laid, histogram.side, histogram.anchor), return_counts=True)
+    new = ~np.isin(keys, histogram.keys_)
+    return keys[new], counts[new].astype(float)

@@ -1,0 +1,217 @@
+"""`spherefunc view`: the data it shows, the evidence, the pages, and how a browser draws them."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import clouds
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from compare.evidence import cube_evidence, neighbor_weights
+from compare.scene_data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
+from compare.scene_page import page_html, scene_html
+from compare.view_command import fitting_radius
+from spherefunc_bullet.cloud import Cloud, Mesh
+from spherefunc_bullet.command_line import application
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_classifier import FunctionClassifier
+from spherefunc_bullet.method import Method
+
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+RADIUS = 0.02
+# What a user might do, all of it at once; an error in any of it reaches the console.
+CLICKS = """<script>
+for (const box of document.querySelectorAll("input[type=checkbox]")) if (!box.checked) box.click();
+for (const list of document.querySelectorAll("select")) {
+  list.selectedIndex = list.options.length - 1; list.dispatchEvent(new Event("change"));
+}
+const canvas = document.querySelector("canvas");
+canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -50, ctrlKey: true }));
+const at = { clientX: canvas.clientWidth / 2, clientY: 200, pointerId: 1 };
+canvas.dispatchEvent(new PointerEvent("pointermove", at));
+</script>"""
+
+
+def heap(count: int, seed: int, shift: float = 0.0) -> np.ndarray:
+    """Return random centres (count, 3) as if spheres lay in a box of 0.6 m, metres."""
+    return np.random.default_rng(seed).uniform([-0.3, -0.3, 0.1], [0.3, 0.2, 0.5], (count, 3)) + [shift, 0, 0]
+
+
+def learnt(method: Method) -> FunctionClassifier:
+    """Return a classifier of full and nearly empty heaps."""
+    settled = [{RADIUS: heap(150 if i < 5 else 40, i)} for i in range(10)]
+    model = FunctionClassifier(radii=[RADIUS], method=method)
+    return model.fit_settled(settled, ["cup"] * 5 + ["none"] * 5, [f"heap {i % 3}" for i in range(10)])
+
+
+def shown(cloud: Cloud, centers: np.ndarray, radius: float = RADIUS) -> dict:
+    """Return a scene of one panel."""
+    layer = Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note="")
+    return scene(cloud, [Panel(title="fast", layers=[layer])])
+
+
+@pytest.mark.parametrize("counts", ["raw", "sqrt"])
+@pytest.mark.parametrize("neighbors", [(1,), (1, 3)])
+def test_evidence_sums_to_the_difference_of_squared_distances(counts, neighbors):
+    model = learnt(Method(name="test", counts=counts, neighbors=neighbors))
+    asked = {RADIUS: heap(90, 77, shift=0.4)}  # some of it where no training object had a sphere
+    distances = model.distances([asked], RADIUS)[0]
+    weights = neighbor_weights(model, distances, "cup")
+    members = model.members_[:, 0]
+    means = [np.average(distances[side] ** 2, weights=weights[side]) for side in (members, ~members)]
+    cubes = cube_evidence(model, asked, "cup", RADIUS)
+    assert cubes.speaks_for.sum() == pytest.approx(means[1] - means[0], rel=1e-9)
+    assert cubes.counts.sum() == pytest.approx(90) or counts == "sqrt"
+
+
+def test_weights_of_neighbours_are_those_that_classify_explains():
+    model = learnt(Method(name="test"))
+    asked = {RADIUS: heap(90, 77)}
+    weights = neighbor_weights(model, model.distances([asked], RADIUS)[0], "cup")
+    named = [row["weight"] for row in model.neighbors(asked, "cup")]
+    assert np.allclose(np.sort(weights[weights > 0]), np.sort(named), atol=1e-4)  # those are rounded
+    assert weights[model.members_[:, 0]].sum() == pytest.approx(model.score_settled([asked])[0, 0])
+
+
+def test_with_one_neighbour_the_cubes_decide_as_the_classifier_does():
+    model = learnt(Method(name="test", neighbors=(1,)))
+    for seed, count in enumerate((20, 60, 90, 120, 200)):
+        asked = {RADIUS: heap(count, 50 + seed)}
+        total = cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum()
+        assert (total > 0) == (model.score_settled([asked])[0, 0] > 0.5)
+
+
+@pytest.mark.parametrize("anchor", ["centre", "corner"])
+@pytest.mark.parametrize("heading", ["as_given", "long_side", "front"])
+def test_cubes_are_where_their_spheres_are(anchor, heading):
+    model = learnt(Method(name="test", anchor=anchor, heading=heading))
+    centers = heap(200, 5)[:, [1, 0, 2]]  # its long side is along y, so that it is turned
+    cubes = cube_evidence(model, {RADIUS: centers}, "cup", RADIUS)
+    low, high = cubes.corners[:, None] - 1e-9, cubes.corners[:, None] + cubes.side + 1e-9
+    within = ((centers >= low) & (centers <= high)).all(axis=2).sum(axis=1)
+    assert (within >= cubes.counts).all() and within.sum() == pytest.approx(200, abs=12)  # on a border: in two cubes
+
+
+def test_positions_travel_within_half_a_step():
+    points = heap(1000, 1)
+    data = quantised(points)
+    steps = np.frombuffer(base64.b64decode(data["positions"]), "<u2").reshape(-1, 3)
+    assert np.abs(np.array(data["start"]) + steps * data["step"] - points).max() <= 0.51 * data["step"] < 1e-5
+
+
+def test_a_fine_mesh_is_thinned_and_keeps_its_shape():
+    side = 260
+    x, y = np.meshgrid(np.linspace(-0.5, 0.5, side), np.linspace(-0.5, 0.5, side))
+    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
+    squares = [[corner, corner + 1, corner + side], [corner + 1, corner + side + 1, corner + side]]
+    mesh = Mesh(
+        np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), np.concatenate([np.transpose(s) for s in squares])
+    )
+    small = thinned(mesh)
+    assert len(mesh.faces) > 100_000 >= len(small.faces) > 20_000
+    assert np.abs(np.ptp(small.vertices, axis=0) - np.ptp(mesh.vertices, axis=0)).max() < 0.01  # a cell
+    assert len(clustered(mesh, 10.0).faces) == 0
+
+
+def test_nothing_settled_is_shown_too():
+    data = shown(clouds.plate(), np.empty((0, 3)))
+    assert data["spheres"][0]["positions"] == ""
+
+
+def test_names_cannot_end_the_script():
+    cloud = Cloud(clouds.mug().points, "</script><script>alert(1)</script>")
+    html = scene_html(shown(cloud, heap(10, 0)))
+    assert html.count("</script>") == 1
+    assert json.loads(re.search(r">(\{.*\})</script>", html)[1])["name"] == cloud.name
+
+
+@pytest.mark.parametrize(("size", "expected"), [(0.1, 0.005), (0.8, 0.02), (2.5, 0.05)])
+def test_the_radius_fits_the_object(size, expected):
+    assert fitting_radius(Cloud(np.linspace(0, [size, size / 2, 0.01], 20))) == expected
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    """Return a function that runs the command in a folder of its own, where there is a mug."""
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("mug.xyz", clouds.mug().points)
+
+    def spherefunc(*arguments):
+        done = CliRunner().invoke(application(), ["view", *map(str, arguments)])
+        if isinstance(done.exception, InputError):  # what `main` turns into a line and a code
+            return 2, "", str(done.exception)
+        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+        return done.exit_code, done.stdout, done.stderr
+
+    return spherefunc
+
+
+def test_a_page_stands_alone(call, tmp_path):
+    code, out, _ = call("mug.xyz", "--explain", "--radius", "5mm,1cm", "--json")
+    assert code == 0 and json.loads(out) == ["mug.html"]
+    page = (tmp_path / "mug.html").read_text()
+    assert len(page) < 8e6
+    assert not re.search(r"""(src|href)=["'](?!data:)|https?://|@import""", page)
+    assert "settled" in page and "nearest training object" in page
+    for name in ("cup", "sittable", "table"):
+        assert f'"title":"{name}: ' in page
+
+
+def test_a_broken_file_and_a_missing_backend_cost_only_themselves(call, tmp_path):
+    (tmp_path / "broken.ply").write_text("nothing")
+    code, out, err = call("broken.ply", "mug.xyz", "--backend", "fast,nosuch", "--radius", "1cm", "--json")
+    assert code == 2 and json.loads(out) == ["mug.html"]
+    assert [name in line for name, line in zip(("nosuch", "broken.ply"), err.splitlines(), strict=True)] == [True] * 2
+
+
+@pytest.mark.parametrize(
+    "arguments", [("mug.xyz", "--out", "mug.txt"), ("mug.xyz", "--out", "no/such.html"), ("mug.xyz", "--backend", ",")]
+)
+def test_what_cannot_be_is_refused_at_once(call, tmp_path, arguments):
+    code, _, err = call(*arguments)
+    assert code == 2 and "expected" in err
+    assert not list(tmp_path.glob("*.html"))
+
+
+def test_objects_of_one_name_get_two_pages_or_share_one(call, tmp_path):
+    (tmp_path / "other").mkdir()
+    shutil.copy("mug.xyz", "other/mug.xyz")
+    _, out, _ = call("mug.xyz", "other/mug.xyz", "--radius", "1cm", "--json")
+    assert json.loads(out) == ["mug.html", "mug_2.html"]
+    _, out, _ = call("mug.xyz", "other/mug.xyz", "--radius", "1cm", "--out", "both.html", "--json")
+    assert json.loads(out) == ["both.html"]
+    assert (tmp_path / "both.html").read_text().count('<div class="scene">') == 2
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to draw pages with")
+def test_a_browser_draws_it_without_errors(tmp_path):
+    from PIL import Image
+
+    centers = np.array([[0.0, 0.0, 0.03], [0.01, 0.015, 0.05], [-0.015, 0.0, 0.07]])
+    cubes = histogram_cubes(centers, 0.01)
+    layers = [Layer(radius=0.01, centers=centers, cubes=cubes, note="three")]
+    cloud = clouds.mug()
+    box = Mesh(np.array([[-0.04, -0.04, 0], [0.04, -0.04, 0], [0, 0.04, 0]], float), np.array([[0, 1, 2]]))
+    parts = [
+        scene_html(scene(Cloud(cloud.points, "mug", mesh), [Panel(title="a", layers=layers)])) for mesh in (box, None)
+    ]
+    page, picture = tmp_path / "page.html", tmp_path / "page.png"
+    page.write_text(page_html("test", parts).replace("</body>", f"{CLICKS}</body>"))
+    flags = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    flags += ["--hide-scrollbars", "--virtual-time-budget=3000", "--enable-logging=stderr", "--window-size=500,420"]
+    command = [CHROMIUM, *flags, f"--user-data-dir={tmp_path}/profile", f"--screenshot={picture}", page.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert "CONSOLE" not in done.stderr, done.stderr
+    pixels = np.asarray(Image.open(picture).convert("RGB"), float)[170:400]
+    strong = pixels.max(axis=-1) - pixels.min(axis=-1) > 60  # spheres' colours; page, object and cubes are pale
+    assert strong.mean() > 0.01
