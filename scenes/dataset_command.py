@@ -77,6 +77,35 @@ def describe(
     _say(about, as_json)
 
 
+@app.command()
+def select(
+    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    directory: Directory,
+    up_to: Annotated[str, typer.Option(help="Greatest extent of an object, such as 50cm.")],
+    as_json: Json = False,
+) -> None:
+    """Copy the objects up to a size, with their labels: to tell cups from other small things, say."""
+    from shutil import copyfile
+
+    from spherefunc_bullet.catalogue import COLUMNS, write_manifest
+    from spherefunc_bullet.dataset import open_dataset
+    from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.lengths import parse_length
+
+    limit, objects = parse_length(up_to), open_dataset(data).objects
+    chosen = [item for item in progress(objects, len(objects), "measuring") if max(_extents(item.path)) <= limit]
+    if not chosen:
+        raise InputError(f"{data}: expected objects of at most {up_to}, all are larger")
+    directory.mkdir(parents=True, exist_ok=True)
+    rows = []
+    for number, item in enumerate(chosen):
+        name = f"{number:04d}_{item.path.name}"
+        copyfile(item.path, directory / name)
+        rows.append((name, _label(item), ";".join(sorted(item.also)), item.category, item.group))
+    manifest = write_manifest(directory, COLUMNS, rows)
+    _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
+
+
 def _label(item) -> str:
     return ";".join(sorted(item.functions)) or "none"
 
@@ -101,6 +130,11 @@ def _heights(objects) -> dict[str, dict[str, float]]:
 
 
 def _height(path: Path) -> float:
+    return _extents(path)[2]
+
+
+def _extents(path: Path) -> list[float]:
+    """Return width, depth and height of an object as its file has them."""
     import trimesh
 
     from spherefunc_bullet.errors import InputError
@@ -109,7 +143,7 @@ def _height(path: Path) -> float:
         low, high = trimesh.load(path, process=False).bounds
     except Exception as error:  # the readers raise whatever a damaged file makes them trip over
         raise InputError(f"{path}: expected a mesh or a cloud; {error}") from error
-    return float(high[2] - low[2])
+    return (high - low).tolist()
 
 
 def _say(about: dict, as_json: bool) -> None:

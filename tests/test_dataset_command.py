@@ -14,6 +14,7 @@ import spherefunc_bullet.catalogue as catalogue
 from scenes.dataset_command import app
 from scenes.household import household_objects
 from scenes.sweethome3d import CATALOGUE
+from spherefunc_bullet.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
@@ -109,3 +110,26 @@ def test_folder_that_cannot_be_written_is_an_input_error(run, tmp_path):
 def test_import_of_the_module_stays_light():
     code = "import sys, scenes.dataset_command; sys.exit(bool({'numpy', 'trimesh'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_select_copies_the_small_objects_with_their_labels(run, tmp_path):
+    rows = ["file,label,also,category,group"]
+    for name, label, size in (("mug", "cup", 0.1), ("block", "none", 0.2), ("chair", "sittable", 0.9)):
+        (tmp_path / f"{name}.obj").write_text(TETRAHEDRON.replace("1", f"{size}", 3))
+        rows.append(f"{name}.obj,{label},,{name},here")
+    (tmp_path / "manifest.csv").write_text("\n".join(rows))
+    done = run("select", tmp_path, tmp_path / "small", "--up-to", "30cm", "--json")
+    assert done.exit_code == 0 and json.loads(done.stdout)["objects"] == 2
+    chosen = open_dataset(tmp_path / "small").objects
+    assert [(sorted(item.functions), item.category, item.group) for item in chosen] == [
+        (["cup"], "mug", "here"),
+        ([], "block", "here"),
+    ]
+    assert all(item.path.is_file() for item in chosen)
+
+
+def test_select_of_nothing_is_said(run, tmp_path):
+    (tmp_path / "block.obj").write_text(TETRAHEDRON)
+    (tmp_path / "manifest.csv").write_text("file,label\nblock.obj,none")
+    done = run("select", tmp_path, tmp_path / "small", "--up-to", "1cm")
+    assert isinstance(done.exception, InputError) and "1cm" in str(done.exception)
