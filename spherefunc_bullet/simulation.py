@@ -10,14 +10,16 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from .cache import entry_path, read_entry, write_entry
-from .cloud import Cloud, load_cloud
+from .cloud import Cloud, Mesh, load_cloud
 from .errors import InputError
+from .memory import forget_peak, peak_bytes
 from .simulator import DropSettings, Simulator, isolated, make_simulator
 from .workers import run_tasks
 
@@ -44,6 +46,7 @@ class ObjectRecord:
     settled: dict[float, np.ndarray] = field(repr=False)  # radius in metres -> centres (S, 3) float32, metres
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
+    memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
 
 
 def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> dict:
@@ -118,8 +121,7 @@ def object_record(
         runs[radius] = read_entry(entry)
         if runs[radius] is None:
             cloud = cloud or load_cloud(path, up=loading.up, units=loading.units)
-            centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed)
-            runs[radius] = {"centers": centers, "seconds": np.array(seconds), "drops": np.array(drops)}
+            runs[radius] = measured_run(cloud, simulator, radius, seed)
             write_entry(entry, runs[radius])
     return ObjectRecord(
         path=path,
@@ -128,7 +130,42 @@ def object_record(
         settled={radius: run["centers"] for radius, run in runs.items()},
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
+        memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
     )
+
+
+def measured_run(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> dict[str, np.ndarray]:
+    """Return a cache entry: where spheres settled, the drops, the seconds and, where it is known, the peak of memory.
+
+    Entries that were made before memory was measured lack it.
+    """
+    warm_up(simulator)
+    forget_peak()
+    centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed)
+    run = {"centers": centers, "seconds": np.array(seconds), "drops": np.array(drops)}
+    peak = peak_bytes()
+    return run if peak is None or not drops else run | {"memory": np.array(peak)}
+
+
+def warm_up(simulator: Simulator):
+    """Have a simulator compile or load its code before the first run of this process is timed."""
+    kind = f"{simulator.name} {simulator.options()}"
+    if kind in _warm:
+        return
+    _warm.add(kind)
+    with suppress(InputError):  # what is wrong with the simulator is said of the object
+        simulator.drop(small_plate(), DropSettings(radius=0.02, max_spheres=1))
+
+
+_warm: set[str] = set()  # the simulators that have run in this process
+
+
+def small_plate() -> Cloud:
+    """Return a level square of 10 cm in the air, with its mesh; made here, since sampling has code of its own."""
+    x, y = np.mgrid[-0.05:0.05:21j, -0.05:0.05:21j]
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])
+    corners = np.array([[-0.05, -0.05, 0.1], [0.05, -0.05, 0.1], [0.05, 0.05, 0.1], [-0.05, 0.05, 0.1]])
+    return Cloud(points, "plate", Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]])))
 
 
 def content_hash(path: Path, loading: Loading) -> str:

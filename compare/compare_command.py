@@ -1,0 +1,159 @@
+"""``spherefunc compare``: simulators on the same objects, splits and seeds, accuracy against cost."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spherefunc_bullet.commands.options import Jobs, Json
+from spherefunc_bullet.console import Failures, print_json, print_table, say
+from spherefunc_bullet.errors import InputError
+
+BACKENDS = ("fast", "bullet")
+
+
+def compare(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder, a catalogue's name, or an experiment.toml.")],
+    backends: Annotated[str | None, typer.Option(help="Default: fast,bullet, those that are installed.")] = None,
+    shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
+    radii: Annotated[
+        list[str] | None,
+        typer.Option(help="Such as 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: 2cm,3cm,5cm."),
+    ] = None,
+    trials: Annotated[int | None, typer.Option(min=1, help="Random equal splits. Default: 10.")] = None,
+    methods: Annotated[
+        str | None, typer.Option("--methods", "--method", help="default, paper or both; the first is in the tables.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of spheres and splits. Default: 0.")] = None,
+    repeated: Annotated[
+        int | None,
+        typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Folder for report.json, report.md and experiment.toml.")] = None,
+    up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
+    units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
+    jobs: Jobs = -1,
+    json: Json = False,
+):
+    """Compare simulators on the same objects: how well they tell functions, at what cost, and whether they agree."""
+    from spherefunc_bullet.commands.simulate import prepare_folder
+    from spherefunc_bullet.dataset import open_dataset
+
+    from .comparison import compare_entries
+    from .contest import hold, require_splittable
+    from .experiment import contestants, read_experiment
+
+    given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
+    given |= {"seed": seed, "repeated": repeated, "up": up, "units": units}
+    given = {name: value for name, value in given.items() if value not in (None, [])}
+    if data.endswith(".toml"):
+        refuse_options(data, given)
+        experiment = read_experiment(Path(data))
+    else:
+        experiment = experiment_of(data, given)
+    compared, dataset = contestants(experiment), open_dataset(experiment.data)
+    require_splittable(dataset.name, dataset.objects)
+    prepare_folder(report)
+    failures = Failures()
+    contest = hold(dataset, compared, experiment, jobs, failures)
+    experiment = settled_experiment(experiment, contest)
+    found = compare_entries(contest, experiment)
+    if report is not None:
+        write_report(report, found, experiment)
+    print_json({name: value for name, value in found.items() if name != "per_object"}) if json else show(found)
+    failures.exit()
+
+
+def refuse_options(data: str, given: dict):
+    """Raise InputError if an experiment's file is given options as well, which would make it another experiment."""
+    if given:
+        raise InputError(f"{data}: expected no --{' or --'.join(given)} beside an experiment; write it into the file")
+
+
+def experiment_of(data: str, given: dict):
+    """Return the experiment that options describe.
+
+    A backend that is named has to be installed; of the default ones those that are not are said and left out.
+    """
+    from .experiment import Experiment, parse_radii, read_methods
+
+    options = {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
+    for name in ("backends", "shapes", "methods"):
+        if name in given:
+            options[name] = names(name, given[name])
+    if "methods" in options:
+        read_methods(list(options["methods"]))
+    if "seed" in given:
+        options["seeds"] = (given["seed"], given["seed"] + 1)
+    if "radii" in given:
+        options["radii"] = parse_radii(given["radii"])
+    return Experiment(data=data, **{"backends": options.pop("backends", None) or installed()} | options)
+
+
+def names(option: str, text: str) -> tuple[str, ...]:
+    """Return the different names of a comma-separated list."""
+    found = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not found:
+        raise InputError(f"--{option} {text!r}: expected at least one name")
+    return found
+
+
+def installed() -> tuple[str, ...]:
+    """Return the default backends that can run here; those that cannot are said."""
+    from spherefunc_bullet.simulator import make_simulator
+
+    found = []
+    for name in BACKENDS:
+        try:
+            make_simulator(name)
+        except InputError as error:
+            say(f"left out: {error}")
+            continue
+        found.append(name)
+    return tuple(found)
+
+
+def settled_experiment(experiment, contest):
+    """Return the experiment with everything that was left open settled, so that it repeats exactly."""
+    from dataclasses import replace
+
+    path = Path(experiment.data)
+    return replace(
+        experiment,
+        data=str(path.resolve()) if path.exists() else experiment.data,
+        radii={each.contestant.name: each.contestant.radii for each in contest.entries},
+        repeated=contest.repeated or None,
+    )
+
+
+def write_report(folder: Path, found: dict, experiment):
+    """Write everything that was found, its tables, and the experiment that repeats it."""
+    from .comparison_tables import markdown
+    from .experiment import as_toml
+
+    about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
+    files = {
+        "report.json": json_format.dumps(found, indent=1) + "\n",
+        "report.md": markdown(found),
+        "experiment.toml": about + as_toml(experiment),
+    }
+    for name, text in files.items():
+        try:
+            (folder / name).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{folder / name}: expected a file that can be written; {error.strerror}") from error
+    say(f"wrote {', '.join(files)} in {folder}")
+
+
+def show(found: dict):
+    """Print the tables and the answer."""
+    from .comparison_tables import tables
+
+    for table in tables(found):
+        print_table(f"{table.title}\n", table.columns, table.rows)
+        print()
+    print("\n".join(f"{name}: {value}" for name, value in found["machine"].items()))
+    print(f"\n{found['answer']}")
