@@ -33,9 +33,10 @@ def explanation_html(classifier: FunctionClassifier, cloud: Cloud, settled: dict
     backend = getattr(classifier.simulator, "name", classifier.simulator)
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
-        f"<p class='lead'>By the classifier learnt from {len(classifier.names_)} objects with {escape(str(backend))}. "
-        "A score above 0.5 is membership. It compares how near, cube by cube, this object's sphere counts are to those "
-        "of the nearest training objects that have the function and of the nearest that do not, at several radii.</p>"
+        f"<p class='lead'>By a classifier that learnt from {len(classifier.names_)} objects with the backend "
+        f"{escape(str(backend))}. A score above 0.5 is membership. It compares how near, cube by cube, this object's "
+        "sphere counts are to those of the nearest training objects that have the function and of the nearest that "
+        "do not, at several radii.</p>"
         f"{scene_html(scene(cloud, panels, radius))}</section>"
     )
 

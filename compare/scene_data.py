@@ -69,11 +69,12 @@ def scene(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) ->
     spheres = {id(layer.centers): layer for layer in layers}  # panels about functions share theirs
     names = {key: number for number, key in enumerate(spheres)}
     explains = any(layer.cubes.speaks_for is not None for layer in layers)
-    low, high = frame(cloud, layers)
+    radius = layers[0].radius if radius is None else radius
+    low, high = frame(cloud, layers, radius)
     return {
         "name": cloud.name,
         "explains": explains,
-        "radius": layers[0].radius if radius is None else radius,
+        "radius": radius,
         "low": rounded(low),
         "high": rounded(high),
         "object": object_data(cloud),
@@ -99,13 +100,13 @@ def panel_data(panel: Panel, names: dict[int, int]) -> dict:
     return {"title": panel.title, "layers": layers}
 
 
-def frame(cloud: Cloud, layers: Sequence[Layer]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest corner (3,) of the object, its spheres, and cubes that explain, metres."""
+def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest corner (3,) of the object, spheres of a radius, and cubes that explain, metres."""
     lows, highs = [cloud.bounds[0]], [cloud.bounds[1]]
-    for layer in layers:
+    for layer in (each for each in layers if each.radius == radius):
         if len(layer.centers):
-            lows.append(layer.centers.min(axis=0) - layer.radius)
-            highs.append(layer.centers.max(axis=0) + layer.radius)
+            lows.append(layer.centers.min(axis=0) - radius)
+            highs.append(layer.centers.max(axis=0) + radius)
         held = layer.cubes.corners[layer.cubes.counts > 0]
         if layer.cubes.speaks_for is not None and len(held):
             lows.append(held.min(axis=0))

@@ -16,10 +16,17 @@ def scene_html(scene: dict) -> str:
     return f'<div class="scene"><script type="application/json">{data}</script></div>'
 
 
-def viewer_html() -> str:
-    """Return the style and the program that draw every scene of a page."""
+def viewer_html(*, dark: bool = False) -> str:
+    """Return the style and the program that draw every scene of a page.
+
+    Parameters
+    ----------
+    dark : bool
+        Whether the page follows a reader who prefers dark ones.
+    """
+    styles = "\n".join(viewer_file(name) for name in ("viewer.css", "dark.css")[: 1 + dark])
     script = "\n".join(viewer_file(name) for name in SCRIPTS)
-    return f"<style>{viewer_file('viewer.css')}</style>\n<script>\n(() => {{\n{script}\n}})();\n</script>"
+    return f"<style>\n{styles}</style>\n<script>\n(() => {{\n{script}\n}})();\n</script>"
 
 
 def viewer_file(name: str) -> str:
@@ -43,5 +50,5 @@ def page_html(title: str, parts: Sequence[str]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n<link rel="icon" href="data:,">\n'
         f"<title>{escape(title)}</title>\n</head>\n"
-        f'<body class="scene-page">\n{body}\n{viewer_html()}\n</body>\n</html>\n'
+        f'<body class="scene-page">\n{body}\n{viewer_html(dark=True)}\n</body>\n</html>\n'
     )

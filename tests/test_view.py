@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 
 import clouds
 import numpy as np
@@ -31,11 +32,12 @@ for (const box of document.querySelectorAll("input[type=checkbox]")) if (!box.ch
 for (const list of document.querySelectorAll("select")) {
   list.selectedIndex = list.options.length - 1; list.dispatchEvent(new Event("change"));
 }
-const canvas = document.querySelector("canvas");
-canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
-canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -50, ctrlKey: true }));
-const at = { clientX: canvas.clientWidth / 2, clientY: 200, pointerId: 1 };
-canvas.dispatchEvent(new PointerEvent("pointermove", at));
+for (const canvas of document.querySelectorAll("canvas")) {
+  canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" }));
+  canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: -50, ctrlKey: true }));
+  const at = { clientX: canvas.clientWidth / 2, clientY: 200, pointerId: 1 };
+  canvas.dispatchEvent(new PointerEvent("pointermove", at));
+}
 </script>"""
 
 
@@ -157,7 +159,7 @@ def call(tmp_path, monkeypatch):
 
 
 def test_a_page_stands_alone(call, tmp_path):
-    code, out, _ = call("mug.xyz", "--explain", "--radius", "5mm,1cm", "--json")
+    code, out, _ = call("mug.xyz", "--explain", "--radius", "1cm", "--json")
     assert code == 0 and json.loads(out) == ["mug.html"]
     page = (tmp_path / "mug.html").read_text()
     assert len(page) < 8e6
@@ -198,17 +200,20 @@ def test_a_browser_draws_it_without_errors(tmp_path):
     from PIL import Image
 
     centers = np.array([[0.0, 0.0, 0.03], [0.01, 0.015, 0.05], [-0.015, 0.0, 0.07]])
-    cubes = histogram_cubes(centers, 0.01)
-    layers = [Layer(radius=0.01, centers=centers, cubes=cubes, note="three")]
-    cloud = clouds.mug()
+    counted = histogram_cubes(centers, 0.01)
+    swayed = dict.fromkeys(("members", "others"), counted.counts) | {
+        "speaks_for": np.linspace(-1, 1, len(counted.counts))
+    }
     box = Mesh(np.array([[-0.04, -0.04, 0], [0.04, -0.04, 0], [0, 0.04, 0]], float), np.array([[0, 1, 2]]))
-    parts = [
-        scene_html(scene(Cloud(cloud.points, "mug", mesh), [Panel(title="a", layers=layers)])) for mesh in (box, None)
-    ]
+    parts = []
+    for mesh, cubes in ((box, counted), (None, replace(counted, **swayed))):
+        layer = Layer(radius=0.01, centers=centers, cubes=cubes, note="three")
+        parts.append(scene_html(scene(Cloud(clouds.mug().points, "mug", mesh), [Panel(title="a", layers=[layer])])))
     page, picture = tmp_path / "page.html", tmp_path / "page.png"
     page.write_text(page_html("test", parts).replace("</body>", f"{CLICKS}</body>"))
     flags = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    flags += ["--hide-scrollbars", "--virtual-time-budget=3000", "--enable-logging=stderr", "--window-size=500,420"]
+    flags += ["--hide-scrollbars", "--virtual-time-budget=1500", "--enable-logging=stderr", "--window-size=400,420"]
+    flags += ["--no-first-run", "--disable-background-networking", "--disable-extensions"]
     command = [CHROMIUM, *flags, f"--user-data-dir={tmp_path}/profile", f"--screenshot={picture}", page.as_uri()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert "CONSOLE" not in done.stderr, done.stderr

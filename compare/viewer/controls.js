@@ -8,9 +8,10 @@ function element(name, properties = {}, ...children) {
 
 const centimetres = (metres) => {
   const cm = metres * 100;
-  return metres < 0.01 ? `${+(metres * 1000).toPrecision(3)} mm` : `${cm < 10 ? +cm.toFixed(1) : Math.round(cm)} cm`;
+  return metres < 0.01 ? `${+(metres * 1000).toPrecision(2)} mm` : `${cm < 10 ? +cm.toFixed(1) : Math.round(cm)} cm`;
 };
-const radiusText = (metres) => (metres < 0.01 ? `${+(metres * 1000).toPrecision(4)} mm` : `${+(metres * 100).toPrecision(4)} cm`);
+const radiusText = (metres) =>
+  metres < 0.01 ? `${+(metres * 1000).toPrecision(4)} mm` : `${+(metres * 100).toPrecision(4)} cm`;
 
 function tick(text, state, key, changed) {
   const box = element("input", { type: "checkbox", checked: state[key] });
@@ -21,7 +22,10 @@ function tick(text, state, key, changed) {
 function choice(text, options, state, key, changed) {
   const list = element("select", {}, ...options.map(([value, words]) => element("option", { value }, words)));
   list.value = state[key];
-  list.addEventListener("change", () => { state[key] = isNaN(list.value) ? list.value : Number(list.value); changed(); });
+  list.addEventListener("change", () => {
+    state[key] = isNaN(list.value) ? list.value : Number(list.value);
+    changed();
+  });
   return element("label", {}, `${text} `, list);
 }
 
@@ -67,8 +71,8 @@ function countLegend(sides, most) {
 
 function evidenceLegend() {
   return [
-    swatch("for", "cube speaks for: its count is nearer to that of the nearest training objects that have the function"),
-    swatch("against", "speaks against: nearer to that of the nearest that do not"),
+    swatch("for", "cube speaks for: its count is nearer to that of the nearest training objects with the function"),
+    swatch("against", "speaks against: nearer to that of the nearest without"),
     swatch("empty", "outline only: no sphere here, but in a neighbour"),
   ];
 }

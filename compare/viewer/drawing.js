@@ -1,4 +1,4 @@
-// Draws every panel of the page in one hidden canvas, since browsers allow few with WebGL, and copies it to the panel's.
+// Draws every panel in one hidden canvas, since browsers allow few with WebGL, and copies it to the panel's own.
 
 const SQUARE = [-1, -1, 1, -1, -1, 1, 1, 1];
 const artist = { canvas: document.createElement("canvas"), gl: null, programs: {}, generation: 0 };

@@ -59,13 +59,15 @@ function showLayer(item, panel) {
 
 function legend(item) {
   const { state } = item;
-  const keys = [element("span", { className: "scene-key" }, `squares on the ground: ${centimetres(groundSquare(item))}`)];
+  const words = (text) => element("span", { className: "scene-key" }, text);
+  const keys = [words(`squares on the ground: ${centimetres(groundSquare(item))}`)];
   const layers = layersOf(item, state.radius);
-  if (state.spheres && state.colour === "height") keys.push(heightLegend(item.height_colours, heightRange(item, state.radius)));
-  if (state.spheres && state.colour === "cube") keys.push(element("span", { className: "scene-key" }, "spheres of one cube have one colour"));
+  const heights = () => heightLegend(item.height_colours, heightRange(item, state.radius));
+  if (state.spheres) keys.push(state.colour === "height" ? heights() : words("spheres of one cube have one colour"));
   if (state.cubes && item.explains) keys.push(...evidenceLegend());
   const sides = [...new Set(layers.map((each) => each.cubes.side))];
-  if (state.cubes && !item.explains) keys.push(countLegend(sides, Math.max(...layers.map((each) => most(each.cubes.counts)))));
+  const greatest = Math.max(...layers.map((each) => most(each.cubes.counts)));
+  if (state.cubes && !item.explains) keys.push(countLegend(sides, greatest));
   return keys;
 }
 
@@ -96,21 +98,24 @@ function build(item) {
   };
   const reset = () => { Object.assign(item.camera, newCamera(item.low, item.high)); item.redraw(); };
   const panels = element("div", { className: "scene-panels" }, ...item.panels.map((panel) => panelParts(item, panel)));
-  item.holder.append(controlBar(item.state, item.radii, refresh, reset), panels, keys);
+  item.holder.append(controlBar(item.state, item.radii, refresh, reset), keys, panels);
   for (const panel of item.panels) {
     listen(panel.canvas, item.camera, item.redraw, (event) => hover(item, panel, event));
     panel.canvas.addEventListener("dblclick", reset);
   }
   refresh();
   new ResizeObserver(item.redraw).observe(panels);
-  new IntersectionObserver((entries) => { item.seen = entries[0].isIntersecting; item.redraw(); }, { rootMargin: "300px" })
-    .observe(item.holder);
+  const scrolled = (entries) => { item.seen = entries.at(-1).isIntersecting; item.redraw(); };
+  new IntersectionObserver(scrolled, { rootMargin: "300px" }).observe(item.holder);
 }
 
 function start() {
   const holders = [...document.querySelectorAll(".scene")];
   if (prepare()) holders.forEach(setUp);
-  else holders.forEach((each) => each.append(element("p", {}, "This browser draws no 3D here: WebGL 2 is off or missing.")));
+  else {
+    const text = "This browser draws no 3D here: WebGL 2 is off or missing.";
+    holders.forEach((each) => each.append(element("p", {}, text)));
+  }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
     scenes.forEach((item) => { item.theme = event.matches; });
     redrawAll();

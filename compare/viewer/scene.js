@@ -17,19 +17,22 @@ const themed = (name) => rgb(getComputedStyle(document.documentElement).getPrope
 
 function decoded(data) {
   const item = { ...data, object: { ...data.object, points: positions(data.object) } };
-  if (data.object.faces) item.object.triangles = unpacked(data.object.faces, data.object.wide ? Uint32Array : Uint16Array);
+  const { faces, wide } = data.object;
+  if (faces) item.object.triangles = unpacked(faces, wide ? Uint32Array : Uint16Array);
   item.spheres = data.spheres.map((each) => ({ radius: each.radius, centers: positions(each) }));
   for (const layer of item.panels.flatMap((panel) => panel.layers)) {
     const { cubes } = layer;
     for (const key of ["corners", "counts", "members", "others", "speaks_for"])
       if (key in cubes) cubes[key] = unpacked(cubes[key], Float32Array);
   }
-  item.radii = [...new Set(item.panels.flatMap((panel) => panel.layers.map((layer) => layer.radius)))].sort((a, b) => a - b);
+  const radii = item.panels.flatMap((panel) => panel.layers.map((layer) => layer.radius));
+  item.radii = [...new Set(radii)].sort((a, b) => a - b);
   return item;
 }
 
 const most = (values) => values.reduce((a, b) => Math.max(a, Math.abs(b)), 0);
-const layersOf = (item, radius) => item.panels.flatMap((panel) => panel.layers.filter((each) => each.radius === radius));
+const layersOf = (item, radius) =>
+  item.panels.flatMap((panel) => panel.layers.filter((each) => each.radius === radius));
 
 // Lowest and highest centre over all panels, at least so many radii apart that a flat layer is no rainbow.
 function heightRange(item, radius) {
@@ -67,9 +70,10 @@ function sphereColours(item, layer, colour) {
 function cubeColours(item, layer) {
   const { counts, speaks_for: evidence } = layer.cubes;
   const [cube, pro, contra, neutral] = ["cube", "for", "against", "neutral"].map(themed);
-  const greatest = evidence ? most(evidence) : Math.max(...layersOf(item, layer.radius).map((each) => most(each.cubes.counts)));
+  const alike = layersOf(item, layer.radius);
+  const greatest = evidence ? most(evidence) : Math.max(...alike.map((each) => most(each.cubes.counts)));
   return Array.from(counts, (count, i) => {
-    if (!evidence) return [...cube, 0.04 + (0.46 * count) / greatest];
+    if (!evidence) return [...cube, 0.03 + (0.27 * count) / greatest];
     const share = greatest ? Math.sqrt(Math.abs(evidence[i]) / greatest) : 0;
     const tint = share < 0.02 ? neutral : evidence[i] > 0 ? pro : contra;
     return [...tint, count > 0 ? 0.05 + 0.4 * share : -share]; // below 0: outline only
@@ -82,7 +86,8 @@ function parts(item, layer, colour) {
   if (!layer.parts || layer.parts.generation !== artist.generation) {
     const blank = new Float32Array(centers.length);
     const cubes = cubesOf(layer.cubes.corners, new Float32Array(4 * layer.cubes.counts.length));
-    layer.parts = { generation: artist.generation, radius, count: centers.length / 3, spheres: ballsOf(centers, blank), cubes };
+    const spheres = ballsOf(centers, blank);
+    layer.parts = { generation: artist.generation, radius, count: centers.length / 3, spheres, cubes };
   }
   const wanted = `${colour} ${item.theme}`;
   if (layer.parts.wanted !== wanted) {
@@ -103,7 +108,7 @@ function objectParts(item) {
 // Translucent things must be drawn from the farthest to the nearest.
 function sortedCubes(layer, thing, colours, toward) {
   const { corners } = layer.cubes;
-  const near = colours.map((_, i) => corners[3 * i] * toward[0] + corners[3 * i + 1] * toward[1] + corners[3 * i + 2] * toward[2]);
+  const near = colours.map((_, i) => dot(corners.subarray(3 * i, 3 * i + 3), toward));
   const order = colours.map((_, i) => i).sort((a, b) => near[a] - near[b]);
   refill(thing, "low", Float32Array.from(order.flatMap((i) => [...corners.subarray(3 * i, 3 * i + 3)])));
   refill(thing, "colour", Float32Array.from(order.flatMap((i) => colours[i])));
