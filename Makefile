@@ -21,8 +21,9 @@ bench: setup  ## the simulators' speed, beside a naive PyBullet script
 figures: setup  ## the pictures in docs/images
 	@$(BIN)/python -m compare.gallery --out docs/images
 
-model: setup  ## the model that ships with the package
+model: setup  ## the models that ship with the package
 	@$(BIN)/spherefunc train household --out spherefunc_bullet/models/household-fast.npz
+	@$(BIN)/spherefunc train household --backend bullet --radii 2cm,3cm,5cm --out spherefunc_bullet/models/household-bullet.npz
 
 clean:
 	rm -rf .venv build demo *.egg-info

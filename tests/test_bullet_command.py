@@ -90,6 +90,15 @@ def test_evaluate_takes_the_backend(folder):
     assert found["backend"] == "bullet" and "cup" in found["results"][0]["functions"]
 
 
+@needs_engine
+def test_classify_has_a_model_of_this_backend(folder):
+    done = run("classify", "tray.ply", "--backend", "bullet", "--json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    [row] = json.loads(done.stdout)
+    assert set(row["functions"]) == {"cup", "sittable", "table"}
+    assert all(0 <= each["score"] <= 1 for each in row["functions"].values())
+
+
 @pytest.fixture
 def without_engine(tmp_path) -> dict[str, str]:
     """Return an environment in which PyBullet is not to be found."""
