@@ -69,10 +69,10 @@ def empty_cache(tmp_path, monkeypatch):
 
 @pytest.fixture
 def data(tmp_path) -> Path:
-    """Return a folder of five cups, five tables and five others, as points."""
+    """Return a folder of four cups, four tables and four others, as points."""
     folder, rows = tmp_path / "things", ["file,label"]
     folder.mkdir()
-    for i in range(5):
+    for i in range(4):
         block = clouds.cloud(clouds.level(0.05, 0.05, 0.1 + 0.02 * i), name="block")
         mug = clouds.mug(radius=0.035 + 0.003 * i, height=0.08 + 0.01 * i)
         for shape, label in ((mug, "cup"), (clouds.plate(0.2 + 0.02 * i, 0.2, 0.2), "table"), (block, "none")):
@@ -105,36 +105,37 @@ def compared(capsys, data, **options) -> dict:
 
 
 def test_json_has_the_contract(data, capsys):
-    found = compared(capsys, data, backends="fast", radii=["1cm,2cm"], trials=3)
-    assert found["objects"] == 15 and found["agreement"] == [] and list(found["backends"]) == ["fast"]
+    found = compared(capsys, data, backends="fast", radii=["1cm,2cm"], trials=2)
+    assert found["objects"] == 12 and found["agreement"] == [] and list(found["backends"]) == ["fast"]
     fast = found["backends"]["fast"]
     assert set(fast["functions"]) == {"cup", "table"} and QUALITIES <= set(fast["functions"]["cup"])
     assert fast["seconds_per_object_p95"] >= fast["seconds_per_object"] > 0 and fast["failed"] == 0
     assert fast["drops_per_second"] == pytest.approx(fast["drops"] / fast["seconds_total"], rel=0.01)
     # An interpreter with numpy takes more than 20 MB and no test machine has a terabyte.
-    assert 2e7 < fast["peak_memory"] < 1e12 and fast["peak_memory_runs"] == 30
+    assert 2e7 < fast["peak_memory"] < 1e12 and fast["peak_memory_runs"] == 24
     assert {"processor", "system"} <= set(found["machine"])
 
 
 def test_baselines_and_always_no_stand_beside(data, capsys):
-    found = compared(capsys, data, backends="fast", radii=["2cm"], trials=3)
+    found = compared(capsys, data, backends="fast", radii=["2cm"], trials=2, methods="paper,default")
+    assert set(found["methods"]["default"]) == {"fast", *found["baselines"]}
+    assert found["methods"]["paper"]["fast"] == found["backends"]["fast"]["functions"]
     assert set(found["baselines"]) == {"bounding_box", "occupancy", "occupancy_sqrt", "height_map", "always_no"}
     no = found["baselines"]["always_no"]
     assert no["functions"]["cup"]["f_measure"] == 0 and no["functions"]["cup"]["radius"] is None
-    assert no["leave_one_out"]["cup"]["accuracy"] == round(10 / 15, 4)  # a third of the objects are cups
+    assert no["leave_one_out"]["cup"]["accuracy"] == round(8 / 12, 4)  # a third of the objects are cups
 
 
 def test_two_shapes_are_compared_as_two(data, layers, capsys):
     layers()
     found = compared(capsys, data, backends="layer", shapes="voxel,compound", radii=["2cm,3cm"], trials=3)
-    assert list(found["backends"]) == ["layer voxel", "layer compound"] and found["objects_again"] == 15
+    assert list(found["backends"]) == ["layer voxel", "layer compound"] and found["objects_again"] == 12
     [pair] = found["agreement"]
     assert pair["backends"] == ["layer voxel", "layer compound"]
     assert [row["radius"] for row in pair["histograms"]] == [0.02, 0.03]
     # Both draw from the same distribution, so a change of shape is a change of seed: the ratio is near one. It is
-    # a median of fifteen, each from four distances and two, which stray by a third or so.
+    # a median of twelve, each from four distances and two, which stray by a third or so.
     assert all(0.8 < row["ratio"] < 1.25 for row in pair["histograms"])
-    assert "layer compound is level" in found["answer"] or "layer compound is " in found["answer"]
     assert found["answer"].startswith("Beside layer voxel, ") and "4.0 times the time" in found["answer"]
 
 
@@ -145,10 +146,10 @@ def test_object_that_one_simulator_fails_at_is_left_out_of_all(data, layers, tmp
         compare(str(data), jobs=1, json=True, **options)
     printed = capsys.readouterr()
     found = json.loads(printed.out)
-    assert ended.value.code == 2 and found["objects"] == 14 and found["left_out"] == ["mug_3.npz"]
+    assert ended.value.code == 2 and found["objects"] == 11 and found["left_out"] == ["mug_3.npz"]
     assert [each["failed"] for each in found["backends"].values()] == [0, 1]
-    # Fourteen objects at 0.5 s each for three radii: the fifteenth, which voxels did well, does not count.
-    assert found["backends"]["layer voxel"]["seconds_total"] == pytest.approx(14 * 3 * 0.5)
+    # Eleven objects at 0.5 s each for three radii: the twelfth, which voxels did well, does not count.
+    assert found["backends"]["layer voxel"]["seconds_total"] == pytest.approx(11 * 3 * 0.5)
     said = [line for line in printed.err.splitlines() if "mug_3" in line]
     assert len(said) == 1 and "layer compound; left out of every backend" in said[0]
     assert "mug_3.npz" in (tmp_path / "out" / "report.md").read_text()
@@ -157,13 +158,13 @@ def test_object_that_one_simulator_fails_at_is_left_out_of_all(data, layers, tmp
 def test_report_repeats_exactly_from_its_experiment(data, layers, tmp_path, capsys):
     layers()
     first, second = tmp_path / "first", tmp_path / "second"
-    options = {"backends": "layer,fast", "shapes": "compound", "trials": 2, "methods": "default,paper", "seed": 5}
+    options = {"backends": "layer,fast", "shapes": "compound", "trials": 2, "methods": "paper", "seed": 5}
     compare(str(data), jobs=1, report=first, radii=["3cm", "layer=2cm,3cm"], repeated=4, **options)
     compare(str(first / "experiment.toml"), jobs=1, report=second)
     assert all((first / each.name).read_bytes() == each.read_bytes() for each in second.iterdir())
     found = json.loads((first / "report.json").read_text())
-    assert found["objects_again"] == 4 and set(found["methods"]) == {"default", "paper"}
-    assert len(found["per_object"]) == 15 and set(found["per_object"][0]["backends"]) == {"layer", "fast"}
+    assert found["objects_again"] == 4 and set(found["methods"]) == {"paper"}
+    assert len(found["per_object"]) == 12 and set(found["per_object"][0]["backends"]) == {"layer", "fast"}
     assert found["backends"]["layer"]["radii"] == [0.02, 0.03] and found["backends"]["fast"]["radii"] == [0.03]
     # On a machine with an empty cache all but costs come out the same.
     os.environ["SPHEREFUNC_CACHE"] += "_of_another"
@@ -182,7 +183,7 @@ def test_run_that_was_cut_off_continues(data, capsys):
     before = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
     compared(capsys, data, backends="fast", radii=["2cm"], trials=2)
     after = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
-    assert before.items() <= after.items() and len(before) == 2 * 7 and len(after) == 2 * 15
+    assert before.items() <= after.items() and len(before) == 2 * 7 and len(after) == 2 * 12
 
 
 def test_older_entries_know_no_memory(data, capsys):
@@ -249,16 +250,14 @@ def test_experiment_survives_its_file(tmp_path):
         data=str(tmp_path / 'a "quoted" folder'),
         backends=("fast", "bullet"),
         shapes=("voxel",),
-        radii={"bullet voxel": (0.02, 0.03), "fast": (0.1 / 3,)},
+        radii={"bullet voxel": (0.02, 0.03), "fast": (0.0333333333,)},
         options={"bullet": {"in_air": 1, "friction": 0.25}},
         seeds=(3, 9),
         repeated=7,
     )
     (tmp_path / "experiment.toml").write_text(as_toml(before))
-    # Lengths are kept to a picometre.
     after = read_experiment(tmp_path / "experiment.toml")
-    assert after.radii["fast"] == pytest.approx(before.radii["fast"], abs=1e-12)
-    assert as_toml(after).splitlines()[3:] == as_toml(before).splitlines()[3:] and after.data == before.data
+    assert after == before
 
 
 def test_smallest_experiment(tmp_path):
@@ -386,3 +385,16 @@ def test_margin_by_hand():
 def test_table_in_markdown():
     table = Table(title="Cost", columns=["backend", "s"], rows=[["fast", "1"]])
     assert table.markdown().splitlines() == ["## Cost", "", "| backend | s |", "| --- | ---: |", "| fast | 1 |"]
+
+
+def test_code_is_warm_before_the_first_run_is_timed(data):
+    dropped = []
+
+    class Recorder(Layer):
+        def drop(self, cloud, settings, seed=0) -> DropResult:
+            dropped.append(cloud.name)
+            return super().drop(cloud, settings, seed)
+
+    files = sorted(data.glob("mug*.npz"))[:2]
+    list(simulate_objects(files, Recorder(name="recorder"), (0.02,), jobs=1))
+    assert dropped == ["plate", "mug_0.npz", "mug_1.npz"]
