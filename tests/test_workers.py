@@ -186,6 +186,8 @@ def script(tmp_path):
     def start(*arguments, **options):
         command = [SCRIPT, *map(str, arguments)]
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        # A test run in the background ignores SIGINT, and what it starts would as well.
+        options["preexec_fn"] = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)
         return subprocess.Popen(command, env=environment, cwd=tmp_path, **streams, **options)
 
     return start

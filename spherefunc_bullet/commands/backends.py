@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..console import print_json, print_table
+from ..console import print_json, print_table, say
 from ..errors import InputError
 from .options import Json
 
@@ -15,8 +15,17 @@ def backends(json: Json = False):
     if json:
         print_json(rows)
         return
-    table = [[row["name"], row["version"] or "-", row["error"] or str(row["options"])] for row in rows]
-    print_table("Backends", ["name", "version", "options"], table)
+    print_table("Backends", ["name", "version", "option", "default"], [line for row in rows for line in lines(row)])
+    for row in rows:
+        if row["error"]:
+            say(row["error"])
+
+
+def lines(row: dict) -> list[list[str]]:
+    """Return a backend's lines of the table, an option each."""
+    options = [[name, str(value)] for name, value in row["options"].items()] or [["", ""]]
+    start = [row["name"], row["version"] or "not available"]
+    return [(start if i == 0 else ["", ""]) + option for i, option in enumerate(options)]
 
 
 def description(name: str) -> dict:
