@@ -22,9 +22,8 @@ from spherefunc_bullet.command_line import fail
 from spherefunc_bullet.console import print_json, print_table, progress, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.lengths import format_length, parse_length
-from spherefunc_bullet.simulator import make_simulator
 
-from .machine import machine
+from .machine import machine, usable_backends
 from .peer import peer_mug
 from .timing import Growth, PeerTiming, StageTiming, Timing, time_growth, time_peer, time_simulation, time_stages
 
@@ -203,19 +202,6 @@ def bench(backend: str, chosen: list[Case], repeats: int) -> BackendBench:
     return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
 
 
-def installed(names: str) -> list[str]:
-    """Return the backends that can run here; those that cannot are said."""
-    found = []
-    for name in names.split(","):
-        try:
-            make_simulator(name)
-        except InputError as error:
-            say(f"left out: {error}")
-            continue
-        found.append(name)
-    return found
-
-
 def arguments() -> argparse.Namespace:
     """Return the command's options."""
     parser = argparse.ArgumentParser(prog="python -m compare.bench", description=__doc__.splitlines()[0])
@@ -235,7 +221,7 @@ def main():
     found = {}
     with TemporaryDirectory() as folder:
         table = write_plain_table(Path(folder))
-        for backend in installed(options.backends):
+        for backend in usable_backends(options.backends.split(",")):
             chosen = cases(backend, table, options.quick)
             if options.file is not None:
                 chosen = [Case(title=options.file.name, path=options.file, radius=parse_length(options.radius))]

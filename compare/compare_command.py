@@ -90,7 +90,9 @@ def experiment_of(data: str, given: dict):
         options["seeds"] = (given["seed"], given["seed"] + 1)
     if "radii" in given:
         options["radii"] = parse_radii(given["radii"])
-    return Experiment(data=data, **{"backends": options.pop("backends", None) or installed()} | options)
+    from .machine import usable_backends
+
+    return Experiment(data=data, **{"backends": options.pop("backends", None) or usable_backends(BACKENDS)} | options)
 
 
 def names(option: str, text: str) -> tuple[str, ...]:
@@ -99,21 +101,6 @@ def names(option: str, text: str) -> tuple[str, ...]:
     if not found:
         raise InputError(f"--{option} {text!r}: expected at least one name")
     return found
-
-
-def installed() -> tuple[str, ...]:
-    """Return the default backends that can run here; those that cannot are said."""
-    from spherefunc_bullet.simulator import make_simulator
-
-    found = []
-    for name in BACKENDS:
-        try:
-            make_simulator(name)
-        except InputError as error:
-            say(f"left out: {error}")
-            continue
-        found.append(name)
-    return tuple(found)
 
 
 def settled_experiment(experiment, contest):

@@ -60,6 +60,7 @@ class Complaints:
         """Return what takes one simulator's failures."""
 
         def failed(error: InputError):
+            """Keep a failure, and say it unless another simulator's was the same."""
             self.of.setdefault(name, []).append(str(error))
             if str(error) not in self.said:
                 self.said.add(str(error))

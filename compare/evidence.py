@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from spherefunc_bullet.classifier import SAME
-from spherefunc_bullet.function_classifier import FunctionClassifier, both_sides
+from spherefunc_bullet.function_classifier import FunctionClassifier
 from spherefunc_bullet.heading import turned
 from spherefunc_bullet.histogram import cube_keys
-from spherefunc_bullet.method import find_method
 
 from .scene_data import Cubes, corners
 
@@ -39,7 +37,7 @@ def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radi
     """
     histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
     here = histogram.transform([settled[radius]]).toarray()[0, :-1]
-    weights = neighbor_weights(classifier, classifier.distances([settled], radius)[0], name)
+    weights = classifier.neighbor_weights(classifier.distances([settled], radius)[0], name)
     members = classifier.members_[:, classifier.functions_.index(name)]
     sides = [side_counts(examples, np.where(side, weights, 0.0), here) for side in (members, ~members)]
     (inside, to_members), (outside, to_others) = sides
@@ -65,20 +63,6 @@ def side_counts(examples, weights: np.ndarray, here: np.ndarray) -> tuple[np.nda
     counts = examples[rows].toarray()[:, : len(here)]
     shares = weights[rows] / weights[rows].sum()
     return shares @ counts, shares @ (here - counts) ** 2
-
-
-def neighbor_weights(classifier: FunctionClassifier, distances: np.ndarray, name: str) -> np.ndarray:
-    """Return the share (N,) of each training object in one radius's score; that of the members sums to it."""
-    members = classifier.members_[:, classifier.functions_.index(name)]
-    counts = find_method(classifier.method).neighbors
-    weights = np.zeros(len(members))
-    for count in counts:
-        nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
-        inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
-        total = sum(each.sum() for each in inverse)
-        for rows, values in zip(nearest, inverse, strict=True):
-            weights[rows] += values / total / len(counts)
-    return weights
 
 
 def unknown_cubes(centers: np.ndarray, histogram) -> tuple[np.ndarray, np.ndarray]:

@@ -1,11 +1,16 @@
-"""What a measurement was made on: processor, system and the versions of what was running."""
+"""What a measurement is made on: processor, system, versions, and the backends that can run."""
 
 from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from spherefunc_bullet.console import say
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.simulator import make_simulator
 
 PACKAGES = ("spherefunc-bullet", "numpy", "scipy", "numba", "scikit-learn", "pybullet")
 
@@ -38,3 +43,16 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue  # PyBullet is optional
     return found
+
+
+def usable_backends(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the backends that can run here; those that cannot are said."""
+    found = []
+    for name in names:
+        try:
+            make_simulator(name)
+        except InputError as error:
+            say(f"left out: {error}")
+            continue
+        found.append(name)
+    return tuple(found)

@@ -8,8 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
@@ -43,7 +42,7 @@ class FastSimulator:
         from .dropping import drop_spheres
 
         prepare(drop_spheres)
-        check_size(cloud, settings.radius)
+        require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         run = DropRun(cloud, settings, self.flat_angle_deg)
         columns = np.random.default_rng(seed)
@@ -53,15 +52,6 @@ class FastSimulator:
             xy = columns.uniform(run.low[:2], run.high[:2], size=(CHUNK, 2))
             ended = drop_spheres(*run.arguments(xy))
         return run.result(time.perf_counter() - started, self, seed)
-
-
-def check_size(cloud, radius: float):
-    """Refuse a sphere that is larger than the whole object."""
-    if radius > cloud.size.max():
-        raise InputError(
-            f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
-            f"got {radius:g} m; are the units right?"
-        )
 
 
 class DropRun:

@@ -141,7 +141,14 @@ class FunctionClassifier(BaseEstimator):
             rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
         return rows
 
-    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
+    def neighbor_weights(self, distances: np.ndarray, name: str) -> np.ndarray:
+        """Return the share (N,) of each training object in one radius's score; that of the members sums to it.
+
+        Parameters
+        ----------
+        distances : (N,) float
+            From one object to the training examples, at one radius.
+        """
         members = self.members_[:, self.functions_.index(name)]
         counts = find_method(self.method).neighbors
         weights = np.zeros(len(members))
@@ -150,7 +157,12 @@ class FunctionClassifier(BaseEstimator):
             inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
             total = sum(each.sum() for each in inverse)
             for rows, values in zip(nearest, inverse, strict=True):
-                weights[rows] += share * values / total / len(counts)
+                weights[rows] += values / total / len(counts)
+        return weights
+
+    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
+        members = self.members_[:, self.functions_.index(name)]
+        weights = share * self.neighbor_weights(distances, name)
         return [
             {
                 "name": self.names_[i],

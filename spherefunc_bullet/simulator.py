@@ -101,6 +101,15 @@ class Simulator(Protocol):
         ...
 
 
+def require_fitting(cloud, radius: float):
+    """Raise InputError if a sphere of a radius in metres is larger than the whole object."""
+    if radius > cloud.size.max():
+        raise InputError(
+            f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
+            f"got {radius:g} m; are the units right?"
+        )
+
+
 def isolated(simulator: Simulator) -> bool:
     """Return whether a simulator is declared to run in a process of its own."""
     return getattr(simulator, "isolate", False)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from compare.evidence import cube_evidence, neighbor_weights
+from compare.evidence import cube_evidence
 from compare.scene_data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
 from compare.scene_page import page_html, scene_html
 from compare.view_command import fitting_radius
@@ -65,7 +65,7 @@ def test_evidence_sums_to_the_difference_of_squared_distances(counts, neighbors)
     model = learnt(Method(name="test", counts=counts, neighbors=neighbors))
     asked = {RADIUS: heap(90, 77, shift=0.4)}  # some of it where no training object had a sphere
     distances = model.distances([asked], RADIUS)[0]
-    weights = neighbor_weights(model, distances, "cup")
+    weights = model.neighbor_weights(distances, "cup")
     members = model.members_[:, 0]
     means = [np.average(distances[side] ** 2, weights=weights[side]) for side in (members, ~members)]
     cubes = cube_evidence(model, asked, "cup", RADIUS)
@@ -76,7 +76,7 @@ def test_evidence_sums_to_the_difference_of_squared_distances(counts, neighbors)
 def test_weights_of_neighbours_are_those_that_classify_explains():
     model = learnt(Method(name="test"))
     asked = {RADIUS: heap(90, 77)}
-    weights = neighbor_weights(model, model.distances([asked], RADIUS)[0], "cup")
+    weights = model.neighbor_weights(model.distances([asked], RADIUS)[0], "cup")
     named = [row["weight"] for row in model.neighbors(asked, "cup")]
     assert np.allclose(np.sort(weights[weights > 0]), np.sort(named), atol=1e-4)  # those are rounded
     assert weights[model.members_[:, 0]].sum() == pytest.approx(model.score_settled([asked])[0, 0])

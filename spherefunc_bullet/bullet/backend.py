@@ -6,7 +6,7 @@ import time
 from dataclasses import asdict, dataclass
 
 from ..errors import InputError
-from ..simulator import DropResult, DropSettings
+from ..simulator import DropResult, DropSettings, require_fitting
 from .engine import engine_version
 from .physics import Physics
 
@@ -60,11 +60,7 @@ class BulletSimulator(Physics):
         from .world import World
 
         prepare_kernels(self.shape)
-        if settings.radius > cloud.size.max():
-            raise InputError(
-                f"{cloud.name}: expected a radius smaller than the object's {cloud.size.max():.3g} m, "
-                f"got {settings.radius:g} m; are the units right?"
-            )
+        require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         shape = collision_shape(cloud, settings.radius, self.shape, self.voxel_size)
         with World(self) as world:
