@@ -10,6 +10,7 @@ from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.method import Method
 from spherefunc_bullet.simulation import ObjectRecord
+from spherefunc_bullet.simulator import sphere_limit
 from spherefunc_bullet.validation import THRESHOLD
 
 from .baselines import Distances
@@ -79,11 +80,16 @@ def histograms_agree(first: Entry, second: Entry, radius: float, method: Method)
 
 
 def four_histograms(first: Entry, second: Entry, radius: float, method: Method) -> list[sparse.csr_matrix]:
-    """Return the histograms of the objects dropped on twice: A's, A's again, B's, B's again, in one space."""
+    """Return the histograms of the objects dropped on twice: A's, A's again, B's, B's again, in one space.
+
+    Of the first spheres to settle, as many as either simulator is allowed, since a run that ends sooner differs.
+    """
+    limit = min(sphere_limit(each.contestant.simulator) for each in (first, second))
     settled = []
     for entry in (first, second):
         twice = [(entry.simulated.records[row], again) for row, again in dropped_twice(entry)]
-        settled += [each.settled[radius] for each, _ in twice] + [again.settled[radius] for _, again in twice]
+        settled += [each.settled[radius][:limit] for each, _ in twice]
+        settled += [again.settled[radius][:limit] for _, again in twice]
     matrix = method.histogram(radius).fit_transform(settled)
     count = len(settled) // 4
     return [matrix[i * count : (i + 1) * count] for i in range(4)]

@@ -32,7 +32,7 @@ def compare(
         int | None,
         typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
     ] = None,
-    report: Annotated[Path | None, typer.Option(help="Folder for report.json, report.md and experiment.toml.")] = None,
+    report: Annotated[Path | None, typer.Option(help="Folder for report.html, .json, .md and experiment.toml.")] = None,
     up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
     units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
     jobs: Jobs = -1,
@@ -62,7 +62,7 @@ def compare(
     experiment = settled_experiment(experiment, contest)
     found = compare_entries(contest, experiment)
     if report is not None:
-        write_report(report, found, experiment)
+        write_report(report, found, contest, experiment)
     print_json({name: value for name, value in found.items() if name != "per_object"}) if json else show(found)
     failures.exit()
 
@@ -116,13 +116,15 @@ def settled_experiment(experiment, contest):
     )
 
 
-def write_report(folder: Path, found: dict, experiment):
-    """Write everything that was found, its tables, and the experiment that repeats it."""
+def write_report(folder: Path, found: dict, contest, experiment):
+    """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
+    from .comparison_page import comparison_page
     from .comparison_tables import markdown
     from .experiment import as_toml
 
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
     files = {
+        "report.html": comparison_page(found, contest, experiment),
         "report.json": json_format.dumps(found, indent=1) + "\n",
         "report.md": markdown(found),
         "experiment.toml": about + as_toml(experiment),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from spherefunc_bullet.lengths import format_length
 
+from .published import PAPER
 from .verdict import spoken
 
 
@@ -47,6 +48,8 @@ def quality_table(report: dict) -> Table:
         for name, each in (report["backends"] | report["baselines"]).items()
         for row in [each["functions"][function]]
     ]
+    known = [name for name in report["functions"] if name in PAPER]
+    rows += [["the paper, its 200 models", name, f"{PAPER[name]:.2f}", *[""] * 6] for name in known]
     trials = report["experiment"]["trials"]
     title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
     head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]

@@ -1,4 +1,4 @@
-"""The whole way on the built-in catalogue: simulate, evaluate, classify objects never seen, and write a page.
+"""The whole way on the built-in catalogue: simulate, evaluate, compare simulators, classify objects never seen.
 
     python -m compare.demo --out demo
 """
@@ -29,7 +29,9 @@ from spherefunc_bullet.simulation import settle
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.training import Simulated, simulate_dataset, train_on
 
+from .advice import recommendation
 from .confusion import Confusion, count_confusion
+from .demo_contest import compare_some
 from .evaluate_command import TRAIN_SIZES, Options, report, wanted_sizes
 from .evaluation import all_features, labels_of, protocols
 from .gallery import write_gallery, write_png
@@ -101,7 +103,10 @@ def run_demo(demo: Demo) -> Path:
         unseen = write_unseen(demo.out / "objects", simulated)
         rows = [classified(each.path, model, True, "z", "m") for each in unseen]
     about = {"data": DATA, "objects": len(simulated.objects), "backend": demo.backend, "method": demo.method}
+    with watch.step("comparing simulators on some of the objects"):
+        comparison = compare_some(DATA, demo.out / "comparison", demo.jobs)
     print_results(about, results, rows, model)
+    print(f"\n{comparison['answer']}\n{recommendation(comparison)}")
     with watch.step("drawing"):
         objects = list(drawn_objects(unseen, rows, model, demo))
         gallery = write_gallery(demo.out / "pictures", demo.backend, demo.seed)
@@ -113,6 +118,7 @@ def run_demo(demo: Demo) -> Path:
         confusion=confusion,
         classified=objects,
         figure=opened(gallery[-1]),
+        comparison=comparison,
         configuration=configuration(demo, simulator, simulated),
         seconds=watch.seconds,
     )
@@ -235,7 +241,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")
     options = parser.parse_args()
     path = run_demo(Demo(out=options.out, backend=options.backend, jobs=options.jobs))
-    print(f"\nThe report is in {path}; open it in a browser.")
+    print(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")
 
 
 if __name__ == "__main__":

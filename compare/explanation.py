@@ -7,12 +7,12 @@ from html import escape
 import numpy as np
 
 from spherefunc_bullet.cloud import Cloud
+from spherefunc_bullet.evidence import Cubes, cube_evidence
 from spherefunc_bullet.function_classifier import FunctionClassifier
 from spherefunc_bullet.lengths import format_length
 from spherefunc_bullet.validation import THRESHOLD
 
-from .evidence import cube_evidence
-from .scene_data import Cubes, Layer, Panel, scene
+from .scene_data import Layer, Panel, scene
 from .scene_page import scene_html
 
 

@@ -12,26 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from spherefunc_bullet.cloud import Cloud, Mesh
-from spherefunc_bullet.heading import quarter_turns, turned
-from spherefunc_bullet.histogram import CubeHistogram, counted_cubes, cube_indices
+from spherefunc_bullet.evidence import Cubes, corners
+from spherefunc_bullet.histogram import CubeHistogram, counted_cubes
 
 from .pictures import FLAT, HEIGHT_COLOURS
 
 MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several scenes
 MAX_POINTS = 60_000  # of a cloud, for the same reason
 STEPS = 65_535  # along the longest side
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Cubes:
-    """Cubes of one grid, and what each holds."""
-
-    side: float  # metres
-    corners: np.ndarray  # (V, 3) float, lowest corner, metres, the object's frame
-    counts: np.ndarray  # (V,) float, spheres of this object
-    members: np.ndarray | None = None  # (V,) float, mean count of the nearest training objects with the function
-    others: np.ndarray | None = None  # (V,) float, that of the nearest without it
-    speaks_for: np.ndarray | None = None  # (V,) float, spheres squared; below 0 it speaks against
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,26 +107,6 @@ def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
     histogram = CubeHistogram(radius)
     keys, counts = counted_cubes(np.asarray(centers, float), histogram.side, histogram.anchor)
     return Cubes(side=histogram.side, corners=corners(keys, histogram, centers), counts=counts)
-
-
-def corners(keys: np.ndarray, histogram: CubeHistogram, centers: np.ndarray) -> np.ndarray:
-    """Return the lowest corners (V, 3) of cubes in the object's own frame, metres.
-
-    Parameters
-    ----------
-    keys : (V,) int64
-        Cubes of the histogram, which may have turned the object by quarters.
-    centers : (S, 3) float
-        The object's settled spheres as they are, metres.
-    """
-    centers = np.asarray(centers, float).reshape(-1, 3)
-    laid = turned(centers, histogram.heading)
-    start = np.full(2, -histogram.side / 2)
-    if histogram.anchor == "corner" and len(laid):
-        start = laid[:, :2].min(axis=0)
-    middles = (cube_indices(keys) + 0.5) * histogram.side + [*start, 0.0]
-    back = next(k for k in range(4) if np.array_equal(quarter_turns(laid, k), centers))
-    return quarter_turns(middles, back) - histogram.side / 2
 
 
 def cubes_data(cubes: Cubes) -> dict:

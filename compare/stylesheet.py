@@ -1,4 +1,4 @@
-"""How the demo's page looks: readable from 800 pixels on, and without colour vision."""
+"""How the reports look: readable from 800 pixels on, and without colour vision."""
 
 STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1c1c22; background: #fff;
@@ -33,5 +33,14 @@ td { border-bottom: 1px solid #e6e6ea; }
 .verdict { font-size: .85rem; font-weight: 600; border-radius: 4px; padding: .05rem .45rem; margin-left: .3rem; }
 .verdict.right { background: #e3eef8; color: #0b4f8a; }
 .verdict.wrong { background: #7a3b00; color: #fff; }
+.drawing { width: 100%; background: none; border-radius: 0; }
+.columns .drawing { width: min(100%, 560px); }
+.columns p { flex: 1 1 18rem; max-width: 30rem; }
+.label { font-weight: 400; color: #55555f; }
+.advice td:nth-child(2) { font-weight: 600; }
+article { margin-top: 1.6rem; }
+details { margin: .6rem 0; }
+summary { cursor: pointer; }
+pre { background: #f3f3f6; padding: .7rem 1rem; font-size: .85rem; overflow-x: auto; border-radius: 6px; }
 .columns { display: flex; flex-wrap: wrap; gap: 1rem 4rem; align-items: flex-start; }
 """

@@ -5,8 +5,6 @@ Every number on it comes from the results that it is given.
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -14,8 +12,9 @@ from html import escape
 from spherefunc_bullet.dataset import NONE
 from spherefunc_bullet.lengths import format_length
 
+from .advice import advice_table, recommendation
 from .confusion import Confusion
-from .stylesheet import STYLE
+from .markup import document, image, table
 
 SPHERES = "spheres"
 NAMES = {
@@ -57,6 +56,7 @@ class Summary:
     confusion: Confusion
     classified: Sequence[ClassifiedObject]
     figure: object  # PIL.Image.Image, the gallery
+    comparison: dict  # of simulators, as `spherefunc compare` reports it, in comparison/report.html
     configuration: dict[str, str]
     seconds: dict[str, float]  # what was done, and how long it took
 
@@ -69,14 +69,11 @@ def page(summary: Summary) -> str:
         chart_section(splits[-1], summary),
         sizes_section(splits),
         classified_section(summary.classified),
+        comparison_section(summary.comparison),
         confusion_section(summary.confusion),
         configuration_section(summary),
     ]
-    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-    title = f"What {escape(summary.data)} objects are for"
-    head += f"<title>{title}</title><style>{STYLE}</style>"
-    body = "\n".join(parts)
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>{body}</body></html>\n'
+    return document(f"What {summary.data} objects are for", parts)
 
 
 def introduction(summary: Summary) -> str:
@@ -183,6 +180,14 @@ def names(functions: Iterable[str]) -> str:
     return ", ".join(sorted(functions)) or NONE
 
 
+def comparison_section(comparison: dict) -> str:
+    """Return which simulator to use, and where the whole comparison is."""
+    return f"""<section><h2>By geometry or by physics?</h2><p>Two simulators dropped spheres on
+{comparison["objects"]} of the objects: <b>{escape(recommendation(comparison))}</b> {escape(comparison["answer"])}</p>
+{advice_table(comparison)}<p><a href="comparison/report.html">The whole comparison</a>, with objects to turn about.</p>
+</section>"""
+
+
 def confusion_section(confusion: Confusion) -> str:
     """Return who was taken for what, every object tested on all others."""
     rows = [
@@ -203,19 +208,3 @@ def configuration_section(summary: Summary) -> str:
     return f"""<section><h2>How this was made</h2><div class="columns">{made}
 {table(["step", "time"], list((seconds | total).items()))}</div>
 <p class="note">Settled spheres are kept in a cache: a second run takes less time.</p></section>"""
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "numbers") -> str:
-    """Return an HTML table, its first column names."""
-    top = "".join(f"<th>{escape(text)}</th>" for text in head)
-    body = "".join("<tr>" + "".join(f"<td>{escape(text)}</td>" for text in row) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table class="{kind}"><tr>{top}</tr>{body}</table></div>'
-
-
-def image(picture, alt: str) -> str:
-    """Return a picture as an HTML element that carries its own bytes."""
-    buffer = io.BytesIO()
-    picture.quantize(192).save(buffer, "png", optimize=True)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    size = f'width="{picture.width}" height="{picture.height}"'
-    return f'<img alt="{escape(alt)}" {size} src="data:image/png;base64,{data}">'

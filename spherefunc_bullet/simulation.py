@@ -20,11 +20,10 @@ from .cache import entry_path, read_entry, write_entry
 from .cloud import Cloud, Mesh, load_cloud
 from .errors import InputError
 from .memory import forget_peak, peak_bytes
-from .simulator import DropSettings, Simulator, isolated, make_simulator
+from .simulator import DropSettings, Simulator, isolated, make_simulator, sphere_limit
 from .workers import run_tasks
 
 FORMAT = 1  # of the cache; another number, other entries
-MAX_SPHERES = 20_000  # per run: what fills thousands of spheres is no cup, and larger spheres tell the rest apart
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
 
 
@@ -62,7 +61,7 @@ def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int
     """Return the settled centres (S, 3) float32, the seconds and the drops of one radius."""
     if radius > cloud.size.max():
         return np.empty((0, 3), np.float32), 0.0, 0
-    result = simulator.drop(cloud, DropSettings(radius=radius, max_spheres=MAX_SPHERES), seed)
+    result = simulator.drop(cloud, DropSettings(radius=radius, max_spheres=sphere_limit(simulator)), seed)
     return result.centers.astype(np.float32), result.seconds, result.drops
 
 
@@ -188,5 +187,5 @@ def content_hash(path: Path, loading: Loading) -> str:
 def run_hash(object_hash: str, simulator: Simulator, radius: float, seed: int) -> str:
     """Return the hash of one run."""
     run = [object_hash, simulator.name, simulator.version, simulator.options(), round(radius, 9), seed]
-    run.append(asdict(DropSettings(radius=radius, max_spheres=MAX_SPHERES)))
+    run.append(asdict(DropSettings(radius=radius, max_spheres=sphere_limit(simulator))))
     return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()

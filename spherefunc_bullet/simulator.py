@@ -17,6 +17,8 @@ import numpy as np
 
 from .errors import InputError
 
+SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
+
 
 class Outcome(enum.IntEnum):
     """How one sphere's drop ended."""
@@ -113,6 +115,11 @@ def require_fitting(cloud, radius: float):
 def isolated(simulator: Simulator) -> bool:
     """Return whether a simulator is declared to run in a process of its own."""
     return getattr(simulator, "isolate", False)
+
+
+def sphere_limit(simulator: Simulator) -> int:
+    """Return the settled spheres that end a simulator's runs for features."""
+    return getattr(simulator, "sphere_limit", SPHERE_LIMIT)
 
 
 @cache

@@ -6,25 +6,24 @@ import base64
 import json
 import re
 import shutil
-import subprocess
 from dataclasses import replace
 
 import clouds
 import numpy as np
 import pytest
+from browser import draw, needs_browser
 from typer.testing import CliRunner
 
-from compare.evidence import cube_evidence
 from compare.scene_data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
 from compare.scene_page import page_html, scene_html
 from compare.view_command import fitting_radius
 from spherefunc_bullet.cloud import Cloud, Mesh
 from spherefunc_bullet.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.evidence import cube_evidence, strongest_cubes
 from spherefunc_bullet.function_classifier import FunctionClassifier
 from spherefunc_bullet.method import Method
 
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.
 CLICKS = """<script>
@@ -71,6 +70,20 @@ def test_evidence_sums_to_the_difference_of_squared_distances(counts, neighbors)
     cubes = cube_evidence(model, asked, "cup", RADIUS)
     assert cubes.speaks_for.sum() == pytest.approx(means[1] - means[0], rel=1e-9)
     assert cubes.counts.sum() == pytest.approx(90) or counts == "sqrt"
+
+
+def test_strongest_cubes_speak_on_both_sides_and_their_shares_are_of_all():
+    model = learnt(Method(name="test"))
+    asked = {RADIUS: heap(90, 77, shift=0.4)}
+    cubes = cube_evidence(model, asked, "cup", RADIUS)
+    every = strongest_cubes(model, asked, "cup", len(cubes.counts))
+    assert sum(abs(each["share"]) for each in every) == pytest.approx(1, abs=0.01)  # each is rounded
+    few = strongest_cubes(model, asked, "cup", 2)
+    assert [each["share"] > 0 for each in few] == [True, True, False, False]
+    assert few[0]["share"] == max(each["share"] for each in every)
+    assert few[2]["share"] == min(each["share"] for each in every)
+    strongest = cubes.corners[np.argmax(cubes.speaks_for)]
+    assert few[0]["corner"] == pytest.approx(strongest, abs=1e-6)
 
 
 def test_weights_of_neighbours_are_those_that_classify_explains():
@@ -195,10 +208,8 @@ def test_objects_of_one_name_get_two_pages_or_share_one(call, tmp_path):
     assert (tmp_path / "both.html").read_text().count('<div class="scene">') == 2
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to draw pages with")
+@needs_browser
 def test_a_browser_draws_it_without_errors(tmp_path):
-    from PIL import Image
-
     centers = np.array([[0.0, 0.0, 0.03], [0.01, 0.015, 0.05], [-0.015, 0.0, 0.07]])
     counted = histogram_cubes(centers, 0.01)
     swayed = dict.fromkeys(("members", "others"), counted.counts) | {
@@ -209,14 +220,10 @@ def test_a_browser_draws_it_without_errors(tmp_path):
     for mesh, cubes in ((box, counted), (None, replace(counted, **swayed))):
         layer = Layer(radius=0.01, centers=centers, cubes=cubes, note="three")
         parts.append(scene_html(scene(Cloud(clouds.mug().points, "mug", mesh), [Panel(title="a", layers=[layer])])))
-    page, picture = tmp_path / "page.html", tmp_path / "page.png"
+    page = tmp_path / "page.html"
     page.write_text(page_html("test", parts).replace("</body>", f"{CLICKS}</body>"))
-    flags = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    flags += ["--hide-scrollbars", "--virtual-time-budget=1500", "--enable-logging=stderr", "--window-size=400,420"]
-    flags += ["--no-first-run", "--disable-background-networking", "--disable-extensions"]
-    command = [CHROMIUM, *flags, f"--user-data-dir={tmp_path}/profile", f"--screenshot={picture}", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    assert "CONSOLE" not in done.stderr, done.stderr
-    pixels = np.asarray(Image.open(picture).convert("RGB"), float)[170:400]
+    drawn = draw(page, tmp_path, size=(400, 420))
+    assert not drawn.console, drawn.console
+    pixels = drawn.pixels[170:400]
     strong = pixels.max(axis=-1) - pixels.min(axis=-1) > 60  # spheres' colours; page, object and cubes are pale
     assert strong.mean() > 0.01

@@ -13,12 +13,14 @@ from ..errors import InputError
 from ..lengths import format_length
 from .options import Json, Units, Up
 
+CUBES = 3  # that speak for a function, and as many that speak against it
+
 
 def classify(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="The backend that the model must be for.")] = None,
-    explain: Annotated[bool, typer.Option(help="Name the training objects that decided.")] = False,
+    explain: Annotated[bool, typer.Option(help="Say which training objects and cubes of space decided.")] = False,
     up: Up = "z",
     units: Units = "m",
     json: Json = False,
@@ -73,7 +75,10 @@ def scored(file: Path, settled: dict, seconds: float, classifier, explain: bool)
     }
     row = {"file": str(file), "functions": functions, "seconds": round(seconds + time.perf_counter() - started, 3)}
     if explain:
+        from ..evidence import strongest_cubes
+
         row["neighbors"] = {name: classifier.neighbors(settled, name) for name in classifier.functions_}
+        row["cubes"] = {name: strongest_cubes(classifier, settled, name, CUBES) for name in classifier.functions_}
     return row
 
 
@@ -89,6 +94,7 @@ def print_functions(rows: list[dict], functions: tuple[str, ...], explain: bool)
     for row in rows if explain else []:
         for name in functions:
             print_neighbors(row, name)
+            print_cubes(row, name)
 
 
 def print_neighbors(row: dict, name: str):
@@ -105,3 +111,21 @@ def print_neighbors(row: dict, name: str):
     ]
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
     print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)
+
+
+def print_cubes(row: dict, name: str):
+    """Print which cubes of space speak for and against one function of one object."""
+    table = [
+        [
+            "for" if each["share"] > 0 else "against",
+            " ".join(f"{100 * (low + each['side'] / 2):.1f}" for low in each["corner"]),
+            *(f"{each[key]:.1f}" for key in ("spheres", "members", "others")),
+            f"{abs(each['share']):.0%}",
+        ]
+        for each in row["cubes"][name]
+    ]
+    if table:
+        first = row["cubes"][name][0]
+        title = f"by cubes of {100 * first['side']:.3g} cm, spheres of {format_length(first['radius'])}"
+        head = ["speaks", "middle x y z, cm", "spheres here", f"nearest {name}", "nearest others", "weight"]
+        print_table(title, head, table)

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from spherefunc_bullet.function_classifier import FunctionClassifier
-from spherefunc_bullet.heading import turned
-from spherefunc_bullet.histogram import cube_keys
+from .function_classifier import FunctionClassifier
+from .heading import quarter_turns, turned
+from .histogram import CubeHistogram, cube_indices, cube_keys
 
-from .scene_data import Cubes, corners
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cubes:
+    """Cubes of one grid, and what each holds."""
+
+    side: float  # metres
+    corners: np.ndarray  # (V, 3) float, lowest corner, metres, the object's frame
+    counts: np.ndarray  # (V,) float, spheres of this object
+    members: np.ndarray | None = None  # (V,) float, mean count of the nearest training objects with the function
+    others: np.ndarray | None = None  # (V,) float, that of the nearest without it
+    speaks_for: np.ndarray | None = None  # (V,) float, spheres squared; below 0 it speaks against
 
 
 def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radius: float) -> Cubes:
@@ -71,3 +83,49 @@ def unknown_cubes(centers: np.ndarray, histogram) -> tuple[np.ndarray, np.ndarra
     keys, counts = np.unique(cube_keys(laid, histogram.side, histogram.anchor), return_counts=True)
     new = ~np.isin(keys, histogram.keys_)
     return keys[new], counts[new].astype(float)
+
+
+def corners(keys: np.ndarray, histogram: CubeHistogram, centers: np.ndarray) -> np.ndarray:
+    """Return the lowest corners (V, 3) of cubes in the object's own frame, metres.
+
+    Parameters
+    ----------
+    keys : (V,) int64
+        Cubes of the histogram, which may have turned the object by quarters.
+    centers : (S, 3) float
+        The object's settled spheres as they are, metres.
+    """
+    centers = np.asarray(centers, float).reshape(-1, 3)
+    laid = turned(centers, histogram.heading)
+    start = np.full(2, -histogram.side / 2)
+    if histogram.anchor == "corner" and len(laid):
+        start = laid[:, :2].min(axis=0)
+    middles = (cube_indices(keys) + 0.5) * histogram.side + [*start, 0.0]
+    back = next(k for k in range(4) if np.array_equal(quarter_turns(laid, k), centers))
+    return quarter_turns(middles, back) - histogram.side / 2
+
+
+def strongest_cubes(classifier: FunctionClassifier, settled: dict, name: str, count: int) -> list[dict]:
+    """Return the cubes that say most about a function, those for it and those against it, ready for JSON.
+
+    Those of the radius that counts most, at most ``count`` of either side, the strongest first. ``share`` is a cube's
+    part of all that is said at that radius, for and against together; below 0 it speaks against.
+    """
+    radius = classifier.radius_[name]
+    cubes = cube_evidence(classifier, settled, name, radius)
+    total = np.abs(cubes.speaks_for).sum()
+    order = np.argsort(-cubes.speaks_for, kind="stable")
+    pro = [i for i in order[:count] if cubes.speaks_for[i] > 0]
+    contra = [i for i in order[::-1][:count] if cubes.speaks_for[i] < 0]
+    return [
+        {
+            "radius": radius,
+            "side": round(cubes.side, 6),
+            "corner": np.round(cubes.corners[i], 6).tolist(),
+            "spheres": round(float(cubes.counts[i]), 2),
+            "members": round(float(cubes.members[i]), 2),
+            "others": round(float(cubes.others[i]), 2),
+            "share": round(float(cubes.speaks_for[i] / total), 4),
+        }
+        for i in [*pro, *contra]
+    ]
