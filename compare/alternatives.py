@@ -19,6 +19,7 @@ from .evaluation import labels_of, sphere_distances
 from .protocol import leave_one_group_out, pooled_measured, random_splits, trials_measured
 
 PAPER = METHODS["paper"]
+LIMITS = (2000, 1000, 250)  # settled spheres at which a run might end
 ALTERNATIVES: dict[str, Method] = {
     "paper": PAPER,
     "anchor: corner": replace(PAPER, anchor="corner"),
@@ -42,13 +43,15 @@ def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int
     half = random_splits(len(labels.members), len(labels.members) // 2, trials, seed)
     sources = leave_one_group_out(labels.groups) if len(set(labels.groups.tolist())) > 1 else []
     turned = randomly_turned(simulated, seed)
+    every = {name: (method, None) for name, method in ALTERNATIVES.items()}
+    every |= {f"default, {limit:,} spheres at most": (METHODS["default"], limit) for limit in LIMITS}
     rows = {}
-    for name, method in ALTERNATIVES.items():
-        distances = sphere_distances(simulated, radii, method)
+    for name, (method, limit) in every.items():
+        distances = sphere_distances(first_spheres(simulated, limit), radii, method)
         rows[name] = {"random halves": f_measures(trials_measured(distances, labels, half, method))}
         if sources:
             rows[name]["across sources"] = f_measures(pooled_measured(distances, labels, sources, method))
-        distances = sphere_distances(turned, radii, method)
+        distances = sphere_distances(first_spheres(turned, limit), radii, method)
         rows[name]["random halves, turned"] = f_measures(trials_measured(distances, labels, half, method))
     if json:
         print_json(rows)
@@ -67,6 +70,15 @@ def spaced(f_measures: dict[str, float]) -> str:
 def f_measures(measured: dict) -> dict[str, float]:
     """Return each function's F-measure alone."""
     return {name: row["f_measure"] for name, row in measured.items()}
+
+
+def first_spheres(simulated: Simulated, limit: int | None) -> Simulated:
+    """Return the data set with the spheres that settled first alone, as if each run had ended there."""
+    records = [
+        replace(record, settled={r: centers[:limit] for r, centers in record.settled.items()})
+        for record in simulated.records
+    ]
+    return replace(simulated, records=tuple(records))
 
 
 def randomly_turned(simulated: Simulated, seed: int) -> Simulated:

@@ -32,7 +32,9 @@ def compare(
         int | None,
         typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
     ] = None,
-    report: Annotated[Path | None, typer.Option(help="Folder for report.html, .json, .md and experiment.toml.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
+    ] = None,
     up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
     units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
     jobs: Jobs = -1,
@@ -118,6 +120,7 @@ def settled_experiment(experiment, contest):
 
 def write_report(folder: Path, found: dict, contest, experiment):
     """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
+    from .comparison_charts import accuracy_chart, cost_chart
     from .comparison_page import comparison_page
     from .comparison_tables import markdown
     from .experiment import as_toml
@@ -125,6 +128,8 @@ def write_report(folder: Path, found: dict, contest, experiment):
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
     files = {
         "report.html": comparison_page(found, contest, experiment),
+        "accuracy.svg": accuracy_chart(found),
+        "cost.svg": cost_chart(contest),
         "report.json": json_format.dumps(found, indent=1) + "\n",
         "report.md": markdown(found),
         "experiment.toml": about + as_toml(experiment),

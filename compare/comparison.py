@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from spherefunc_bullet.method import Method, find_method
+from spherefunc_bullet.simulator import sphere_limit
 
 from .agreement import agreements
 from .baselines import Distances, baseline_distances
@@ -90,6 +91,7 @@ def backend_row(entry: Entry, judged, labels: Labels, splits: list[Split], metho
             "backend": contestant.backend,
             "version": contestant.simulator.version,
             "options": contestant.simulator.options(),
+            "sphere_limit": sphere_limit(contestant.simulator),  # settled spheres at which a run ends
         }
     )
 

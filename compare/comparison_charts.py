@@ -15,6 +15,7 @@ from .published import PAPER
 ACROSS = 3  # functions in a row
 WIDE, HIGH = 8.4, 3.2  # inches of a row
 SHORTEST = 1e-4  # seconds: what took less stands there, on an axis of logarithms
+DPI = 200  # of what is drawn as pixels
 FEWEST_RUNS = 5  # in a bin of the median line
 
 
@@ -117,13 +118,12 @@ def spoken_tick(seconds: float) -> str:
 
 def draw_mark(axes, mark: Mark):
     """Draw one mark: all radii together filled and with their spread, one radius open and with its number."""
-    style = {"color": look(mark.backend)["color"], "linestyle": "none"}
+    style = {"color": look(mark.backend)["color"], "linestyle": "none", "clip_on": False}
     if not mark.label:
         spread = None if mark.spread is None else [[mark.spread], [min(mark.spread, 1 - mark.f_measure)]]
         shape = look(mark.backend)["marker"]
-        axes.errorbar(
-            mark.seconds, mark.f_measure, spread, marker=shape, markersize=9, capsize=2.5, zorder=4, **style
-        )
+        style |= {"markersize": 9, "capsize": 2.5, "zorder": 4}
+        axes.errorbar(mark.seconds, mark.f_measure, spread, marker=shape, **style)
         return
     axes.plot(mark.seconds, mark.f_measure, "o", markersize=11, markerfacecolor="white", zorder=3, **style)
     at = {"ha": "center", "va": "center_baseline", "fontsize": 6.5 if len(mark.label) < 3 else 5}
@@ -161,7 +161,8 @@ def cost_chart(contest: Contest) -> str:
         for place, entry in enumerate(contest.entries):
             drops, seconds = runs(entry)
             style = {"color": look(place)["color"], "marker": look(place)["marker"]}
-            axes.plot(drops, seconds, **style, linestyle="none", markersize=2.5, alpha=0.35, markeredgewidth=0)
+            points = {"linestyle": "none", "markersize": 2.5, "alpha": 0.35, "markeredgewidth": 0}
+            axes.plot(drops, seconds, **style, **points, rasterized=True)  # thousands of shapes would weigh megabytes
             axes.plot(*median_line(drops, seconds), color=style["color"], linewidth=2, label=entry.contestant.name)
         axes.set(xscale="log", yscale="log", xlabel="spheres dropped in one run", ylabel="seconds of the run")
         axes.grid(linewidth=0.3, color="#dddddd")
@@ -199,5 +200,5 @@ def svg(size: tuple[float, float], draw: Callable) -> str:
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None})
+        figure.savefig(buffer, format="svg", dpi=DPI, metadata={"Date": None})
     return buffer.getvalue()

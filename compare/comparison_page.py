@@ -103,7 +103,8 @@ share of objects of which both say the same; the share for two seeds of one simu
 chance. <b>Right alone</b>: objects that only the first, or only the second, has right.</p>
 {html_table(label_table(report))}
 <p>How far their histograms lie apart, beside two seeds of one simulator: a ratio of 1 would mean that changing the
-simulator is no more than changing the seed.</p>{html_table(histogram_table(report))}</section>"""
+simulator is no more than changing the seed. <b>Settled</b>: the share of all spheres dropped; a run that ends at its
+limit of settled spheres lacks the last ones, which miss.</p>{html_table(histogram_table(report))}</section>"""
 
 
 def disagreement_section(report: dict, contest: Contest, experiment: Experiment) -> str:
@@ -181,12 +182,12 @@ well. The paper's numbers are its authors' on their own 200 models, half of them
 def making_section(report: dict, experiment: Experiment) -> str:
     """Return the configuration, versions, the machine, and what was left out."""
     options = [
-        [name, f"{each['backend']} {each['version']}", options_said(each["options"])]
+        [name, f"{each['backend']} {each['version']}", f"{each['sphere_limit']:,}", options_said(each["options"])]
         for name, each in report["backends"].items()
     ]
     return f"""<section><h2>How this was made</h2>{left_out(report)}
 {table(["on", ""], list(report["machine"].items()), "text")}
-{table(["simulator", "version", "options"], options, "text")}
+{table(["simulator", "version", "settled spheres at most", "options"], options, "text")}
 <p>This file repeats it, from the cache where it can: <code>spherefunc compare experiment.toml</code></p>
 <pre>{escape(as_toml(experiment))}</pre></section>"""
 
