@@ -1,4 +1,4 @@
-.PHONY: setup demo test lint bench figures model clean
+.PHONY: setup browser demo test lint bench figures model clean
 
 BIN := .venv/bin
 
@@ -8,7 +8,10 @@ setup:
 demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
 	@$(BIN)/python -m compare.demo --out demo
 
-test: setup lint  ## everything that CI runs
+browser:
+	@./setup.sh --browser
+
+test: browser lint  ## everything that CI runs
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: setup

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Set up everything that `make demo` and `make test` need: system libraries where they are missing and may be
 # installed, and a virtual environment in .venv with the package. Says what it does; does nothing twice.
+# With --browser a Chromium as well, for the tests.
 set -eu
 cd "$(dirname "$0")"
 PYTHON=${PYTHON:-python3}
@@ -33,6 +34,11 @@ for pair in libusb-1.0.so.0:libusb-1.0-0 libgomp.so.1:libgomp1; do
 done
 # shellcheck disable=SC2086
 [ -z "$missing" ] || install $missing
+
+# The tests look at pages in a real browser. Where there is none and none can be had, those tests are skipped.
+if [ "${1:-}" = --browser ] && ! command -v chromium >/dev/null 2>&1 && ! command -v google-chrome >/dev/null 2>&1; then
+    (install chromium) || echo "setup: no Chromium: the pages are not tested in a browser" >&2
+fi
 
 stamp=.venv/installed
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
