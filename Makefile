@@ -26,7 +26,7 @@ figures: setup  ## the pictures in docs/images
 
 model: setup  ## the models that ship with the package
 	@$(BIN)/spherefunc train household --out spherefunc_bullet/models/household-fast.npz
-	@$(BIN)/spherefunc train household --backend bullet --radii 2cm,3cm,5cm --out spherefunc_bullet/models/household-bullet.npz
+	@$(BIN)/spherefunc train household --backend bullet --out spherefunc_bullet/models/household-bullet.npz
 
 clean:
 	rm -rf .venv build demo *.egg-info

@@ -36,6 +36,7 @@ def accuracy_chart(report: dict) -> str:
     rows = -(-len(functions) // ACROSS)
 
     def draw(figure):
+        """Draw the panels and what the marks mean."""
         panels = figure.subplots(rows, min(ACROSS, len(functions)), sharex=True, sharey=True, squeeze=False)
         for axes in panels.flat[len(functions) :]:
             axes.remove()
@@ -157,6 +158,7 @@ def cost_chart(contest: Contest) -> str:
     """Return the seconds of every run against its drops, with each simulator's median, as SVG."""
 
     def draw(figure):
+        """Draw the points and lines of every simulator."""
         axes = figure.add_subplot()
         for place, entry in enumerate(contest.entries):
             drops, seconds = runs(entry)
