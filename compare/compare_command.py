@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import Jobs, Json
+from spherefunc_bullet.commands.options import Jobs, Json, RunDir
 from spherefunc_bullet.console import Failures, print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 
@@ -38,6 +38,7 @@ def compare(
     up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
     units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
     jobs: Jobs = -1,
+    run: RunDir = None,
     json: Json = False,
 ):
     """Compare simulators on the same objects: how well they tell functions, at what cost, and whether they agree."""
@@ -60,7 +61,7 @@ def compare(
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    contest = hold(dataset, compared, experiment, jobs, failures)
+    contest = hold(dataset, compared, experiment, jobs, failures, run)
     experiment = settled_experiment(experiment, contest)
     found = compare_entries(contest, experiment)
     if report is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -69,10 +69,13 @@ class Complaints:
         return failed
 
 
-def hold(dataset: Dataset, contestants: Sequence[Contestant], experiment: Experiment, jobs, failures) -> Contest:
+def hold(
+    dataset: Dataset, contestants: Sequence[Contestant], experiment: Experiment, jobs, failures, run=None
+) -> Contest:
     """Drop spheres on every object by every simulator, from the cache what it has, and keep what all of them did.
 
-    A run that was cut off goes on where it stopped, since every finished run is in the cache.
+    A comparison that was cut off goes on where it stopped, since every finished run is in the cache, or in the run
+    directory ``run`` in its place.
 
     Raises
     ------
@@ -80,9 +83,9 @@ def hold(dataset: Dataset, contestants: Sequence[Contestant], experiment: Experi
         If too few objects are left to split, or all of one label.
     """
     complaints = Complaints(failures=failures, consequence="left out of every backend")
-    first = drop_all(contestants, dataset, experiment.seeds[0], experiment.loading, jobs, complaints)
+    first = drop_all(contestants, dataset, experiment.seeds[0], experiment.loading, jobs, complaints, run)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
-    again = drop_again(contestants, first, experiment, jobs, failures)
+    again = drop_again(contestants, dataset, first, experiment, jobs, failures, run)
     kept = {each.path for each in first[0].objects}
     return Contest(
         entries=tuple(
@@ -93,11 +96,13 @@ def hold(dataset: Dataset, contestants: Sequence[Contestant], experiment: Experi
     )
 
 
-def drop_all(contestants, dataset: Dataset, seed: int, loading, jobs: int, complaints: Complaints) -> list[Simulated]:
+def drop_all(
+    contestants, dataset: Dataset, seed: int, loading, jobs: int, complaints: Complaints, run=None
+) -> list[Simulated]:
     """Return a data set simulated by every contestant, those objects that none of them failed at."""
     done = []
     for each in contestants:
-        options = {"seed": seed, "loading": loading, "jobs": jobs, "failed": complaints.by(each.name)}
+        options = {"seed": seed, "loading": loading, "jobs": jobs, "run": run, "failed": complaints.by(each.name)}
         try:
             done.append(simulate_dataset(dataset, each.simulator, each.radii, **options))
         except InputError as error:
@@ -105,15 +110,17 @@ def drop_all(contestants, dataset: Dataset, seed: int, loading, jobs: int, compl
     return shared(done)
 
 
-def drop_again(contestants, first: Sequence[Simulated], experiment: Experiment, jobs, failures) -> list[Simulated]:
+def drop_again(
+    contestants, dataset: Dataset, first: Sequence[Simulated], experiment: Experiment, jobs, failures, run
+) -> list[Simulated]:
     """Return some of the objects simulated with the second seed; none where there is nobody to agree with."""
     if len(contestants) == 1:
         return [only(first[0], ())]
-    name, objects = first[0].name, first[0].objects
-    chosen = Dataset(name, evenly(objects, repeated(first, experiment.repeated)))
+    objects = first[0].objects
+    chosen = replace(dataset, objects=evenly(objects, repeated(first, experiment.repeated)))
     say(f"seed {experiment.seeds[1]}, for the agreement: {len(chosen)} of {len(objects)} objects")
     complaints = Complaints(failures=failures, consequence="left out of the agreement of histograms")
-    return drop_all(contestants, chosen, experiment.seeds[1], experiment.loading, jobs, complaints)
+    return drop_all(contestants, chosen, experiment.seeds[1], experiment.loading, jobs, complaints, run)
 
 
 def require_splittable(name: str, objects: Sequence[DatasetObject], which: str = ""):

@@ -14,6 +14,7 @@ from spherefunc_bullet.commands.options import (
     Json,
     Method,
     Radii,
+    RunDir,
     Seed,
     Shape,
     Units,
@@ -54,6 +55,7 @@ def evaluate(
     up: Up = "z",
     units: Units = "m",
     jobs: Jobs = -1,
+    run: RunDir = None,
     json: Json = False,
 ):
     """Measure how well functions are told, beside baselines that need no spheres."""
@@ -72,7 +74,7 @@ def evaluate(
         loading = Loading(up=up, units=units)
         dataset = open_dataset(name)
         return simulate_dataset(
-            dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, failed=failures.add
+            dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
         )
 
     objects = simulated(data)

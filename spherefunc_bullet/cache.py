@@ -1,14 +1,15 @@
-"""The cache: arrays kept by the hash of what produced them, in the user's cache folder."""
+"""The cache: arrays kept by the hash of what produced them, in the user's cache folder or in a run's."""
 
 from __future__ import annotations
 
 import io
 import os
-import zipfile
 from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+
+from .archives import DAMAGE, read_arrays
 
 
 def cache_home() -> Path:
@@ -18,29 +19,46 @@ def cache_home() -> Path:
     return Path(given) if given else users / "spherefunc"
 
 
-def entry_path(kind: str, name: str) -> Path:
-    """Return where a cache entry lies."""
-    return cache_home() / kind / name[:2] / f"{name}.npz"
+def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
+    """Return where an entry lies in a folder, by default the cache."""
+    return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
 
 
 def read_entry(path: Path) -> dict[str, np.ndarray] | None:
-    """Return a cache entry's arrays, or None where there is none that is whole."""
+    """Return an entry's arrays, or None where there is none that is whole."""
     try:
-        with np.load(path, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile):
+        return read_arrays(path)
+    except DAMAGE:
         return None  # absent, or cut short by an earlier crash: computed again
 
 
 def write_entry(path: Path, arrays: dict[str, np.ndarray]):
-    """Write a cache entry under a name of its own first, so that nobody ever reads half of it."""
+    """Write an entry if that is possible: a full or read-only disk costs the cache, not the run."""
+    with suppress(OSError):
+        write_whole(path, packed(arrays))
+
+
+def packed(arrays: dict[str, np.ndarray]) -> bytes:
+    """Return arrays as a compressed NPZ file; the same arrays give the same bytes."""
     buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def write_whole(path: Path, content: bytes):
+    """Write a file under a name of its own first, so that nobody ever reads half of it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; then nothing is left of it.
+    """
     scratch = path.with_suffix(f".{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        scratch.write_bytes(buffer.getvalue())
+        scratch.write_bytes(content)
         os.replace(scratch, path)
     except OSError:
-        with suppress(OSError):  # a full or read-only disk costs the cache, not the run
+        with suppress(OSError):
             scratch.unlink(missing_ok=True)
+        raise

@@ -36,6 +36,7 @@ class Dataset:
 
     name: str
     objects: tuple[DatasetObject, ...]
+    folder: Path | None = None  # below which the objects' files lie
 
     @cached_property
     def functions(self) -> tuple[str, ...]:
@@ -44,6 +45,10 @@ class Dataset:
 
     def __len__(self) -> int:
         return len(self.objects)
+
+    def name_of(self, path: Path) -> str:
+        """Return what an object is called wherever the data set lies: its path below the folder, with slashes."""
+        return str(path) if self.folder is None else Path(os.path.relpath(path, self.folder)).as_posix()
 
 
 def open_dataset(data: str | Path) -> Dataset:
@@ -85,7 +90,7 @@ def read_manifest(manifest: Path) -> Dataset:
     objects = tuple(_manifest_object(manifest, rows.line_num, row) for row in rows)
     if not objects:
         raise InputError(f"{manifest}: expected at least one row below the header, got none")
-    return Dataset(manifest.parent.name, objects)
+    return Dataset(manifest.parent.name, objects, manifest.parent)
 
 
 def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
@@ -130,4 +135,4 @@ def read_label_folders(folder: Path) -> Dataset:
         raise InputError(
             f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
         )
-    return Dataset(folder.resolve().name, objects)
+    return Dataset(folder.resolve().name, objects, folder)

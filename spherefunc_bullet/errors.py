@@ -1,4 +1,4 @@
-"""The one exception that means "the user can mend this"."""
+"""The one exception that means "the user can mend this", and what can befall a task in a process of its own."""
 
 
 class InputError(ValueError):
@@ -7,3 +7,32 @@ class InputError(ValueError):
     The message is one line: what it is about, what was expected, what came, and the fix.
     The command line prints it and exits with code 2; library code lets it pass.
     """
+
+    outcome = "refused"  # what a ledger calls it
+
+
+class Crashed(InputError):
+    """A task whose process died twice."""
+
+    outcome = "crashed"
+
+
+class TimedOut(InputError):
+    """A task that took longer than it may, twice."""
+
+    outcome = "timed out"
+
+
+class OutOfMemory(InputError):
+    """A task that needed more memory than there is, or than it may have, twice."""
+
+    outcome = "out of memory"
+
+
+class Unexpected(InputError):
+    """An error that is ours or a backend's, in a run that goes on whatever happens."""
+
+    outcome = "error"
+
+
+FAILURES = tuple(each.outcome for each in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))

@@ -7,8 +7,6 @@ and is refused with a clear line where those do not fit.
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
 from dataclasses import asdict
 from importlib.metadata import version
 from importlib.resources import files
@@ -17,16 +15,15 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
+from .archives import DAMAGE, read_arrays
 from .errors import InputError
+from .formats import FormatError
 from .function_classifier import FunctionClassifier
 from .method import Method, find_method
 from .simulator import make_simulator
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
-# What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
-DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
-DAMAGE += (zipfile.BadZipFile, zlib.error)
 
 
 def shipped_model(backend: str = "fast") -> Path:
@@ -80,7 +77,7 @@ def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifi
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
-    about, arrays = read_arrays(path)
+    about, arrays = read_model(path)
     try:
         check_about(about, path, backend)
         return rebuilt(about, arrays)
@@ -90,14 +87,15 @@ def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifi
         raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
 
 
-def read_arrays(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
+def read_model(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
     """Return what a model file says about itself, and its arrays."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = read_arrays(path)
         return json.loads(str(arrays["about"])), arrays
     except FileNotFoundError as error:
         raise InputError(f"{path}: expected a model file, found nothing of that name") from error
+    except FormatError as error:  # larger than a model may be
+        raise InputError(f"{path}: {error}") from error
     except DAMAGE as error:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from .errors import InputError
 from .formats import FormatError
-
-MAX_FILE_BYTES = 1 << 30
+from .limits import require_counts, require_file
 
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.
 READERS = {
@@ -49,14 +48,7 @@ class Geometry:
 def _read_bytes(path: Path) -> bytes:
     """Return a file's bytes, or raise InputError if there are none to be had."""
     try:
-        if path.is_dir():
-            raise InputError(f"{one_line(path)}: expected a file, got a folder; name a file in it")
-        if not path.is_file():
-            raise InputError(f"{one_line(path)}: expected a file, found none; check the path")
-        size = path.stat().st_size
-        if size > MAX_FILE_BYTES:
-            limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB"
-            raise InputError(f"{one_line(path)}: {limit}; simplify it")
+        require_file(path, one_line(path))
         data = path.read_bytes()
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
@@ -92,6 +84,7 @@ def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
     """Raise FormatError for arrays that are no mesh and no cloud."""
     if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
         raise FormatError(f"expected vertices or points, got {len(vertices)}; is the file empty?")
+    require_counts(vertices=len(vertices), triangles=len(faces))
     if not len(faces):
         return
     if faces.min() < 0 or faces.max() >= len(vertices):

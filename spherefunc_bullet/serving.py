@@ -16,22 +16,28 @@ from typing import Any
 
 from .console import log_on_stderr
 from .errors import InputError
+from .memory import cap_memory
 
 PRELOADED = ["spherefunc_bullet.simulation", "spherefunc_bullet.command_line"]
+OUT_OF_MEMORY = 77  # exit code of a worker that was refused memory
 LIBRARIES = ("OMP_NUM", "OPENBLAS_NUM", "MKL_NUM", "BLIS_NUM", "NUMBA_NUM", "VECLIB_MAXIMUM")
 ONE_THREAD = {f"{library}_THREADS": "1" for library in LIBRARIES}  # so that n workers use n cores
 
 
-def start_process(function: Callable, level: int | None) -> tuple[multiprocessing.Process, Connection]:
+def start_process(
+    function: Callable, level: int | None, memory_limit: int | None = None
+) -> tuple[multiprocessing.Process, Connection]:
     """Start a process that serves a function; it first sends that it is ready.
 
     Parameters
     ----------
+    memory_limit : int or None
+        Bytes that it may have.
     level : int or None
         From which on it logs on stderr; None: as Python does by default, warnings.
     """
     ours, theirs = context().Pipe()
-    arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level)
+    arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level, memory_limit)
     process = context().Process(target=serve, args=arguments, daemon=True)
     with one_thread():
         process.start()
@@ -64,7 +70,14 @@ def one_thread() -> Iterator[None]:
         os.environ.update(before)
 
 
-def serve(pipe: Connection, function: Callable, environment: dict[str, str], folder: str, level: int | None):
+def serve(
+    pipe: Connection,
+    function: Callable,
+    environment: dict[str, str],
+    folder: str,
+    level: int | None,
+    memory_limit: int | None,
+):
     """Do one task after another until the parent is gone, in its environment and folder."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the parent, which ends its workers
     threading.Thread(target=end_with_parent, daemon=True).start()
@@ -74,6 +87,7 @@ def serve(pipe: Connection, function: Callable, environment: dict[str, str], fol
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what C libraries print would spoil the parent's JSON
     if level is not None:
         log_on_stderr(level)
+    cap_memory(memory_limit)
     with suppress(EOFError, ConnectionError):
         pipe.send("ready")
         while True:
@@ -90,6 +104,8 @@ def answer(function: Callable, task: bytes) -> bytes:
     """Return the outcome of a pickled task and None, or None and the error, pickled."""
     try:
         return pickle.dumps((attempt(function, pickle.loads(task)), None), pickle.HIGHEST_PROTOCOL)
+    except MemoryError:
+        os._exit(OUT_OF_MEMORY)  # a fresh process may have more
     except BaseException as error:
         error.add_note(f"in a worker process:\n{traceback.format_exc()}")
         return pickle.dumps((None, portable(error)))

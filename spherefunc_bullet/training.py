@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from .batch import known_failures
 from .console import progress
 from .dataset import Dataset, DatasetObject
 from .errors import InputError
@@ -34,23 +36,34 @@ def simulate_dataset(
     seed: int = 0,
     loading: Loading | None = None,
     jobs: int = -1,
+    run: Path | None = None,
     failed: Callable[[InputError], None],
 ) -> Simulated:
     """Simulate every object of a data set; a file that cannot be used goes to ``failed`` and is left out.
 
+    Parameters
+    ----------
+    run : path, optional
+        A run directory of `batch` in place of the cache: what it holds is not simulated again, and what failed
+        there is not tried again.
+
     Raises
     ------
     InputError
-        If no object is left.
+        If no object is left, or there is no such run.
     """
-    paths = [each.path for each in dataset.objects]
-    done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs)
+    known = {} if run is None else known_failures(run, dataset, simulator, radii, seed, loading or Loading())
+    left = [index for index, each in enumerate(dataset.objects) if each.path not in known]
+    paths = [dataset.objects[index].path for index in left]
+    done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs, home=run)
     records: dict[int, ObjectRecord] = {}
-    for index, outcome in progress(done, len(paths), f"dropping spheres on {dataset.name}"):
+    for error in known.values():
+        failed(error)
+    for position, outcome in progress(done, len(paths), f"dropping spheres on {dataset.name}"):
         if isinstance(outcome, InputError):
             failed(outcome)
         else:
-            records[index] = outcome
+            records[left[position]] = outcome
     if not records:
         raise InputError(f"{dataset.name}: expected at least one object that can be simulated, got none")
     kept = sorted(records)

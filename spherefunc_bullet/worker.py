@@ -12,10 +12,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from .errors import InputError
+from .errors import Crashed, InputError, OutOfMemory, TimedOut
 from .reading import one_line
-from .serving import start_process
+from .serving import OUT_OF_MEMORY, start_process
 
+NATIVE_DEATHS = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)  # of native code that was refused memory, too
 PATIENCE = 5.0  # seconds that a process has to be gone once its pipe is closed
 
 
@@ -25,9 +26,9 @@ class Worker:
     One among several says what takes long (`logging`), the others only what goes wrong.
     """
 
-    def __init__(self, function: Callable, time_limit: float, says: bool):
+    def __init__(self, function: Callable, time_limit: float, says: bool, memory_limit: int | None = None):
         logger = logging.getLogger("spherefunc")
-        self.function, self.time_limit = function, time_limit
+        self.function, self.time_limit, self.memory_limit = function, time_limit, memory_limit
         self.level = logger.level if says and logger.handlers else None
         self.process = None
 
@@ -36,7 +37,7 @@ class Worker:
         self.index, self.task, self.again = index, task, again
         if self.process is None:
             self.ready, self.deadline = False, math.inf
-            self.process, self.pipe = start_process(self.function, self.level)
+            self.process, self.pipe = start_process(self.function, self.level, self.memory_limit)
         else:
             self.send()
 
@@ -54,8 +55,8 @@ class Worker:
             return self.mourn()
         if time.monotonic() > self.deadline:
             self.end()
-            name = one_line(self.task[0])
-            return [InputError(f"{name}: expected a result within {self.time_limit:g} s; stopped")]
+            late = f"expected a result within {self.time_limit:g} s; stopped twice"
+            return self.retry_or(TimedOut(f"{self.name}: {late}"))
         return []
 
     def receive(self) -> list:
@@ -78,10 +79,18 @@ class Worker:
         code = self.end(PATIENCE)
         if not self.ready and code >= 0:
             raise RuntimeError(f"a worker process could not start (exit code {code}), for the reason that it printed")
-        if not self.again:
-            self.begin(self.index, self.task, again=True)
-            return []
-        return [InputError(f"{one_line(self.task[0])}: expected a result, but its process ended twice, {cause(code)}")]
+        return self.retry_or(loss(self.name, code, self.memory_limit))
+
+    def retry_or(self, error: InputError) -> list:
+        """Begin the task once more in a fresh process; the second time the error is its outcome."""
+        if self.again:
+            return [error]
+        self.begin(self.index, self.task, again=True)
+        return []
+
+    @property
+    def name(self) -> str:
+        return one_line(self.task[0])
 
     def end(self, patience: float = 0.0) -> int:
         """End the process, which may be gone by itself within some seconds, and return its exit code."""
@@ -93,6 +102,16 @@ class Worker:
         self.process.join()
         code, self.process = self.process.exitcode, None
         return code
+
+
+def loss(name: str, code: int, memory_limit: int | None) -> InputError:
+    """Return the error of a task whose process ended with an exit code, twice."""
+    limit = "" if memory_limit is None else f" than the {memory_limit >> 20} MiB that a worker may have"
+    if code == OUT_OF_MEMORY:
+        return OutOfMemory(f"{name}: expected to need no more memory{limit or ' than there is'}; ended twice")
+    hint = f"; it may have needed more memory{limit}" if limit and code in NATIVE_DEATHS else ""
+    kind = OutOfMemory if code == -signal.SIGKILL else Crashed
+    return kind(f"{name}: expected a result, but its process ended twice, {cause(code)}{hint}")
 
 
 def cause(code: int) -> str:

@@ -14,7 +14,13 @@ from .worker import Worker
 
 
 def run_tasks(
-    function: Callable, tasks: Sequence[tuple], *, jobs: int = 1, isolate: bool = False, time_limit: float = math.inf
+    function: Callable,
+    tasks: Sequence[tuple],
+    *,
+    jobs: int = 1,
+    isolate: bool = False,
+    time_limit: float = math.inf,
+    memory_limit: int | None = None,
 ) -> Iterator[tuple[int, Any]]:
     """Call a function of a module's top level with each task's arguments, in worker processes if it has to be.
 
@@ -25,16 +31,19 @@ def run_tasks(
     tasks : sequence of tuple
         Arguments. The first one, such as a file's path, begins the errors of this module.
     jobs : int
-        Processes that work at once; -1: one per core. One alone is this process, unless ``isolate`` or a time
-        limit asks for another.
+        Processes that work at once; -1: one per core. One alone is this process, unless ``isolate`` or a limit
+        asks for another.
     time_limit : float
         Seconds a task may take before its process is ended.
+    memory_limit : int, optional
+        Bytes that each process may have, interpreter and libraries included (Linux).
 
     Yields
     ------
     index, outcome : int, object or InputError
         In the order in which they are done; with one job in the order of the tasks. An InputError that the function
-        raises is its outcome, and so is one for a task whose process died twice or took too long.
+        raises is its outcome, and so is one for a task whose process died or took too long, twice: `Crashed`,
+        `OutOfMemory` or `TimedOut`.
 
     Raises
     ------
@@ -42,11 +51,11 @@ def run_tasks(
         Whatever else the function raises, with the worker's traceback as a note.
     """
     count = min(worker_count(jobs), len(tasks))
-    if count <= 1 and not isolate and time_limit == math.inf:
+    if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
         yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
         return
     left = iter(enumerate(tasks))
-    workers = [Worker(function, time_limit, says=number == 0) for number in range(count)]
+    workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
     try:
         yield from finish(workers, left)
     finally:

@@ -11,7 +11,7 @@ from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, thre
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spherefunc_bullet import reading
+from spherefunc_bullet import limits
 from spherefunc_bullet.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.reading import READERS
@@ -68,7 +68,7 @@ def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
 
 
 def test_a_file_too_large_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "MAX_FILE_BYTES", 1000)
+    monkeypatch.setattr(limits, "MAX_FILE_BYTES", 1000)
     path = tmp_path / "huge.ply"
     path.write_bytes(GOOD["ply"])
     assert "simplify" in refusal(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -14,6 +15,9 @@ Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, m
 Radii = Annotated[str, typer.Option(help="Sphere radii to choose from, such as 5mm,1cm,2cm.")]
 Method = Annotated[str, typer.Option(help="default, or paper: Hinkle and Olson's method to the letter.")]
 Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
+RunDir = Annotated[
+    Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_RADII = "5mm,1cm,2cm,3cm,5cm"

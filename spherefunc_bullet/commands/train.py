@@ -11,7 +11,20 @@ import typer
 from ..console import Failures, print_json, say
 from ..errors import InputError
 from ..lengths import format_length, parse_lengths
-from .options import DEFAULT_RADII, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, simulator_options
+from .options import (
+    DEFAULT_RADII,
+    Backend,
+    Jobs,
+    Json,
+    Method,
+    Radii,
+    RunDir,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    simulator_options,
+)
 
 
 def train(
@@ -25,6 +38,7 @@ def train(
     up: Up = "z",
     units: Units = "m",
     jobs: Jobs = -1,
+    run: RunDir = None,
     json: Json = False,
 ):
     """Learn every function's radius and examples, and write the model."""
@@ -40,7 +54,7 @@ def train(
     lengths = parse_lengths(radii)
     loading = Loading(up=up, units=units)
     simulated = simulate_dataset(
-        open_dataset(data), simulator, lengths, seed=seed, loading=loading, jobs=jobs, failed=failures.add
+        open_dataset(data), simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
     )
     model = train_on(simulated, simulator, lengths, method=method, seed=seed)
     save_model(model, out)

@@ -1,0 +1,162 @@
+"""``spherefunc batch``: a long headless run that loses nothing; and ``spherefunc batch merge``."""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from typer.core import TyperGroup
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from ..lengths import parse_lengths
+from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, simulator_options
+
+INTERRUPTED = 130  # what shells expect after Ctrl-C
+
+
+class RunOrMerge(TyperGroup):
+    """Takes whatever is not ``merge`` as the arguments of a run."""
+
+    def parse_args(self, ctx, args):
+        return super().parse_args(ctx, args if args[:1] == ["merge"] else ["run", *args])
+
+
+app = typer.Typer(cls=RunOrMerge, help="Simulate a data set, resumably; survives crashes. `batch merge` joins runs.")
+Run = Annotated[Path, typer.Option("--run", metavar="DIR", help="Where the run keeps its ledger and settled spheres.")]
+
+
+@app.command("run", hidden=True)
+def run(
+    folder: Run,
+    data: Annotated[
+        str | None, typer.Argument(metavar="[DATA]", help="A folder with manifest.csv, or a catalogue's name.")
+    ] = None,
+    backend: Backend = "fast",
+    shape: Shape = None,
+    radii: Radii = DEFAULT_RADII,
+    seed: Seed = 0,
+    up: Up = "z",
+    units: Units = "m",
+    jobs: Jobs = -1,
+    time_limit: Annotated[
+        str | None, typer.Option(help="Of one object, all radii together: 90s, 30min, 2h. Tried twice.")
+    ] = None,
+    memory_limit: Annotated[str | None, typer.Option(help="Of one worker process: 800MiB, 4GiB.")] = None,
+    shard: Annotated[str | None, typer.Option(help="Only every n-th object, from the i-th: 3/8.")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="A Dask scheduler whose workers work: tcp://host:8786.")] = None,
+    shared_path: Annotated[
+        bool, typer.Option("--shared-path", help="The cluster sees DATA at the same path; else files are sent.")
+    ] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Also objects that failed before.")] = False,
+    status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
+    json: Json = False,
+):
+    """Simulate every object of DATA at every radius, and keep every result in DIR; call it again to go on.
+
+    An object that crashes its process, takes too long or too much memory is tried twice, recorded as failed, and the
+    rest goes on. Shards and runs of other machines are joined by: spherefunc batch merge SHARD... --run DIR.
+    """
+    if status:
+        show_status(folder, json)
+        return
+    if data is None:
+        raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
+    from ..amounts import parse_duration, parse_memory
+    from ..batch import Limits
+
+    limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
+    batch = described(data, folder, backend, shape, radii, seed, up, units, shard)
+    with workplace(scheduler, shared_path, batch.folder, limits) as work:
+        work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
+
+
+def workplace(scheduler: str | None, shared_path: bool, folder, limits):
+    """Return a context with what does the work, None for this machine."""
+    if scheduler is None:
+        return nullcontext()
+    from ..cluster import on_scheduler
+
+    return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
+
+
+def described(data, folder, backend, shape, radii, seed, up, units, shard):
+    """Return the batch that options describe."""
+    from ..batch import Batch
+    from ..dataset import open_dataset
+    from ..run_folder import RunFolder
+    from ..shards import parse_shard, shard_of
+    from ..simulation import Loading
+    from ..simulator import make_simulator
+
+    part = parse_shard(shard)
+    return Batch(
+        dataset=shard_of(open_dataset(data), part),
+        simulator=make_simulator(backend, **simulator_options(shape)),
+        radii=parse_lengths(radii),
+        folder=RunFolder(folder),
+        seed=seed,
+        loading=Loading(up=up, units=units),
+    )
+
+
+def work_through(batch, json: bool, **options):
+    """Run a batch and say what became of it; Ctrl-C ends it at once and keeps what is done."""
+    from ..batch import run_batch
+
+    started, failures = time.perf_counter(), Failures()
+    counts = {"done": 0, "failed": 0, "skipped": 0}
+    interrupted = False
+    try:
+        doing = f"dropping spheres on {batch.dataset.name}"
+        for each in progress(run_batch(batch, **options), len(batch.objects), doing):
+            counts["failed" if each.errors else "skipped" if each.skipped else "done"] += 1
+            for error in each.errors:
+                failures.add(InputError(error))
+    except KeyboardInterrupt:
+        interrupted = True
+        say("spherefunc: stopped; what is done is kept, the same command goes on")
+    summary = counts | {"seconds": round(time.perf_counter() - started, 3)}
+    print_json(summary) if json else say(", ".join(f"{name} {value:g}" for name, value in summary.items()))
+    if interrupted:
+        raise typer.Exit(INTERRUPTED)
+    failures.exit()
+
+
+def show_status(folder: Path, json: bool):
+    """Print how far a run is."""
+    from ..amounts import format_duration, format_memory
+    from ..batch_status import status
+    from ..run_folder import RunFolder
+
+    with RunFolder(folder).ledger() as ledger:
+        about = status(ledger)
+    if json:
+        print_json(about)
+        return
+    left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
+    rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"
+    print(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
+    kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
+    print(f"rate {rate}, time left {left}; {kept}")
+    if about["failures"]:
+        print_table("Failures", ["object", "outcome", "why"], [list(each.values()) for each in about["failures"]])
+
+
+@app.command()
+def merge(
+    shards: Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Run directories.")],
+    folder: Run,
+    json: Json = False,
+):
+    """Join the ledgers and results of several runs in one."""
+    from ..merging import merge_runs
+    from ..run_folder import RunFolder
+
+    failures = Failures()
+    merged = merge_runs([RunFolder(each) for each in shards], RunFolder(folder), failed=failures.add)
+    print_json(merged) if json else say(", ".join(f"{name} {value}" for name, value in merged.items()))
+    failures.exit()
