@@ -1,4 +1,4 @@
-.PHONY: setup browser demo test lint bench figures model clean
+.PHONY: setup browser demo test lint fuzz bench figures model clean
 
 BIN := .venv/bin
 
@@ -17,6 +17,11 @@ test: browser lint  ## everything that CI runs
 lint: setup
 	@$(BIN)/ruff check -q .
 	@$(BIN)/lint-imports > /dev/null || $(BIN)/lint-imports
+
+FILES := 10000
+
+fuzz: setup  ## damaged files of every format, FILES of them, for every reader
+	@$(BIN)/python tests/fuzzing.py --files $(FILES)
 
 bench: setup  ## the simulators' speed, beside a naive PyBullet script
 	@$(BIN)/python -m compare.bench

@@ -13,7 +13,7 @@ from .orientation import Report, require_choices, require_size, to_metres, to_z_
 from .reading import Geometry, one_line, read_geometry
 
 MIN_POINTS = 10
-MAX_SAMPLES = 20_000_000
+MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
 MAX_GAP = 0.005  # metres: the paper's half centimetre between a surface and its nearest sample
 _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent
 
@@ -149,7 +149,7 @@ def cloud_from_mesh(vertices, faces, name: str = "mesh", *, max_gap: float = MAX
     Raises
     ------
     InputError
-        If the mesh has no area, faces without vertices, or needs more than 20 million samples.
+        If the mesh has no area, faces without vertices, or needs more than `MAX_SAMPLES`.
     """
     from .sampling import needed_samples, sample_surface, surface_area
 

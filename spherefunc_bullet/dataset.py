@@ -99,8 +99,7 @@ def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
     if not file or not label:
         raise InputError(f"{where}: expected a file and a label, got {file!r} and {label!r}")
     path = manifest.parent / file
-    root = Path(os.path.realpath(manifest.parent))
-    if root not in Path(os.path.realpath(path)).parents:
+    if not lies_below(manifest.parent, path):
         raise InputError(f"{where}: expected a file below the manifest's folder, got {file}")
     return DatasetObject(
         path=path,
@@ -109,6 +108,11 @@ def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
         category=(row.get("category") or "").strip(),
         group=(row.get("group") or "").strip(),
     )
+
+
+def lies_below(folder: Path, path: Path) -> bool:
+    """Return whether a path leads to a place below a folder, all links followed."""
+    return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
 
 
 def parse_functions(text: str) -> frozenset[str]:
@@ -135,4 +139,7 @@ def read_label_folders(folder: Path) -> Dataset:
         raise InputError(
             f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
         )
+    outside = next((each.path for each in objects if not lies_below(folder, each.path)), None)
+    if outside is not None:
+        raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
     return Dataset(folder.resolve().name, objects, folder)

@@ -160,6 +160,12 @@ class Ledger:
         sql = f"SELECT way FROM ways WHERE ({', '.join(each.name for each in fields(Way))}) = (?, ?, ?, ?)"
         return [number for way in ways for (number,) in self.query(sql, tuple(asdict(way).values()))]
 
+    def ways(self) -> dict[int, Way]:
+        """Return all ways by their number."""
+        names = [each.name for each in fields(Way)]
+        rows = self.query(f"SELECT way, {', '.join(names)} FROM ways ORDER BY way")
+        return {number: Way(**dict(zip(names, values, strict=True))) for number, *values in rows}
+
     def expect(self, objects: Iterable[str], ways: Sequence[int]):
         """Have a waiting row for every object and way that has none."""
         with self.writing() as connection:

@@ -75,7 +75,11 @@ def require_members(archive: zipfile.ZipFile) -> None:
     outside = next((each.filename for each in members if climbs_out(each.filename)), None)
     if outside is not None:
         raise FormatError(f"expected members inside the archive, got {outside[:80]!r}; is it from a source you trust?")
-    size = sum(each.file_size for each in members)
+    require_unpacked(sum(each.file_size for each in members))
+
+
+def require_unpacked(size: int) -> None:
+    """Raise FormatError for more bytes than are unpacked, as a packed file declares them."""
     if size > MAX_UNPACKED_BYTES:
         raise FormatError(f"expected at most {MAX_UNPACKED_BYTES >> 20} MiB unpacked, got {size >> 20} MiB declared")
 

@@ -44,6 +44,10 @@ def happen(name) -> str:
         case "once" if not Path(name).with_suffix(".seen").exists():
             Path(name).with_suffix(".seen").touch()
             os.abort()
+        case "hungry":
+            hoard = []
+            while True:
+                hoard.append(np.ones(2**24))
         case "printer":
             logging.getLogger("spherefunc").info("this takes long")
             os.write(1, b"printed by a C library\n")

@@ -116,6 +116,28 @@ def test_folders_named_for_their_label(tmp_path):
     assert dataset.name == tmp_path.name
 
 
+@pytest.mark.parametrize("name", ["cup/link.ply", "cup", "cup/deep"])
+def test_link_that_leads_out_of_label_folders_is_refused(tmp_path, name):
+    (tmp_path / "outside" / "cup").mkdir(parents=True)
+    (tmp_path / "outside" / "secret.ply").write_text("")
+    (tmp_path / "set" / "none").mkdir(parents=True)
+    (tmp_path / "set" / "none" / "own.ply").write_text("")
+    link = tmp_path / "set" / name
+    link.parent.mkdir(exist_ok=True)
+    os.symlink(tmp_path / "outside" / ("secret.ply" if name.endswith("ply") else ""), link)
+    if name == "cup/deep":  # what lies in a linked folder is not looked for at all
+        assert [each.path.name for each in open_dataset(tmp_path / "set").objects] == ["own.ply"]
+    else:
+        check_refused(tmp_path / "set", "a link that leads out of it")
+
+
+def test_link_within_a_data_set_is_followed(tmp_path):
+    (tmp_path / "cup").mkdir()
+    (tmp_path / "cup" / "mug.ply").write_text("")
+    os.symlink("mug.ply", tmp_path / "cup" / "same.ply")
+    assert len(open_dataset(tmp_path)) == 2
+
+
 def test_folder_without_either_is_refused(tmp_path):
     (tmp_path / "cup").mkdir()
     (tmp_path / "loose.ply").write_text("")

@@ -13,10 +13,11 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
 from . import FormatError
 
-MAX_BYTES = 1 << 30  # of one buffer, and of all accessors together: a small file can declare any size
-MAX_CORNERS = 60_000_000  # of all parts, each as often as the scene shows it
+MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
+MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each as often as the scene shows it
 _ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_members
 from . import FormatError
-
-MAX_BYTES = 1 << 30  # of one array, unpacked: a small archive can declare any size
 
 
 def _read_header(file) -> tuple[tuple[int, ...], np.dtype]:
@@ -30,10 +29,6 @@ def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]
     if dtype.kind not in "fiu":
         return None
     size = math.prod(shape) * dtype.itemsize
-    if max(size, member.file_size) > MAX_BYTES:
-        raise FormatError(
-            f"expected arrays of at most {MAX_BYTES >> 20} MiB, got '{member.filename}', larger"
-        )
     if begin + size != member.file_size:
         raise FormatError(
             f"expected '{member.filename}' as long as its shape {shape}, it is not; is it damaged?"
@@ -47,6 +42,7 @@ def _load(archive: zipfile.ZipFile, name: str, kinds: str, wanted: str) -> np.nd
         shape, dtype = _read_header(file)
     if dtype.kind not in kinds or len(shape) != 2 or shape[1] != 3:
         raise FormatError(f"expected '{name}' as {wanted}, got {dtype} of shape {shape}")
+    require_counts(**{"triangles" if kinds == "iu" else "vertices": shape[0]})
     return np.load(io.BytesIO(archive.read(f"{name}.npy")), allow_pickle=False)
 
 
@@ -65,6 +61,7 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
 def read_npz(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        require_members(archive)
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         shapes = {member.filename.removesuffix(".npy"): _shape(archive, member) for member in members}
         name = _points_name(shapes)

@@ -6,10 +6,13 @@ from the last vertex so far, which scrambles files of several objects.
 
 from __future__ import annotations
 
+from array import array
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_text_size
 from . import FormatError
 from .polygons import fan_triangles
 
@@ -23,20 +26,33 @@ def _corner(word: str, vertex_count: int) -> int:
     return corner
 
 
+def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the words of each line, comments left out, lines that are continued joined."""
+    joined = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ").replace(b"\r", b"\n")
+    start, number = 0, 0
+    while start < len(joined):
+        end = joined.find(b"\n", start)
+        end = len(joined) if end < 0 else end
+        number += 1
+        yield number, joined[start:end].split(b"#", 1)[0].decode("utf-8", errors="replace").split()
+        start = end + 1
+
+
 def read_obj(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
-    vertices, counts, corners = [], [], []
-    text = data.decode("utf-8", errors="replace").replace("\\\r\n", " ").replace("\\\n", " ")
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.split("#", 1)[0].split()
+    require_text_size(data)
+    vertices, counts, corners = array("d"), array("q"), array("q")
+    for number, words in _lines(data):
         try:
             if words[:1] == ["v"]:
-                vertices.append((float(words[1]), float(words[2]), float(words[3])))
+                vertices.extend((float(words[1]), float(words[2]), float(words[3])))
             elif words[:1] == ["f"]:
-                corners.extend(_corner(word, len(vertices)) for word in words[1:])
+                corners.extend(_corner(word, len(vertices) // 3) for word in words[1:])
                 counts.append(len(words) - 1)
         except (ValueError, IndexError) as error:
             raise FormatError(f"line {number}: expected '{words[0]}' and its numbers: {error}") from error
     if not vertices:
         raise FormatError("expected lines of vertices ('v 1 2 3'), found none; is it an OBJ file?")
-    return np.array(vertices), fan_triangles(counts, corners) if counts else None
+    require_counts(vertices=len(vertices) // 3, triangles=len(corners) - 2 * len(counts))
+    points = np.array(vertices).reshape(-1, 3)
+    return points, fan_triangles(np.array(counts), np.array(corners)) if counts else None

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_text_size, require_unpacked
 from . import FormatError
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
@@ -65,6 +66,7 @@ def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, n
         raise FormatError(
             f"expected {count} compressed points, their sizes do not agree; is the file damaged?"
         )
+    require_unpacked(size)
     unpacked = _unpack_lzf(body[8 : 8 + packed_size], size)
     columns, position = {}, 0
     for name in dtype.names:
@@ -76,6 +78,7 @@ def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, n
 
 def _text_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
     """Return the coordinates of an ASCII body."""
+    require_text_size(body)
     if count > body.count(b"\n") + 1:
         raise FormatError(f"expected {count} points, got fewer lines; is the file cut off?")
     widths = [dtype[name].shape[0] for name in dtype.names]
@@ -104,6 +107,7 @@ def read_pcd(data: bytes, path: Path) -> tuple[np.ndarray, None]:
     count = (
         int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     )
+    require_counts(vertices=count)
     columns = _BODIES[header["DATA"][0]](data[start:], dtype, count)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_text_size
 from . import FormatError
 from .polygons import fan_triangles
 
@@ -115,6 +116,7 @@ class _TextBody(_BinaryBody):
     """The same for numbers in text; a row is then as many numbers as its values and list lengths."""
 
     def __init__(self, data: bytes, start: int):
+        require_text_size(data)
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # numpy stops at what is no number, with a warning only
             numbers = np.fromstring(data[start:].decode("ascii"), sep=" ")
@@ -171,6 +173,8 @@ def _triangles(columns, element: _Element) -> np.ndarray:
 def read_ply(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
     order, elements, start = _parse_header(data)
+    declared = {element.name: element.count for element in elements}
+    require_counts(vertices=declared.get("vertex", 0), triangles=declared.get("face", 0))
     body = _BinaryBody(data, start, order) if order else _TextBody(data, start)
     vertices, faces = np.empty((0, 3)), None
     for element in elements:

@@ -8,13 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_text_size
 from . import FormatError
 
 
 def _count_facets(data: bytes) -> int | None:
     """Return how many facets an ASCII file begins, None for a binary one."""
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        require_counts(triangles=int.from_bytes(data[80:84], "little"))
         return None
+    require_text_size(data)
     text = data.lower()
     if not text.lstrip().startswith(b"solid"):
         raise FormatError(

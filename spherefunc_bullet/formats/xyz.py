@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..limits import require_counts, require_text_size
 from . import FormatError
 
 _COMMENT = re.compile(r"(?:#|//|%)[^\n]*")
@@ -21,6 +22,8 @@ def _is_heading(line: str) -> bool:
 
 def read_xyz(data: bytes, path: Path) -> tuple[np.ndarray, None]:
     """Return the points (N, 3)."""
+    require_text_size(data)
+    require_counts(vertices=data.count(b"\n"))
     text = _COMMENT.sub("", data.decode("utf-8-sig")).replace(",", " ").replace(";", " ").strip()
     first, _, rest = text.partition("\n")
     if first and _is_heading(first):

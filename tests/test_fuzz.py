@@ -1,0 +1,26 @@
+"""One fuzz target per reader, for a second each; `make fuzz` runs longer."""
+
+from __future__ import annotations
+
+import pytest
+from fuzzing import KINDS, MEMORY, SECONDS, damaged, fuzz, good, load
+
+from spherefunc_bullet.reading import READERS
+
+
+def test_every_reader_is_a_target():
+    assert {f".{kind.split()[0]}" for kind in KINDS} == set(READERS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_files_that_are_whole_load_and_damage_repeats(kind, tmp_path):
+    assert load(tmp_path / f"model.{kind.split()[0]}", good(kind)) == "loaded"
+    assert damaged(kind, 7) == damaged(kind, 7) and len({damaged(kind, number) for number in range(40)}) > 25
+
+
+def test_damage_is_refused_or_loads_within_its_limits():
+    found = list(fuzz([(kind, 0, 1_000, 0.8) for kind in KINDS]))
+    assert [each["kind"] for each in found] == list(KINDS)
+    for each in found:
+        assert set(each["found"]) <= {"refused", "loaded"}, each
+        assert each["found"]["refused"] > 3 and each["slowest"] < SECONDS and each["peak"] < MEMORY, each
