@@ -90,7 +90,8 @@ def main():
     print_table("Measured, the mean of an object", columns, cost_rows(found))
     cores = [f"{count:,} core{'s' * (count > 1)}" for count in CORES]
     columns = ["collection", "objects", *cores, "centres", "files", "ledger"]
-    print_table(f"\nExtrapolated, {max(sizes):.0f} bytes a ledger row", columns, extrapolated(found, given.overhead, max(sizes)))
+    larger = extrapolated(found, given.overhead, max(sizes))
+    print_table(f"\nExtrapolated, {max(sizes):.0f} bytes a ledger row", columns, larger)
 
 
 if __name__ == "__main__":

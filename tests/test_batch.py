@@ -93,10 +93,10 @@ def test_every_object_at_every_radius_has_its_row_and_its_centres(data, undistur
     assert seconds > 0 and memory > 2**20
 
 
-def test_centres_are_those_that_the_other_commands_get(data, undisturbed):
+def test_centres_are_those_that_the_other_commands_get(data, copy):
     files = sorted(data.glob("mug*"))
     for index, record in simulate_objects(files, "fast", RADII, jobs=1):
-        twin = dict(simulate_objects([files[index]], "fast", RADII, jobs=1, home=undisturbed))[0]
+        twin = dict(simulate_objects([files[index]], "fast", RADII, jobs=1, home=copy))[0]
         assert all(np.array_equal(record.settled[radius], twin.settled[radius]) for radius in RADII)
 
 
