@@ -39,10 +39,13 @@ def start_process(
     ours, theirs = context().Pipe()
     arguments = (theirs, function, dict(os.environ) | ONE_THREAD, os.getcwd(), level, memory_limit)
     process = context().Process(target=serve, args=arguments, daemon=True)
-    with one_thread():
+    with _starting, one_thread():
         process.start()
     theirs.close()
     return process, ours
+
+
+_starting = threading.Lock()  # the environment, changed for a moment, is one for all threads
 
 
 @cache
