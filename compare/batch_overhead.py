@@ -31,7 +31,7 @@ def plain_loop(dataset: Dataset, simulator: Simulator, radii) -> tuple[float, fl
     started, simulated = time.perf_counter(), 0.0
     for each in dataset.objects:
         cloud = load_cloud(each.path)
-        simulated += sum(simulator.drop(cloud, drop_settings(radius), 0).seconds for radius in radii)
+        simulated += sum(simulator.drop(cloud, drop_settings(simulator, radius), 0).seconds for radius in radii)
     return time.perf_counter() - started, simulated
 
 

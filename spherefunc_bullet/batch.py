@@ -46,7 +46,7 @@ class Batch:
 
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""
-        settings = asdict(drop_settings(radius)) | {
+        settings = asdict(drop_settings(self.simulator, radius)) | {
             "version": self.simulator.version,
             "options": self.simulator.options(),
             "loading": asdict(self.loading),

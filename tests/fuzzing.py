@@ -113,11 +113,12 @@ DAMAGES = (flip_bits, cut, cut_out, repeat, swap_header, set_number, set_word)
 
 def judge(kind: str, first: int, count: int, seconds: float) -> dict:
     """Read damaged files until so many are read or so many seconds have passed; called in a worker."""
-    found, slowest, until = Counter(), 0.0, time.monotonic() + seconds
+    found, slowest = Counter(), 0.0
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / f"model.{kind.split()[0]}"
         load(path, GOOD[kind])  # compiles and loads what it needs
         forget_peak()
+        until = time.monotonic() + seconds
         for number in range(first, first + count):
             started = time.perf_counter()
             verdict = load(path, damaged(kind, number))
