@@ -22,9 +22,10 @@ from .ledger import Ledger, Row, Way, settings_json
 from .run_folder import RunFolder
 from .simulation import Loading, drop_settings
 from .simulator import Simulator, make_simulator
-from .standing import still_holds
+from .standing import standing_row
 from .workers import run_tasks
 
+LEAST_MEMORY = 256 << 20
 Outcomes = Iterator[tuple[int, list[Row] | InputError]]
 
 
@@ -61,6 +62,11 @@ class Limits:
 
     seconds: float = math.inf  # all radii together, before its process is stopped
     memory: int | None = None  # bytes of a worker process, interpreter and libraries included
+
+    def __post_init__(self):
+        if self.memory is not None and self.memory < LEAST_MEMORY:
+            least = f"at least {LEAST_MEMORY >> 20} MiB, since interpreter and libraries take most of that"
+            raise InputError(f"memory limit: expected {least}, got {self.memory >> 20} MiB")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,13 +140,17 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
     standing: dict[str, list[Row]] = {name: [] for name in objects}
+    moved = []
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
             continue  # of another data set, or another shard, in the same folder
-        if still_holds(row, objects[row.object], batch.folder, batch.loading, retry_failed):
-            standing[row.object].append(row)
-        else:
+        now = standing_row(row, objects[row.object], batch.folder, batch.loading, retry_failed)
+        if now is None:
             missing[row.object][row.way] = ways[row.way]
+        else:
+            standing[row.object].append(now)
+            moved += [now] if now != row else []
+    ledger.write(moved)
     common = {"simulator": batch.simulator, "seed": batch.seed, "loading": batch.loading}
     tasks = [
         Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii
@@ -171,7 +181,7 @@ def known_failures(
     with batch.folder.ledger() as ledger:
         for row in ledger.failures([batch.way(radius) for radius in radii]):
             path = objects.get(row.object)
-            if path is not None and still_holds(row, path, batch.folder, loading, retry_failed=False):
+            if path is not None and standing_row(row, path, batch.folder, loading, retry_failed=False):
                 failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")
     return failed
 

@@ -52,8 +52,8 @@ def require_text_size(data: bytes) -> None:
         raise FormatError(f"{limit}; save it in a binary format, or simplify it")
 
 
-def require_counts(*, vertices: int = 0, triangles: int = 0) -> None:
-    """Raise FormatError for more vertices or triangles than are read, as declared or counted.
+def require_counts(**counts: int) -> None:
+    """Raise FormatError for more triangles, vertices or points than are read, as declared or counted.
 
     Examples
     --------
@@ -62,7 +62,8 @@ def require_counts(*, vertices: int = 0, triangles: int = 0) -> None:
         ...
     spherefunc_bullet.formats.FormatError: expected at most 10,000,000 triangles, got 100,000,000; simplify it
     """
-    for name, count, limit in (("vertices", vertices, MAX_VERTICES), ("triangles", triangles, MAX_TRIANGLES)):
+    for name, count in counts.items():
+        limit = MAX_TRIANGLES if name == "triangles" else MAX_VERTICES
         if count > limit:
             raise FormatError(f"expected at most {limit:,} {name}, got {count:,}; simplify it")
 

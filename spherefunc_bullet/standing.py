@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from .cache import read_entry
@@ -11,16 +12,20 @@ from .run_folder import RunFolder, digest
 from .simulation import Loading, content_hash, file_parts
 
 
-def still_holds(row: Row, path: Path, folder: RunFolder, loading: Loading, retry_failed: bool) -> bool:
-    """Return whether a row is as true as when it was written: same object, and the centres are there.
+def standing_row(row: Row, path: Path, folder: RunFolder, loading: Loading, retry_failed: bool) -> Row | None:
+    """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
 
-    Sizes and times tell; where they differ, as after a copy, the contents do.
+    Sizes and times tell; where they differ, as after a copy, the contents do, and the row notes the new ones.
     """
     if row.outcome == WAITING or (row.outcome != DONE and retry_failed):
-        return False
-    if row.source != source_stamp(path) and not same_content(row, path, loading):
-        return False
-    return row.outcome != DONE or is_kept(row, folder)
+        return None
+    stamp = source_stamp(path)
+    if row.source != stamp and not same_content(row, path, loading):
+        return None
+    if row.outcome != DONE:
+        return replace(row, source=stamp)
+    about = kept_file(row, folder)
+    return about and replace(row, source=stamp, **about)
 
 
 def same_content(row: Row, path: Path, loading: Loading) -> bool:
@@ -40,17 +45,18 @@ def source_stamp(path: Path) -> str:
     return f"{sum(each.st_size for each in about)} {max(each.st_mtime_ns for each in about)}"
 
 
-def is_kept(row: Row, folder: RunFolder) -> bool:
-    """Return whether the centres of a row are where they were put; what is not them is thrown away."""
+def kept_file(row: Row, folder: RunFolder) -> dict[str, int] | None:
+    """Return size and time of the file of a row's centres; what is not that file is thrown away."""
     path = folder.entry(row.run)
     try:
         about = path.stat()
     except OSError:
-        return False
-    if (about.st_size, about.st_mtime_ns) == (row.bytes, row.kept):
-        return True
+        return None
+    now = {"bytes": about.st_size, "kept": about.st_mtime_ns}
+    if now == {"bytes": row.bytes, "kept": row.kept}:
+        return now
     arrays = read_entry(path)
     if arrays is not None and "centers" in arrays and digest(arrays["centers"]) == row.digest:
-        return True
+        return now
     path.unlink(missing_ok=True)
-    return False
+    return None

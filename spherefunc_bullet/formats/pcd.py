@@ -107,7 +107,7 @@ def read_pcd(data: bytes, path: Path) -> tuple[np.ndarray, None]:
     count = (
         int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     )
-    require_counts(vertices=count)
+    require_counts(points=count)
     columns = _BODIES[header["DATA"][0]](data[start:], dtype, count)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:

@@ -23,7 +23,7 @@ def _is_heading(line: str) -> bool:
 def read_xyz(data: bytes, path: Path) -> tuple[np.ndarray, None]:
     """Return the points (N, 3)."""
     require_text_size(data)
-    require_counts(vertices=data.count(b"\n"))
+    require_counts(points=data.count(b"\n"))
     text = _COMMENT.sub("", data.decode("utf-8-sig")).replace(",", " ").replace(";", " ").strip()
     first, _, rest = text.partition("\n")
     if first and _is_heading(first):
