@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, OutOfMemory
 from .formats import FormatError
 from .limits import require_counts, require_file
 
@@ -146,6 +146,9 @@ def read_geometry(path: str | Path) -> Geometry:
         raise  # a broken installation, not a bad file
     except FormatError as error:
         raise InputError(f"{one_line(path.name)}: {one_line(error)}") from error
+    except MemoryError as error:
+        wanted = "expected to need no more memory to read it than there is"
+        raise OutOfMemory(f"{one_line(path.name)}: {wanted}; simplify it") from error
     except (
         Exception
     ) as error:  # the one place where what readers raise on damaged bytes becomes the user's error

@@ -114,13 +114,14 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--objects", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         data, cache = small_objects(folder / "data", given.objects), folder / "cache"
         start_batch(data, folder / "undisturbed", cache).wait()
         expected = rows(folder / "undisturbed"), arrays(folder / "undisturbed")
-        runs = disturbed(data, folder, cache, given.kills)
+        runs = disturbed(data, folder, cache, given.kills, given.seed)
         equal = sum((rows(run), arrays(run)) == expected for run in runs)
         left = sum(len(scraps(run)) for run in runs)
     print(f"{given.kills} times kill -9 over {len(runs)} runs of {given.objects} objects at 2 radii:")

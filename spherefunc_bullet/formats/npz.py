@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..limits import require_counts, require_members
+from ..limits import require_counts, require_members, require_unpacked
 from . import FormatError
 
 
@@ -29,6 +29,7 @@ def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]
     if dtype.kind not in "fiu":
         return None
     size = math.prod(shape) * dtype.itemsize
+    require_unpacked(size)
     if begin + size != member.file_size:
         raise FormatError(
             f"expected '{member.filename}' as long as its shape {shape}, it is not; is it damaged?"
