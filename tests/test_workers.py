@@ -162,7 +162,7 @@ def models(tmp_path, monkeypatch):
 def test_crash_in_a_simulator_costs_one_object(models, jobs):
     paths = models("one", "segfault", "refused", "two")
     done = dict(simulate_objects(paths, MishapSimulator(), (0.01, 0.02), jobs=jobs))
-    assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "InputError", "InputError", "ObjectRecord"]
+    assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "Crashed", "InputError", "ObjectRecord"]
     assert "SIGSEGV" in str(done[1]) and str(done[1]).startswith(f"{paths[1]}: ")
     assert done[3].settled[0.02].shape == (1, 3) and done[3].path == paths[3]
 
