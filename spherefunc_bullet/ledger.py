@@ -81,8 +81,9 @@ class Row:
     finished: float | None = None
 
 
-COLUMNS = ", ".join(each.name for each in fields(Row))
-VALUES = ", ".join(f":{each.name}" for each in fields(Row))
+NAMES = tuple(each.name for each in fields(Row))
+COLUMNS = ", ".join(NAMES)
+VALUES = ", ".join(f":{name}" for name in NAMES)
 
 
 class Ledger:
@@ -176,7 +177,7 @@ class Ledger:
         """Return the rows of these ways, by object."""
         marks = ", ".join("?" * len(ways))
         for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
-            yield Row(**dict(zip(asdict(BLANK), values, strict=True)))
+            yield Row(**dict(zip(NAMES, values, strict=True)))
 
     def failures(self, ways: Iterable[Way]) -> list[Row]:
         """Return the rows that failed in one of these ways."""
@@ -185,7 +186,7 @@ class Ledger:
     def write(self, rows: Iterable[Row]):
         """Write rows in place of those of the same objects and ways, all or none of them."""
         with self.writing() as connection:
-            connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(asdict, rows))
+            connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))
 
     def begin_call(self, about: dict):
         """Note that a batch begins to work on this ledger."""
@@ -208,7 +209,6 @@ class Ledger:
         self.connection.close()
 
 
-BLANK = Row(object="", way=0)
 DAMAGED = (
     "expected a ledger that can be read and written, {}; if it is damaged, move it away: what is settled is found again"
 )
