@@ -1,7 +1,9 @@
 """What a batch adds to the work itself, and what a second process gains.
 
 ``python -m compare.batch_overhead DATA`` does the same objects three ways, several times, in turn: in a plain loop
-that reads, samples, simulates and keeps nothing; as a batch of one worker process; and of two.
+that reads, samples, simulates and keeps nothing; as a batch of one worker process; and of two. That wants an idle
+machine. On a busy one ``--processor-time`` compares the loop with a worker's and the caller's work in one process, by
+processor time: with hashing, packing, syncing and the ledger, without the messages between processes.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import time
 from pathlib import Path
 
 from spherefunc_bullet.batch import Batch, run_batch
+from spherefunc_bullet.batch_task import settled_rows
 from spherefunc_bullet.cloud import load_cloud
 from spherefunc_bullet.console import print_table
 from spherefunc_bullet.dataset import Dataset, open_dataset
@@ -48,6 +51,26 @@ def batch_seconds(dataset: Dataset, simulator: Simulator, radii, jobs: int) -> t
     return ends[-1] - started, (ends[-1] - ends[jobs - 1]) * len(ends) / max(len(ends) - jobs, 1)
 
 
+def processor_seconds(dataset: Dataset, simulator: Simulator, radii) -> tuple[float, float]:
+    """Return the processor seconds of the plain loop, and of a batch's work on the same objects in this process."""
+    started = time.process_time()
+    plain_loop(dataset, simulator, radii)
+    middle = time.process_time()
+    with tempfile.TemporaryDirectory() as scratch:
+        batch = Batch(dataset=dataset, simulator=simulator, radii=radii, folder=RunFolder(Path(scratch)))
+        work = (lambda tasks: ((i, settled_rows(each.path, each, batch.folder)) for i, each in enumerate(tasks)))
+        list(run_batch(batch, work=work))
+    return middle - started, time.process_time() - middle
+
+
+def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, radii, rounds: int):
+    """Print processor seconds, best of the rounds, and what a batch adds."""
+    plain_loop(shard_of(dataset, (1, len(dataset))), simulator, radii)  # compiles and loads
+    measured = [processor_seconds(dataset, simulator, radii) for _ in range(rounds)]
+    loop, batch = (min(each) for each in zip(*measured, strict=True))
+    print(f"{title}: plain loop {loop:.2f} s, batch {batch:.2f} s of processor time; a batch adds {batch / loop - 1:.1%}")
+
+
 def main():
     """Print seconds, best of the rounds, and the two ratios that were aimed for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -56,9 +79,14 @@ def main():
     parser.add_argument("--radii", default="2cm")
     parser.add_argument("--shard", help="only these objects, such as 1/4")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--processor-time", action="store_true")
     given = parser.parse_args()
     dataset = shard_of(open_dataset(given.data), parse_shard(given.shard))
     simulator, radii = make_simulator(given.backend), parse_lengths(given.radii)
+    title = f"{dataset.name}, {len(dataset)} objects, {given.backend}, {given.radii}, best of {given.rounds}"
+    if given.processor_time:
+        print_processor_time(title, dataset, simulator, radii, given.rounds)
+        return
     loops, one, two = [], [], []
     for _ in range(given.rounds):
         loops.append(plain_loop(dataset, simulator, radii))
@@ -68,7 +96,6 @@ def main():
     (whole, steady), (whole_two, steady_two) = (map(min, zip(*each, strict=True)) for each in (one, two))
     rows = [["plain loop", f"{loop:.2f}", f"{simulated:.2f}"], ["batch, 1 process", f"{whole:.2f}", f"{steady:.2f}"]]
     rows += [["batch, 2 processes", f"{whole_two:.2f}", f"{steady_two:.2f}"]]
-    title = f"{dataset.name}, {len(dataset)} objects, {given.backend}, {given.radii}, best of {given.rounds}"
     print_table(title, ["", "seconds", "of them simulation, or without the start"], rows)
     print(f"a batch adds {steady / loop - 1:.1%} to the loop, two processes are {steady / steady_two:.2f} times one")
     print("\n".join(f"{name}: {value}" for name, value in machine().items()))
