@@ -11,10 +11,11 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
-from spherefunc_bullet.batch import Batch, run_batch
-from spherefunc_bullet.batch_task import settled_rows
+from spherefunc_bullet.batch import Batch, Outcomes, run_batch
+from spherefunc_bullet.batch_task import Task, settled_rows
 from spherefunc_bullet.cloud import load_cloud
 from spherefunc_bullet.console import print_table
 from spherefunc_bullet.dataset import Dataset, open_dataset
@@ -58,9 +59,14 @@ def processor_seconds(dataset: Dataset, simulator: Simulator, radii) -> tuple[fl
     middle = time.process_time()
     with tempfile.TemporaryDirectory() as scratch:
         batch = Batch(dataset=dataset, simulator=simulator, radii=radii, folder=RunFolder(Path(scratch)))
-        work = (lambda tasks: ((i, settled_rows(each.path, each, batch.folder)) for i, each in enumerate(tasks)))
-        list(run_batch(batch, work=work))
+        list(run_batch(batch, work=lambda tasks: in_this_process(tasks, batch.folder)))
     return middle - started, time.process_time() - middle
+
+
+def in_this_process(tasks: Sequence[Task], folder: RunFolder) -> Outcomes:
+    """Do tasks as a worker does, without one."""
+    for index, task in enumerate(tasks):
+        yield index, settled_rows(task.path, task, folder)
 
 
 def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, radii, rounds: int):
@@ -68,7 +74,8 @@ def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, rad
     plain_loop(shard_of(dataset, (1, len(dataset))), simulator, radii)  # compiles and loads
     measured = [processor_seconds(dataset, simulator, radii) for _ in range(rounds)]
     loop, batch = (min(each) for each in zip(*measured, strict=True))
-    print(f"{title}: plain loop {loop:.2f} s, batch {batch:.2f} s of processor time; a batch adds {batch / loop - 1:.1%}")
+    seconds = f"plain loop {loop:.2f} s, batch {batch:.2f} s of processor time"
+    print(f"{title}: {seconds}; a batch adds {batch / loop - 1:.1%}")
 
 
 def main():
