@@ -194,14 +194,14 @@ def mishaps(tmp_path):
 
 def test_crash_hang_hunger_and_bugs_cost_one_object_each(mishaps):
     batch = mishaps("one", "segfault", "killed", "left", "sleeper", "hungry", "bug", "refused", "two")
-    done = finished(batch, limits=Limits(seconds=3.0, memory=2**30))
+    done = finished(batch, limits=Limits(seconds=5.0, memory=2**30))
     assert counts(done) == (2, 7, 0)
     outcomes = {Path(row[0]).stem: (row[6], row[9]) for row in rows(batch.folder.path)}
     expected = {
         "segfault": ("crashed", "SIGSEGV"),
         "killed": ("out of memory", "SIGKILL"),
         "left": ("crashed", "exit code 3"),
-        "sleeper": ("timed out", "within 3 s; stopped twice"),
+        "sleeper": ("timed out", "within 5 s; stopped twice"),
         "hungry": ("out of memory", "1024 MiB that a worker may have"),
         "bug": ("error", "ValueError: a bug of ours (mishaps.py"),
         "refused": ("refused", "expected something else"),
