@@ -15,6 +15,7 @@ from ..limits import require_counts, require_text_size, require_unpacked
 from . import FormatError
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
+_KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use
 _MAX_RATIO = 300  # LZF packs at most 264 bytes into 3, or the sizes are damaged
 
 
@@ -40,7 +41,7 @@ def _row_dtype(header: dict[str, list[str]]) -> np.dtype:
     for n, (name, size, kind, count) in enumerate(
         zip(names, header["SIZE"], header["TYPE"], counts, strict=True)
     ):
-        unique = name if name in "xyz" else f"{n} {name}"
+        unique = name if name in _KEPT else f"{n} {name}"
         fields.append((unique, f"<{_KINDS[kind]}{int(size)}", (int(count),)))
     return np.dtype(fields)
 
@@ -77,15 +78,16 @@ def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, n
 
 
 def _text_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
-    """Return the coordinates of an ASCII body."""
+    """Return the coordinates of an ASCII body, and the colours where there are any."""
     require_text_size(body)
     if count > body.count(b"\n") + 1:
         raise FormatError(f"expected {count} points, got fewer lines; is the file cut off?")
+    names = [name for name in _KEPT if name in dtype.names]
     widths = [dtype[name].shape[0] for name in dtype.names]
     starts = dict(zip(dtype.names, np.cumsum([0, *widths[:-1]]), strict=True))
-    columns = [int(starts[axis]) for axis in "xyz"]
+    columns = [int(starts[name]) for name in names]
     rows = np.loadtxt(io.StringIO(body.decode("ascii")), usecols=columns, ndmin=2, max_rows=count)
-    return dict(zip("xyz", rows.T, strict=True))
+    return {name: row.astype(dtype[name].base) for name, row in zip(names, rows.T, strict=True)}
 
 
 def _binary_columns(body: bytes, dtype: np.dtype, count: int) -> np.ndarray:
@@ -100,15 +102,20 @@ def _binary_columns(body: bytes, dtype: np.dtype, count: int) -> np.ndarray:
 _BODIES = {"ascii": _text_columns, "binary": _binary_columns, "binary_compressed": _compressed_columns}
 
 
-def read_pcd(data: bytes, path: Path) -> tuple[np.ndarray, None]:
-    """Return the points (N, 3); those a sensor did not see are NaN."""
+def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]:
+    """Return the fields by name, rgb packed as the format packs it, and the number of points declared."""
     header, start = _parse_header(data)
     dtype = _row_dtype(header)
     count = (
         int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     )
     require_counts(points=count)
-    columns = _BODIES[header["DATA"][0]](data[start:], dtype, count)
+    return _BODIES[header["DATA"][0]](data[start:], dtype, count), count
+
+
+def read_pcd(data: bytes, path: Path) -> tuple[np.ndarray, None]:
+    """Return the points (N, 3); those a sensor did not see are NaN."""
+    columns, count = point_columns(data)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:
         raise FormatError(f"expected {count} points, got {len(points)}; is the file cut off?")

@@ -170,6 +170,17 @@ def _triangles(columns, element: _Element) -> np.ndarray:
     return fan_triangles([len(polygon) for polygon in columns[name]], np.concatenate(columns[name]))
 
 
+def vertex_columns(data: bytes) -> dict[str, np.ndarray]:
+    """Return what a file says of each vertex, by the property's name: x, y, z, and maybe red or label."""
+    order, elements, start = _parse_header(data)
+    body = _BinaryBody(data, start, order) if order else _TextBody(data, start)
+    for element in elements:
+        columns = _read_element(body, element)
+        if element.name == "vertex":
+            return {each.name: np.asarray(columns[each.name]) for each in element.properties if len(columns)}
+    return {}
+
+
 def read_ply(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
     order, elements, start = _parse_header(data)

@@ -1,0 +1,104 @@
+"""What a scan did not see of an object, added by guesses that can be chosen (paper, §IV-C: cups lack their bottom)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+STEPS = ("bottom", "sides", "mirror")
+DEFAULT = ("bottom",)
+_SLICE = 0.015  # metres: what is that near the support belongs to the foot
+
+
+def complete(
+    points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0, spacing: float = 0.005
+) -> np.ndarray:
+    """Return an object's points with those that its scan has not seen, as far as they can be guessed.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of one object.
+    steps : sequence of {"bottom", "sides", "mirror"}
+        ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
+        ``sides`` continues upright outlines down to the support; ``mirror`` adds the object's mirror image about
+        the upright plane that it agrees with most.
+    support : float
+        The height that the object stands on, metres.
+    spacing : float
+        Of the points that are added, metres.
+
+    Returns
+    -------
+    (M, 3) float64, metres
+        The points as they came, then those added.
+    """
+    unknown = [step for step in steps if step not in STEPS]
+    if unknown:
+        raise InputError(f"completion {unknown[0]!r}: expected some of {', '.join(STEPS)}")
+    if "mirror" in steps:
+        points = np.vstack([points, mirrored(points, spacing)])
+    if "sides" in steps:
+        points = np.vstack([points, continued_down(points, support, spacing)])
+    if "bottom" in steps:
+        points = np.vstack([points, closed_bottom(points, support, spacing)])
+    return points
+
+
+def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+    """Return a flat sheet (K, 3) at the support over the outline of the foot, for what stands there."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    lowest = points[:, 2].min()
+    foot = points[points[:, 2] < lowest + _SLICE, :2]
+    try:
+        hull = ConvexHull(foot)
+    except (QhullError, ValueError):
+        return np.empty((0, 3))
+    low, high = foot.min(axis=0), foot.max(axis=0)
+    x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
+    sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
+    return np.column_stack([sheet[inside], np.full(inside.sum(), max(lowest, support))])
+
+
+def continued_down(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+    """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
+    column = np.floor(points[:, :2] / (2 * spacing)).astype(np.int64)
+    order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
+    first = np.ones(len(order), bool)
+    first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
+    lowest = points[order[first]]
+    edge = lowest[on_outline(column[order[first]])]
+    levels = np.arange(support, points[:, 2].max(), spacing)
+    rows = [np.column_stack([np.tile(p[:2], (n, 1)), levels[:n]]) for p in edge if (n := int((levels < p[2]).sum()))]
+    return np.vstack(rows) if rows else np.empty((0, 3))
+
+
+def on_outline(columns: np.ndarray) -> np.ndarray:
+    """Return which of an object's columns (C, 2) have a side without a neighbour, (C,) bool."""
+    keys = columns[:, 0] << 32 | (columns[:, 1] & 0xFFFFFFFF)
+    covered = np.ones(len(columns), bool)
+    for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        near = columns + step
+        covered &= np.isin(near[:, 0] << 32 | (near[:, 1] & 0xFFFFFFFF), keys)
+    return ~covered
+
+
+def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the mirror image (K, 3) of an object, where it adds something, about its upright plane of symmetry."""
+    from scipy.spatial import cKDTree
+
+    from .bounding import bounding_box
+
+    box = bounding_box(points)
+    own = box.to_own(points)
+    tree = cKDTree(own)
+    images = [own * sign for sign in ((-1, 1, 1), (1, -1, 1))]
+    distances = [tree.query(image, distance_upper_bound=0.1)[0] for image in images]
+    best = int(np.argmin([np.minimum(each, 0.1).mean() for each in distances]))
+    added = images[best][distances[best] > 2 * spacing]
+    return added @ box.axes + box.center

@@ -1,0 +1,177 @@
+"""From a tilted scan to the level frame: z up, in metres, the floor at z = 0 (paper, §IV-C: the floor by RANSAC)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from .cells import cells
+from .gravity import axis_up, camera_frame, facing, seen_gravity
+from .patches import Patches, find_patches, patch_side
+
+_LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
+_BIN = 0.02  # metres, of the heights that are compared
+_MERGED = 2  # bins to either side that belong to one plane
+_LARGE = 0.15  # of the largest level plane: what is smaller is no floor
+_LARGE_ENOUGH = 1.0  # square metres: what is larger is a floor however large the others are
+_MOST_BELOW = 0.03  # share of the points that noise and reflections may put below the floor
+_BELOW = 0.10  # metres below a plane, for that count
+_FIT = 0.04  # metres around a plane within which points are fitted
+_THINNED = 0.02  # metres: cells of which each counts once in a fit
+_TABLE_AREA = 1.5  # square metres: no table top on its own is larger
+_STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
+_ON_TABLE = 0.6  # metres: what stands on a table top is not higher
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Levelling:
+    """How a scan is turned and moved to stand on z = 0, and what that was told by."""
+
+    T_level_scan: np.ndarray  # (4, 4) float64, from the scan's frame to the level one
+    source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
+    floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
+    noise: float  # standard deviation of the floor's points about it, metres
+    camera: np.ndarray | None = None  # (3,) where the scan was seen from, in its own frame, if known
+
+    @property
+    def up(self) -> np.ndarray:
+        """Unit vector (3,) that points up, in the scan's frame."""
+        return self.T_level_scan[2, :3]
+
+    @property
+    def height(self) -> float:
+        """Of z = 0 along ``up``, in the scan's frame, metres."""
+        return float(-self.T_level_scan[2, 3])
+
+    def to_level(self, points: np.ndarray) -> np.ndarray:
+        """Return points (N, 3) of the scan's frame in the level one."""
+        return points @ self.T_level_scan[:3, :3].T + self.T_level_scan[:3, 3]
+
+    def to_scan(self, points: np.ndarray) -> np.ndarray:
+        """Return points (N, 3) of the level frame in the scan's."""
+        return (points - self.T_level_scan[:3, 3]) @ self.T_level_scan[:3, :3]
+
+
+def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
+    """Find gravity and the floor of a scan (paper, §IV-C).
+
+    The floor is the lowest large level plane, not the largest: a wall and a table top can be larger. Where no floor
+    is seen the table top that carries the scene serves, else the given or the sensor's own up and the lowest point.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, finite
+    up : str
+        ``auto``, or the axis or the vector that points up, which is then taken as it is.
+    name : str
+        What errors call the scan.
+
+    Raises
+    ------
+    InputError
+        If ``up`` is no direction, or the points have no extent.
+    """
+    patches = find_patches(points, patch_side(points))
+    likely, camera = camera_frame(points)
+    if up != "auto":
+        likely, camera = axis_up(up), None
+    seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
+    upward = likely if seen is None else seen
+    plane = lowest_large_plane(points, patches[facing(patches, upward, camera) @ upward > _LEVEL], upward)
+    if plane is None:
+        source = "given" if up != "auto" else "assumed"
+        return Levelling(
+            T_level_scan=turned_to(upward, float(np.percentile(points @ upward, 0.5))),
+            source=source,
+            floor_seen=False,
+            noise=0.0,
+            camera=camera,
+        )
+    height, area = plane
+    fixed = up != "auto"
+    upward, height, noise = fitted_plane(points, upward, height, fixed)
+    if not np.isfinite(height):
+        raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
+    source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
+    return Levelling(
+        T_level_scan=turned_to(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
+    )
+
+
+def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> tuple[float, float] | None:
+    """Return the height along ``up`` and the area of the lowest large level plane, metres and square metres.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+        All of the scan's.
+    patches : Patches
+        The level ones, facing up.
+    up : (3,) float64
+    """
+    if not len(patches):
+        return None
+    heights = patches.centers @ up
+    lowest = np.floor(heights.min() / _BIN)
+    bins = np.floor(heights / _BIN).astype(int) - int(lowest)
+    area = np.bincount(bins, patches.areas, bins.max() + 1)
+    width = 2 * _MERGED + 1
+    around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
+    large = around >= min(_LARGE * around.max(), _LARGE_ENOUGH)
+    along = np.sort(points @ up)
+    for peak in np.flatnonzero(large):
+        height = (lowest + peak + 0.5) * _BIN
+        near = slice(peak, peak + width)
+        if around[peak] < around[near].max():
+            continue  # a larger sum is just above: this is its slope
+        below = np.searchsorted(along, height - _BELOW) / len(along)
+        return (height, float(around[peak])) if below <= _MOST_BELOW else None
+    return None
+
+
+def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool) -> tuple[np.ndarray, float, float]:
+    """Return up (3,), the height along it and the spread of the plane through the points near a level one.
+
+    Each cell of 2 cm counts once, so that what is near the sensor does not outweigh the rest.
+    """
+    near = np.abs(points @ up - height) < 2 * _FIT
+    if near.sum() < 3:
+        return up, height, 0.0
+    means = cells(points[near], _THINNED).means
+    for reach in (2 * _FIT, _FIT, _FIT):
+        offset = means @ up - height
+        inside = np.abs(offset) < reach
+        if inside.sum() < 10:
+            break
+        if not fixed:
+            axes = np.linalg.eigh(np.cov(means[inside].T))[1]
+            normal = axes[:, 0] * np.sign(axes[:, 0] @ up)
+            up = normal if normal @ up > _LEVEL else up
+        height = float(np.median(means[inside] @ up))
+    offset = points[near] @ up - height
+    inside = np.abs(offset) < _FIT
+    return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
+
+
+def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera) -> bool:
+    """Tell a table top from a floor: close below the camera, or small, with only low things on it."""
+    if camera is not None:
+        return bool(camera @ up - height < _STANDING)
+    return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
+
+
+def turned_to(up: np.ndarray, height: float) -> np.ndarray:
+    """Return the transform (4, 4) that turns ``up`` to z by the shortest way and puts its height at z = 0."""
+    from scipy.spatial.transform import Rotation
+
+    z = np.array([0.0, 0.0, 1.0])
+    axis = np.cross(up, z)
+    sine, cosine = np.linalg.norm(axis), float(up @ z)
+    axis = axis / sine if sine > 1e-12 else np.array([1.0, 0.0, 0.0])
+    transform = np.eye(4)
+    transform[:3, :3] = Rotation.from_rotvec(axis * np.arctan2(sine, cosine)).as_matrix()
+    transform[2, 3] = -height
+    return transform

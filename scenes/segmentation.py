@@ -1,0 +1,103 @@
+"""From a levelled scan to objects: floor, walls and ceiling off, the rest in Euclidean clusters (paper, §IV-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from .cells import Cells, cells
+from .clusters import euclidean_clusters
+from .patches import Patches, find_patches, patch_side
+from .supports import split_off
+from .walls import ceiling_height, find_walls
+
+FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segmentation:
+    """How a scan falls into objects; named as PCL's filters and EuclideanClusterExtraction name it."""
+
+    leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
+    distance_threshold: float = 0.02  # metres off the floor's plane that still belong to it, noise apart
+    cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
+    min_cluster_size: int = 60  # voxels
+    max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
+    walls: bool = True  # recognise walls and the ceiling
+    supports: bool = True  # part what stands on a table from the table
+
+    def __post_init__(self):
+        for name in ("leaf_size", "distance_threshold", "cluster_tolerance"):
+            if not 0 < getattr(self, name) < 1:
+                raise InputError(f"{name}: expected between 0 and 1 m, got {getattr(self, name):g}")
+        if not 1 <= self.min_cluster_size <= self.max_cluster_size:
+            sizes = f"{self.min_cluster_size} and {self.max_cluster_size}"
+            raise InputError(f"min_cluster_size and max_cluster_size: expected 1 or more, ascending, got {sizes}")
+
+
+def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float = 0.0) -> np.ndarray:
+    """Return which object each point is of (paper, §IV-C).
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+        In the level frame: z up, the floor, or the table top that carries the scene, at z = 0.
+    settings : Segmentation
+    noise : float
+        Standard deviation of the floor's points, metres; the floor is taken to be that much thicker.
+
+    Returns
+    -------
+    (N,) int32
+        Objects are numbered from 0, the one of most voxels first; -1 the floor, -2 a wall or the ceiling, -3 what is
+        too small, or below the floor. The order of the points does not matter.
+    """
+    settings = settings or Segmentation()
+    thinned = cells(points, settings.leaf_size)
+    return labelled_voxels(thinned, settings, noise)[thinned.cell_of]
+
+
+def labelled_voxels(thinned: Cells, settings: Segmentation, noise: float = 0.0) -> np.ndarray:
+    """Return the label (C,) int32 of each voxel of a thinned scan; see `segment`."""
+    voxels = thinned.means
+    patches = find_patches(voxels, max(patch_side(voxels), 4 * settings.leaf_size))
+    labels = np.full(len(voxels), LEFT_OVER, np.int32)
+    labels[is_floor(voxels, settings, noise)] = FLOOR
+    above = voxels[:, 2] > 0
+    if settings.walls:
+        labels[above & is_wall(voxels, patches)] = WALL
+    rest = np.flatnonzero(above & (labels == LEFT_OVER))
+    found = euclidean_clusters(voxels[rest], settings.cluster_tolerance)
+    if settings.supports:
+        found = split_off(voxels[rest], found, settings.cluster_tolerance)
+    labels[rest] = numbered(found, settings)
+    return labels
+
+
+def is_floor(voxels: np.ndarray, settings: Segmentation, noise: float) -> np.ndarray:
+    """Return which voxels (C, 3) belong to the floor, (C,) bool."""
+    return np.abs(voxels[:, 2]) <= settings.distance_threshold + min(noise, settings.distance_threshold)
+
+
+def is_wall(voxels: np.ndarray, patches: Patches) -> np.ndarray:
+    """Return which voxels (C, 3) belong to walls or the ceiling, or lie beyond, (C,) bool."""
+    found = voxels[:, 2] > ceiling_height(patches)
+    for wall in find_walls(voxels, patches):
+        found |= wall.holds(voxels)
+    return found
+
+
+def numbered(found: np.ndarray, settings: Segmentation) -> np.ndarray:
+    """Return clusters (C,) numbered by size, -3 for those of a size that is not wanted.
+
+    Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.
+    """
+    _, first, member, counts = np.unique(found, return_index=True, return_inverse=True, return_counts=True)
+    order = np.lexsort((first, -counts))
+    wanted = order[(counts[order] >= settings.min_cluster_size) & (counts[order] <= settings.max_cluster_size)]
+    number = np.full(len(counts), LEFT_OVER, np.int32)
+    number[wanted] = np.arange(len(wanted))
+    return number[member.ravel()]
