@@ -11,11 +11,11 @@ import numpy as np
 from spherefunc_bullet.cloud import Cloud
 
 from .bounding import Box, bounding_box
-from .cells import Cells, cells
 from .completion import DEFAULT, complete
 from .levelling import Levelling, level
 from .scan import Scan
-from .segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, labelled_voxels
+from .segmentation import Segmentation, segment
+from .supports import top_below
 
 LARGE = 0.5  # metres: on what is larger spheres below 1 cm tell nothing that larger ones do not, and take seconds
 SMALLEST_ON_LARGE = 0.01  # metres
@@ -40,6 +40,12 @@ class Room:
     labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
     objects: list[SceneObject]
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
+
+    def box_in_scan(self, box: Box) -> Box:
+        """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""
+        center = self.levelling.to_scan(box.center[None])[0]
+        x = box.axes[0] @ self.levelling.T_level_scan[:3, :3]
+        return Box(center=center, size=box.size, yaw=float(np.arctan2(x[1], x[0])))
 
 
 class Stopwatch:
@@ -83,47 +89,68 @@ def recognise(
     settings, watch = settings or Segmentation(), Stopwatch()
     levelling = level(scan.points, up, scan.name)
     watch.lap("floor")
-    thinned = cells(levelling.to_level(scan.points), settings.leaf_size)
-    watch.lap("thinning")
-    voxel_labels = labelled_voxels(thinned, settings, levelling.noise)
-    labels = voxel_labels[thinned.cell_of]
+    points = levelling.to_level(scan.points)
+    labels = segment(points, settings, noise=levelling.noise)
     watch.lap("clusters")
-    parts = object_points(thinned, labels, voxel_labels)
-    clouds = [object_cloud(points, completion, support, f"object {k}") for k, (points, support) in enumerate(parts)]
-    watch.lap("completion")
-    settled = [settled_on(cloud, model, simulator) for cloud, _ in clouds]
-    watch.lap("spheres")
-    functions = [scored(each, model) for each in settled]
-    watch.lap("classification")
-    objects = [
-        SceneObject(id=k, points=points, support=support, box=box, functions=functions[k])
-        for k, ((points, support), (_, box)) in enumerate(zip(parts, clouds, strict=True))
-    ]
+    objects = recognise_objects(points, labels, model, simulator, completion=completion, watch=watch)
     return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.stages)
 
 
-def object_points(thinned: Cells, labels: np.ndarray, voxel_labels: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Return the points (N, 3) of each object, as they came, and the height that it stands on, metres."""
-    count = int(voxel_labels.max(initial=-1)) + 1
+def recognise_objects(
+    points: np.ndarray,
+    labels: np.ndarray,
+    model,
+    simulator=None,
+    *,
+    completion: Sequence[str] = DEFAULT,
+    watch: Stopwatch | None = None,
+) -> list[SceneObject]:
+    """Tell what each object of a segmented scan is for.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    labels : (N,) int
+        The object of each point, numbered from 0; below, of none.
+    model, simulator, completion
+        See `recognise`.
+    watch : Stopwatch, optional
+        Receives the seconds of each step.
+    """
+    watch = watch or Stopwatch()
+    parts = object_points(points, labels)
+    supports = [support_height(parts, k) for k in range(len(parts))]
+    watch.lap("supports")
+    clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
+    watch.lap("completion")
+    settled = [settled_on(cloud, model, simulator) for cloud, _ in clouds]
+    watch.lap("spheres")
+    functions = scores(settled, model)
+    watch.lap("classification")
+    return [
+        SceneObject(id=k, points=parts[k], support=supports[k], box=clouds[k][1], functions=functions[k])
+        for k in range(len(parts))
+    ]
+
+
+def object_points(points: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
+    """Return the points (N, 3) of each object, by number, as they came."""
     order = np.argsort(labels, kind="stable")
-    bounds = np.searchsorted(labels[order], np.arange(count + 1))
-    parts = [thinned.points[order[bounds[k] : bounds[k + 1]]] for k in range(count)]
-    return [(points, support_height(points, parts, k)) for k, points in enumerate(parts)]
+    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
+    return [points[order[first:last]] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
-def support_height(points: np.ndarray, parts: list[np.ndarray], own: int) -> float:
+def support_height(parts: list[np.ndarray], own: int) -> float:
     """Return the height that an object stands on: the top of what is right below it, else the floor's 0."""
-    from .supports import top_below
-
-    return top_below(points, [part for k, part in enumerate(parts) if k != own])
+    return top_below(parts[own], [part for k, part in enumerate(parts) if k != own])
 
 
-def object_cloud(points: np.ndarray, completion: Sequence[str], support: float, name: str) -> tuple[Cloud, Box]:
+def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
     whole = complete(points, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
-    return Cloud(own, name), box
+    return Cloud(own, "object"), box
 
 
 def settled_on(cloud: Cloud, model, simulator=None) -> dict:
@@ -135,27 +162,35 @@ def settled_on(cloud: Cloud, model, simulator=None) -> dict:
     return settle(cloud, simulator or model.simulator, radii, model.seed)
 
 
-def scored(settled: dict, model) -> dict[str, dict]:
-    """Return each function's score for an object on which the spheres have settled, whichever way it faces.
+def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:
+    """Return each function's score for objects on which the spheres have settled, whichever way they face.
 
-    Which side of it is the front nobody said, so its distance to a training object is that at the best of four
-    quarter turns.
+    Which side of an object is the front nobody said, so its distance to a training object is that at the best of
+    four quarter turns. Where spheres of a radius were not dropped, the other radii vote alone.
     """
-    from spherefunc_bullet.heading import quarter_turns
     from spherefunc_bullet.method import find_method
     from spherefunc_bullet.validation import THRESHOLD, voted_scores
 
-    turned = [{radius: quarter_turns(centers, k) for radius, centers in settled.items()} for k in range(4)]
-    distances = {radius: model.distances(turned, radius).min(axis=0, keepdims=True) for radius in settled}
-    functions = {}
+    method, out = find_method(model.method), [{} for _ in settled]
+    distances = {radius: turned_distances(settled, model, radius) for radius in model.chosen_radii()}
     for name, members in zip(model.functions_, model.members_.T, strict=True):
-        weights = {radius: weight for radius, weight in model.weights_[name].items() if radius in settled}
-        total = sum(weights.values())
-        weights = {radius: weight / total for radius, weight in weights.items()}
-        score = float(voted_scores(distances, members, weights, find_method(model.method))[0]) if weights else 0.0
-        member = bool(score > THRESHOLD)
-        functions[name] = {"member": member, "score": round(score, 4), "radius": model.radius_[name]}
-    return functions
+        for k, dropped in enumerate(settled):
+            weights = {radius: weight for radius, weight in model.weights_[name].items() if radius in dropped}
+            total = sum(weights.values())
+            rows = {radius: distances[radius][k : k + 1] for radius in weights}
+            score = float(voted_scores(rows, members, weights, method)[0]) / total if weights else 0.0
+            out[k][name] = {
+                "member": score > THRESHOLD, "score": round(score, 4), "radius": model.radius_[name]
+            }
+    return out
 
 
-__all__ = ["FLOOR", "LEFT_OVER", "WALL", "Room", "SceneObject", "recognise"]
+def turned_distances(settled: Sequence[dict], model, radius: float) -> np.ndarray:
+    """Return the distances (Q, N) of objects to the training examples, each turned by quarters to be nearest."""
+    from spherefunc_bullet.heading import quarter_turns
+
+    nothing = np.empty((0, 3))
+    turns = [[{radius: quarter_turns(each.get(radius, nothing), k)} for each in settled] for k in range(4)]
+    if not settled:
+        return np.empty((0, len(model.names_)))
+    return np.min([model.distances(turned, radius) for turned in turns], axis=0)

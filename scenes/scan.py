@@ -34,7 +34,9 @@ class Scan:
         return len(self.points)
 
 
-def scan_from_points(points, name: str = "scan", *, colors=None, units: str = "m", report: Report | None = None) -> Scan:
+def scan_from_points(
+    points, name: str = "scan", *, colors=None, units: str = "m", report: Report | None = None
+) -> Scan:
     """Return the scan of points, without those that are not finite.
 
     Parameters
@@ -58,7 +60,8 @@ def scan_from_points(points, name: str = "scan", *, colors=None, units: str = "m
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     seen = np.isfinite(points).all(axis=1)
     if seen.sum() < MIN_POINTS:
-        raise InputError(f"{name}: expected at least {MIN_POINTS} points, got {int(seen.sum())}; is it empty or cut off?")
+        found = f"got {int(seen.sum())}; is it empty or cut off?"
+        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {found}")
     if not seen.all():
         points, colors = points[seen], None if colors is None else colors[seen]
     return Scan(
