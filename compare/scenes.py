@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from scenes.completion import DEFAULT
+from scenes.completion import DEFAULT, steps_of
 from scenes.recognition import Room, recognise
 from scenes.scan import load_scan
 from scenes.segmentation import Segmentation
@@ -146,7 +146,7 @@ def main(
     data: Annotated[Path, typer.Argument(help="Folder of scans, with NAME_boxes.csv or NAME_instances.csv.")],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str, typer.Option(help="Whose shipped model to use.")] = "fast",
-    complete: Annotated[str, typer.Option(help="Completion of objects, such as bottom,mirror; none.")] = "",
+    complete: Annotated[str, typer.Option(help="Some of bottom,sides,mirror; or none.")] = ",".join(DEFAULT),
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     only: Annotated[str, typer.Option(help="Scans whose names hold this.")] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -155,7 +155,7 @@ def main(
     from spherefunc_bullet.model_file import load_model, shipped_model
 
     classifier = load_model(model or shipped_model(backend))
-    steps = DEFAULT if not complete else () if complete == "none" else tuple(complete.split(","))
+    steps = steps_of(complete)
     settings, failures, rows = Segmentation(cluster_tolerance=cluster_tolerance), Failures(), []
     for path in sorted(each for each in data.glob("*.ply") if only in each.name):
         try:

@@ -13,6 +13,26 @@ DEFAULT = ("bottom",)
 _SLICE = 0.015  # metres: what is that near the support belongs to the foot
 
 
+def steps_of(text: str) -> tuple[str, ...]:
+    """Return the steps of a comma-separated list, none of ``none``.
+
+    Raises
+    ------
+    InputError
+        If one of them is none.
+
+    Examples
+    --------
+    >>> steps_of("bottom,mirror"), steps_of("none")
+    (('bottom', 'mirror'), ())
+    """
+    steps = () if text.strip() in ("", "none") else tuple(part.strip() for part in text.split(","))
+    unknown = [step for step in steps if step not in STEPS]
+    if unknown:
+        raise InputError(f"completion {unknown[0]!r}: expected some of {', '.join(STEPS)}, or none")
+    return steps
+
+
 def complete(
     points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0, spacing: float = 0.005
 ) -> np.ndarray:
@@ -36,9 +56,6 @@ def complete(
     (M, 3) float64, metres
         The points as they came, then those added.
     """
-    unknown = [step for step in steps if step not in STEPS]
-    if unknown:
-        raise InputError(f"completion {unknown[0]!r}: expected some of {', '.join(STEPS)}")
     if "mirror" in steps:
         points = np.vstack([points, mirrored(points, spacing)])
     if "sides" in steps:
