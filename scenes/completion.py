@@ -10,7 +10,10 @@ from spherefunc_bullet.errors import InputError
 
 STEPS = ("bottom", "sides", "mirror")
 DEFAULT = ("bottom",)
-_SLICE = 0.015  # metres: what is that near the support belongs to the foot
+_SLICE = 0.015  # metres: the least height of an object's lower part
+_LOWER = 0.25  # of its height
+_CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
+_NEARBY = 0.025  # metres
 
 
 def steps_of(text: str) -> tuple[str, ...]:
@@ -66,20 +69,36 @@ def complete(
 
 
 def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
-    """Return a flat sheet (K, 3) at the support over the outline of the foot, for what stands there."""
+    """Return a flat sheet (K, 3) over an object's outline at its lowest point, if it stands on sides and not on legs.
+
+    The outline is that of the whole object: of a cup seen from one side the lower part of the far wall is hidden, but
+    its rim is seen all around. What the sheet adds beyond a narrower foot lies below the walls, out of reach.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
-    lowest = points[:, 2].min()
-    foot = points[points[:, 2] < lowest + _SLICE, :2]
+    lowest, highest = points[:, 2].min(), points[:, 2].max()
     try:
-        hull = ConvexHull(foot)
+        hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
         return np.empty((0, 3))
-    low, high = foot.min(axis=0), foot.max(axis=0)
+    lower = points[points[:, 2] < lowest + max(_SLICE, _LOWER * (highest - lowest)), :2]
+    if covered_share(points[hull.vertices, :2], lower) < _CLOSED:
+        return np.empty((0, 3))
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     return np.column_stack([sheet[inside], np.full(inside.sum(), max(lowest, support))])
+
+
+def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
+    """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
+    from scipy.spatial import cKDTree
+
+    ends = np.roll(outline, -1, axis=0)
+    counts = np.maximum(np.ceil(np.linalg.norm(ends - outline, axis=1) / 0.01).astype(int), 1)
+    places = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(outline, ends, counts, strict=True)]
+    return float(np.mean(cKDTree(points).query(np.vstack(places))[0] < _NEARBY))
 
 
 def continued_down(points: np.ndarray, support: float, spacing: float) -> np.ndarray:

@@ -33,7 +33,7 @@ class Levelling:
     T_level_scan: np.ndarray  # (4, 4) float64, from the scan's frame to the level one
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
     floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
-    noise: float  # standard deviation of the floor's points about it, metres
+    noise: float | None  # standard deviation of the floor's points about it, metres; None where none is seen
     camera: np.ndarray | None = None  # (3,) where the scan was seen from, in its own frame, if known
 
     @property
@@ -87,7 +87,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
             T_level_scan=turned_to(upward, float(np.percentile(points @ upward, 0.5))),
             source=source,
             floor_seen=False,
-            noise=0.0,
+            noise=None,
             camera=camera,
         )
     height, area = plane

@@ -90,7 +90,8 @@ def recognise(
     levelling = level(scan.points, up, scan.name)
     watch.lap("floor")
     points = levelling.to_level(scan.points)
-    labels = segment(points, settings, noise=levelling.noise)
+    camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
+    labels = segment(points, settings, noise=levelling.noise, camera=camera)
     watch.lap("clusters")
     objects = recognise_objects(points, labels, model, simulator, completion=completion, watch=watch)
     return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.stages)

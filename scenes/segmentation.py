@@ -8,13 +8,15 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .cells import Cells, cells
+from .cells import cells
 from .clusters import euclidean_clusters
+from .joining import joined
 from .patches import Patches, find_patches, patch_side
 from .supports import split_off
 from .walls import ceiling_height, find_walls
 
 FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
+_THINNEST = 0.008  # metres: a floor is never quite flat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +29,9 @@ class Segmentation:
     min_cluster_size: int = 60  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
     walls: bool = True  # recognise walls and the ceiling
-    supports: bool = True  # part what stands on a table from the table
+    supports: bool = True  # part what stands on a table, or leans on it, from the table
+    join: bool = True  # join pieces of one object that were seen apart
+    follow_depth: bool = True  # let the tolerance grow with the steps of a depth camera whose place is known
 
     def __post_init__(self):
         for name in ("leaf_size", "distance_threshold", "cluster_tolerance"):
@@ -38,7 +42,13 @@ class Segmentation:
             raise InputError(f"min_cluster_size and max_cluster_size: expected 1 or more, ascending, got {sizes}")
 
 
-def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float = 0.0) -> np.ndarray:
+def segment(
+    points: np.ndarray,
+    settings: Segmentation | None = None,
+    *,
+    noise: float | None = None,
+    camera: np.ndarray | None = None,
+) -> np.ndarray:
     """Return which object each point is of (paper, §IV-C).
 
     Parameters
@@ -46,8 +56,10 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
     points : (N, 3) float64, metres
         In the level frame: z up, the floor, or the table top that carries the scene, at z = 0.
     settings : Segmentation
-    noise : float
-        Standard deviation of the floor's points, metres; the floor is taken to be that much thicker.
+    noise : float, optional
+        Standard deviation of the floor's points, metres, if known: the floor is taken to be thinner or thicker by it.
+    camera : (3,) float64, optional
+        Where a single view was taken from, if known, metres, level frame.
 
     Returns
     -------
@@ -57,12 +69,11 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
     """
     settings = settings or Segmentation()
     thinned = cells(points, settings.leaf_size)
-    return labelled_voxels(thinned, settings, noise)[thinned.cell_of]
+    return labelled_voxels(thinned.means, settings, noise, camera)[thinned.cell_of]
 
 
-def labelled_voxels(thinned: Cells, settings: Segmentation, noise: float = 0.0) -> np.ndarray:
-    """Return the label (C,) int32 of each voxel of a thinned scan; see `segment`."""
-    voxels = thinned.means
+def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | None, camera) -> np.ndarray:
+    """Return the label (C,) int32 of each voxel (C, 3) of a thinned scan; see `segment`."""
     patches = find_patches(voxels, max(patch_side(voxels), 4 * settings.leaf_size))
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
     labels[is_floor(voxels, settings, noise)] = FLOOR
@@ -70,16 +81,22 @@ def labelled_voxels(thinned: Cells, settings: Segmentation, noise: float = 0.0) 
     if settings.walls:
         labels[above & is_wall(voxels, patches)] = WALL
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
-    found = euclidean_clusters(voxels[rest], settings.cluster_tolerance)
+    distances = None if camera is None or not settings.follow_depth else np.linalg.norm(voxels[rest] - camera, axis=1)
+    found = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
     if settings.supports:
-        found = split_off(voxels[rest], found, settings.cluster_tolerance)
-    labels[rest] = numbered(found, settings)
+        found = split_off(voxels[rest], found, settings.cluster_tolerance, noise or 0.0)
+    if settings.join:
+        found = joined(voxels[rest], found, voxels[labels == WALL], voxels[labels == FLOOR])
+    labels[rest] = np.where(found < 0, WALL, numbered(found, settings))
     return labels
 
 
-def is_floor(voxels: np.ndarray, settings: Segmentation, noise: float) -> np.ndarray:
-    """Return which voxels (C, 3) belong to the floor, (C,) bool."""
-    return np.abs(voxels[:, 2]) <= settings.distance_threshold + min(noise, settings.distance_threshold)
+def is_floor(voxels: np.ndarray, settings: Segmentation, noise: float | None) -> np.ndarray:
+    """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
+    threshold = settings.distance_threshold
+    if noise is not None:
+        threshold = np.clip(4 * noise, min(_THINNEST, threshold), 2 * threshold)
+    return np.abs(voxels[:, 2]) <= threshold
 
 
 def is_wall(voxels: np.ndarray, patches: Patches) -> np.ndarray:
@@ -91,11 +108,12 @@ def is_wall(voxels: np.ndarray, patches: Patches) -> np.ndarray:
 
 
 def numbered(found: np.ndarray, settings: Segmentation) -> np.ndarray:
-    """Return clusters (C,) numbered by size, -3 for those of a size that is not wanted.
+    """Return clusters (C,) numbered by size, -3 for those below 0 and those of a size that is not wanted.
 
     Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.
     """
-    _, first, member, counts = np.unique(found, return_index=True, return_inverse=True, return_counts=True)
+    names, first, member, counts = np.unique(found, return_index=True, return_inverse=True, return_counts=True)
+    counts = np.where(names < 0, 0, counts)
     order = np.lexsort((first, -counts))
     wanted = order[(counts[order] >= settings.min_cluster_size) & (counts[order] <= settings.max_cluster_size)]
     number = np.full(len(counts), LEFT_OVER, np.int32)

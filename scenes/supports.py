@@ -1,111 +1,152 @@
-"""What stands on a table top, and is an object of its own."""
+"""What stands on a table top or is pushed against it, and is an object of its own."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from .cells import cells
 from .clusters import euclidean_clusters
-from .patches import find_patches
 
-_SIDE = 0.05  # metres, of the patches that show a table top
-_LEVEL = np.cos(np.radians(15.0))
 _BIN = 0.01  # metres, of the heights that are compared
-_AREA = 0.12  # square metres: a table top, or a seat
-_CLEAR = 0.015  # metres above the top at which another thing begins
+_AROUND = 10  # bins to either side that show how much of a height is upright
+_CELL = 0.05  # metres: a top fills cells of that side, while the sides of things only cross them
+_FILLED = 0.35  # of such a cell
+_CLEAR = 0.015  # metres above the top at which another thing begins, noise apart
+_MOST_CLEAR = 0.04  # metres, however noisy
 _GAP = 0.05  # metres: what begins higher above the top does not stand on it
-_INSIDE = 0.02  # metres: how far from the top's edge it stands; a chair's back rises from the edge
-_SMALL = 0.4  # of the top's area: what is larger is part of the thing
+_INSIDE = 0.02  # metres from the top's edge
+_AREA = 0.12  # square metres: the least of a top, or of a seat
+_SMALL = 0.4  # of a seat's area: what is larger is part of the seat
+_TABLE_AREA, _TABLE_HEIGHT = 0.25, 0.55  # square metres and metres: from there on a top is no seat
+_FEWEST = 10  # voxels of a thing
 
 
-def split_off(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return clusters (N,) int32 in which what stands within a level top is parted from it.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Top:
+    """A level surface that things can stand on."""
 
-    A cup on a table touches it, and clusters by distance alone hold both. A back rises from the edge of a seat, and
-    stays with it.
+    height: float  # metres
+    equations: np.ndarray  # (E, 3) of its outline's edges: negative inside
+    area: float  # of its outline, square metres
+
+    @property
+    def is_table(self) -> bool:
+        """Whether it is too large or too high for a seat, so that nothing above it is its own back."""
+        return self.area >= _TABLE_AREA and self.height >= _TABLE_HEIGHT
+
+    def outside(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points (N, 3) lie outside the outline seen from above, metres, negative inside."""
+        return (points[:, :2] @ self.equations[:, :2].T + self.equations[:, 2]).max(axis=1)
+
+
+def split_off(points: np.ndarray, found: np.ndarray, tolerance: float, noise: float = 0.0) -> np.ndarray:
+    """Return clusters (N,) int32 in which what stands on a level top, or leans on it, is parted from it.
+
+    A cup on a table touches it, as does a chair pushed against it, and clusters by distance alone hold all of them.
+    The back of a chair rises from the edge of its seat, and stays with it.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
+        Voxels of a centimetre or so.
     found : (N,) int32
         Clusters by distance.
     tolerance : float
         As for the clusters, metres.
+    noise : float
+        Standard deviation of level surfaces, metres.
     """
     found = found.copy()
     order = np.argsort(found, kind="stable")
-    bounds = np.searchsorted(found[order], np.arange(found.max(initial=-1) + 2))
     new = found.max(initial=-1) + 1
-    for k in range(len(bounds) - 1):
-        members = order[bounds[k] : bounds[k + 1]]
-        if len(members) * 1e-4 < _AREA / 4:  # voxels of a centimetre: too few for a top
+    bounds = np.searchsorted(found[order], np.arange(new + 1))
+    clear = min(max(_CLEAR, 2.5 * noise), _MOST_CLEAR)
+    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        members = order[first:last]
+        if len(members) < _AREA / _BIN**2 / 4:  # too few for a top
             continue
-        for part in standing_on(points[members], tolerance):
+        for part in standing_apart(points[members], tolerance, clear):
             found[members[part]] = new
             new += 1
     return found
 
 
-def standing_on(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
-    """Return the indices of each thing that stands on a level top of one cluster's points (N, 3)."""
+def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[np.ndarray]:
+    """Return the indices of each thing that a level top of one cluster (N, 3) carries or that leans on it."""
     parts = []
-    taken = np.zeros(len(points), bool)
-    for height in tops(points):
-        above = np.flatnonzero((points[:, 2] > height + _CLEAR) & ~taken)
-        top = points[np.abs(points[:, 2] - height) <= _CLEAR]
-        if len(above) < 10 or len(top) < 10:
-            continue
-        clusters = euclidean_clusters(points[above], tolerance)
-        for number in range(clusters.max() + 1):
-            thing = above[clusters == number]
-            if len(thing) >= 10 and stands_within(points[thing], top, height):
+    left = np.ones(len(points), bool)
+    for top in tops(points, clear):
+        above = points[:, 2] > top.height + clear
+        outside = top.outside(points)
+        apart = np.flatnonzero(left & (above | (outside > _INSIDE) if top.is_table else above))
+        clusters = euclidean_clusters(points[apart], tolerance)
+        for number in range(clusters.max(initial=-1) + 1):
+            thing = apart[clusters == number]
+            if len(thing) < _FEWEST or not above[thing].any():
+                continue  # a leg that spreads outward
+            if top.is_table or stands_within(points[thing], outside[thing], top):
                 parts.append(thing)
-                taken[thing] = True
+                left[thing] = False
     return parts
 
 
-def tops(points: np.ndarray) -> list[float]:
-    """Return the heights of large level tops among points (N, 3), from the highest, metres."""
-    patches = find_patches(points, _SIDE)
-    level = patches[np.abs(patches.normals[:, 2]) > _LEVEL]
-    if not len(level):
-        return []
-    lowest = np.floor(level.centers[:, 2].min() / _BIN)
-    bins = (np.floor(level.centers[:, 2] / _BIN) - lowest).astype(int)
-    area = np.convolve(np.bincount(bins, level.areas), np.ones(3), "same") if bins.max() >= 2 else np.array([])
-    if not len(area):
-        return [float(np.median(level.centers[:, 2]))] if level.areas.sum() >= _AREA else []
-    heights = []
-    while area.max() >= _AREA:
-        peak = int(np.argmax(area))
-        near = np.abs(bins - peak) <= 1
-        heights.append(float(np.average(level.centers[near, 2], weights=level.areas[near])))
-        area[max(0, peak - 4) : peak + 5] = 0
-    return sorted(heights, reverse=True)
+def stands_within(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+    """Return whether a thing (T, 3) stands on a seat, away from its edges, and is small beside it."""
+    foot = thing[:, 2] < thing[:, 2].min() + 2 * _GAP
+    area = np.prod(np.ptp(thing[:, :2], axis=0))
+    near = thing[:, 2].min() <= top.height + _GAP
+    return bool(near and area < _SMALL * top.area and outside[foot].max() < -_INSIDE)
 
 
-def stands_within(thing: np.ndarray, top: np.ndarray, height: float) -> bool:
-    """Return whether a thing (T, 3) stands on a top (S, 3) at a height, away from its edges, and is smaller."""
+def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
+    """Return the large level tops among voxels (N, 3), from the highest.
+
+    A level surface puts its whole area into one or two bins of height, upright ones a little into each.
+    """
+    lowest = np.floor(points[:, 2].min() / _BIN)
+    bins = (np.floor(points[:, 2] / _BIN) - lowest).astype(int)
+    width = 1 + int(clear > 1.5 * _CLEAR)
+    area = np.convolve(np.bincount(bins), np.ones(2 * width + 1))[width:-width] * _BIN**2
+    found = []
+    while (peak := int(np.argmax(area))) >= 0 and area[peak] >= _AREA:
+        around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
+        top = top_at(points[np.abs(bins - peak) <= width]) if area[peak] - np.median(around) >= _AREA / 2 else None
+        if top is not None and top.area >= _AREA:
+            found.append(top)
+        area[max(0, peak - 3) : peak + 4] = 0
+    return sorted(found, key=lambda each: -each.height)
+
+
+def top_at(slab: np.ndarray) -> Top | None:
+    """Return the top that a slice (N, 3) of voxels holds, None if it is too small or only crossed by sides."""
     from scipy.spatial import ConvexHull, QhullError
 
-    if thing[:, 2].min() > height + _GAP:
-        return False
-    foot = thing[thing[:, 2] < height + 2 * _GAP, :2]
+    flat = slab * [1, 1, 0]
+    grid = cells(flat, _CELL)
+    filled = grid.counts >= _FILLED * (_CELL / _BIN) ** 2
+    inside = filled[grid.cell_of]
     try:
-        hull, own = ConvexHull(top[:, :2]), ConvexHull(thing[:, :2])
-    except QhullError:
-        return False
-    outside = hull.equations[:, :2] @ foot.T + hull.equations[:, 2:]
-    return bool(own.volume < _SMALL * hull.volume and outside.max() < -_INSIDE)
+        hull = ConvexHull(flat[inside, :2])
+    except (QhullError, ValueError):
+        return None
+    if filled.sum() * _CELL**2 < _AREA:
+        return None
+    return Top(height=float(np.median(slab[inside, 2])), equations=hull.equations, area=float(hull.volume))
 
 
 def top_below(points: np.ndarray, others: list[np.ndarray]) -> float:
     """Return the height of the level top that an object (N, 3) stands on, 0 for the floor, metres."""
-    bottom = float(np.percentile(points[:, 2], 0.5))
+    bottom = float(points[:, 2].min())
+    if bottom < _GAP:
+        return 0.0
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     best = 0.0
     for other in others:
-        under = (other[:, :2] > low - _GAP).all(axis=1) & (other[:, :2] < high + _GAP).all(axis=1)
-        near = under & (other[:, 2] < bottom + _CLEAR) & (other[:, 2] > bottom - _GAP)
-        if near.sum() >= 10:
-            best = max(best, float(np.median(other[near, 2])))
+        near = (other[:, 2] < bottom + _CLEAR) & (other[:, 2] > bottom - _GAP)
+        under = other[near]
+        under = under[((under[:, :2] > low - _GAP) & (under[:, :2] < high + _GAP)).all(axis=1)]
+        if len(under) >= _FEWEST and np.ptp(under[:, :2], axis=0).min() > 0:
+            best = max(best, float(np.median(under[:, 2])))
     return best

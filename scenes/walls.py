@@ -11,6 +11,7 @@ from .patches import Patches
 _UPRIGHT = np.sin(np.radians(12.0))  # of a patch's normal along z
 _ALIGNED = np.cos(np.radians(12.0))
 _THICK = 0.05  # metres off its plane at which a point still belongs to a wall
+_THICKEST = 0.10  # metres, however noisy
 _BEYOND = 0.15  # metres: what is farther behind is another thing
 _MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
 _MOST_BEYOND = 0.03  # share of the voxels within that stretch
@@ -29,6 +30,7 @@ class Wall:
     normal: np.ndarray  # (2,) level unit vector into the room
     offset: float  # metres: normal @ xy on the plane
     span: tuple[float, float]  # metres along the wall, from and to
+    thickness: float = 0.05  # metres off the plane at which a point still belongs to it
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return places (N,) of points (N, 3) along the wall, metres."""
@@ -42,7 +44,7 @@ class Wall:
         """Return which points (N, 3) belong to the wall or lie behind it, (N,) bool."""
         along = self.along(points)
         beside = (along > self.span[0] - _MARGIN) & (along < self.span[1] + _MARGIN)
-        return beside & (self.ahead(points) < _THICK)
+        return beside & (self.ahead(points) < self.thickness)
 
 
 def ceiling_height(patches: Patches) -> float:
@@ -102,7 +104,9 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     into = 1.0 if np.median(points[:, :2] @ normal) >= offset else -1.0
     wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0))
     low, high = np.percentile(wall.along(patches.centers), [2, 98])
-    wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)))
+    spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
+    thickness = float(np.clip(3 * spread, _THICK, _THICKEST))
+    wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
     width, top = high - low, np.percentile(patches.centers[:, 2], 95)
     if width < _WIDTH or top < _TOP:
         return None

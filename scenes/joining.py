@@ -1,0 +1,161 @@
+"""Pieces of one object that the sensor saw apart, joined again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bounding import bounding_box
+
+_FEWEST = 5  # voxels: what is smaller is noise
+_REACH = 0.12  # metres: the widest gap that is bridged
+_STANDS = 0.06  # metres above the ground: what begins lower stands on it
+_UNDER = 0.05  # metres below a piece in which something carries it
+_WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
+_MARGIN = 0.03  # metres that the outline is widened by
+_HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs on it
+_VESSEL = 0.35  # metres: the largest vessel
+_LEVEL_RIM = 0.02  # metres by which the rim of two pieces of a vessel may differ
+_SAME_WIDTH = 1.25  # of the wider piece's width: both sides of one vessel are as wide as it is
+_OPEN = 0.3  # of the middle between two pieces: as much ground seen there parts them
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """A cluster."""
+
+    number: int
+    points: np.ndarray  # (N, 3) float64, metres, level frame
+    low: np.ndarray  # (3,) metres
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, number: int, points: np.ndarray) -> Piece:
+        return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
+
+
+def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
+    """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
+
+    What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
+    the far side of a cup, whose bottom is not seen, belong together.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    found : (N,) int32
+        Clusters, numbered from 0.
+    wall, ground : (W, 3), (G, 3) float64, metres
+        Voxels of walls and of the ground.
+    """
+    pieces = pieces_of(points, found)
+    leads_to = np.arange(len(pieces))
+    walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
+    for piece in sorted(pieces, key=lambda each: (len(each.points), each.number)):
+        if piece.low[2] < _STANDS or len(piece.points) < _FEWEST:
+            continue
+        near = around(piece, points, along_x)
+        near = near[found[near] != piece.number]
+        if is_carried(piece, points[near]):
+            continue
+        whole = whole_of(piece, points[near], found[near])
+        if walls(piece.points) < _HANGS:
+            leads_to[piece.number] = -1
+        elif whole is not None:
+            leads_to[piece.number] = whole
+    for a, b in vessel_sides(pieces, ground):
+        leads_to[a] = b
+    return np.array([end_of(leads_to, k) for k in range(len(pieces))], np.int64)[found] if len(pieces) else found
+
+
+def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
+    """Return the clusters of points (N, 3), by number."""
+    order = np.argsort(found, kind="stable")
+    bounds = np.searchsorted(found[order], np.arange(found.max(initial=-1) + 2))
+    spans = enumerate(zip(bounds[:-1], bounds[1:], strict=True))
+    return [Piece.of(k, points[order[first:last]]) for k, (first, last) in spans]
+
+
+def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
+    """Return what measures how near points (N, 3) come to those of walls (W, 3), metres."""
+    from scipy.spatial import cKDTree
+
+    if not len(wall):
+        return lambda points: np.inf
+    tree = cKDTree(wall)
+    return lambda points: float(tree.query(points)[0].min())
+
+
+def around(piece: Piece, points: np.ndarray, along_x: np.ndarray) -> np.ndarray:
+    """Return the indices of the points (N, 3) within reach of a piece's box; ``along_x`` sorts them by x."""
+    first, last = np.searchsorted(points[along_x, 0], [piece.low[0] - _REACH, piece.high[0] + _REACH])
+    chosen = along_x[first:last]
+    inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
+    return np.sort(chosen[inside.all(axis=1)])
+
+
+def end_of(leads_to: np.ndarray, number: int) -> int:
+    """Return where a chain of pieces ends; rings end at their smallest number."""
+    seen = []
+    while leads_to[number] != number and number not in seen:
+        seen.append(number)
+        number = leads_to[number]
+        if number < 0:
+            return -1
+    return min(seen[seen.index(number) :]) if number in seen else number
+
+
+def is_carried(piece: Piece, near: np.ndarray) -> bool:
+    """Return whether something (N, 3) is right below the lowest part of a piece."""
+    bottom = piece.low[2]
+    foot = piece.points[piece.points[:, 2] < bottom + _UNDER]
+    low, high = foot[:, :2].min(axis=0), foot[:, :2].max(axis=0)
+    below = near[(near[:, 2] < bottom + 0.01) & (near[:, 2] > bottom - _UNDER)]
+    return bool(((below[:, :2] > low) & (below[:, :2] < high)).all(axis=1).sum() >= 3)
+
+
+def whole_of(piece: Piece, near: np.ndarray, found: np.ndarray) -> int | None:
+    """Return the nearest larger cluster within reach over or under whose outline a piece lies."""
+    from scipy.spatial import cKDTree
+
+    if not len(near):
+        return None
+    distances = cKDTree(piece.points).query(near, distance_upper_bound=_REACH)[0]
+    best, nearest = None, _REACH
+    for number in np.unique(found[distances < _REACH]):
+        other = near[found == number]
+        low, high = other[:, :2].min(axis=0) - _MARGIN, other[:, :2].max(axis=0) + _MARGIN
+        within = ((piece.points[:, :2] > low) & (piece.points[:, :2] < high)).all(axis=1).mean()
+        distance = distances[found == number].min()
+        if within >= _WITHIN and distance < nearest:
+            best, nearest = int(number), distance
+    return best
+
+
+def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int]]:
+    """Return pairs of pieces that are two sides of one vessel: of one height and width, and no ground between them."""
+    small = [each for each in pieces if len(each.points) >= 10 and (each.high - each.low).max() < _VESSEL]
+    boxes = {each.number: bounding_box(each.points) for each in small}
+    pairs = []
+    for k, one in enumerate(small):
+        for other in small[:k]:
+            rims = abs(one.high[2] - other.high[2]) < _LEVEL_RIM and abs(one.low[2] - other.low[2]) < 2 * _LEVEL_RIM
+            gap = np.maximum(one.low - other.high, other.low - one.high)[:2].max()
+            if rims and gap < _REACH and are_sides(one, other, boxes, ground):
+                pairs.append((one.number, other.number))
+    return pairs
+
+
+def are_sides(one: Piece, other: Piece, boxes: dict, ground: np.ndarray) -> bool:
+    """Return whether two pieces together are as wide as one of them, rounder than both, and closed to the ground."""
+    both = bounding_box(np.vstack([one.points, other.points]))
+    parts = [boxes[one.number], boxes[other.number]]
+    if both.size[0] > min(_SAME_WIDTH * max(part.size[0] for part in parts), _VESSEL):
+        return False
+    if both.size[1] / both.size[0] <= max(part.size[1] / part.size[0] for part in parts):
+        return False
+    radius = both.size[1] / 4
+    seen = np.linalg.norm(ground[:, :2] - both.center[:2], axis=1) < radius
+    return bool(seen.sum() * 1e-4 < _OPEN * np.pi * radius**2)
