@@ -14,6 +14,8 @@ _SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
 _CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
 _NEARBY = 0.025  # metres
+_FAR = 0.1  # metres: beyond, how far apart does not matter
+_DISAGREES = 0.5  # of an image's points that may have nothing near them for it to be one of the object
 
 
 def steps_of(text: str) -> tuple[str, ...]:
@@ -47,8 +49,8 @@ def complete(
         Of one object.
     steps : sequence of {"bottom", "sides", "mirror"}
         ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
-        ``sides`` continues upright outlines down to the support; ``mirror`` adds the object's mirror image about
-        the upright plane that it agrees with most.
+        ``sides`` continues upright outlines down to the support; ``mirror`` adds the object's mirror images about
+        the middle planes of its box, those that it mostly agrees with.
     support : float
         The height that the object stands on, metres.
     spacing : float
@@ -125,16 +127,16 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
 
 
 def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the mirror image (K, 3) of an object, where it adds something, about its upright plane of symmetry."""
+    """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     from scipy.spatial import cKDTree
 
     from .bounding import bounding_box
 
     box = bounding_box(points)
     own = box.to_own(points)
-    tree = cKDTree(own)
-    images = [own * sign for sign in ((-1, 1, 1), (1, -1, 1))]
-    distances = [tree.query(image, distance_upper_bound=0.1)[0] for image in images]
-    best = int(np.argmin([np.minimum(each, 0.1).mean() for each in distances]))
-    added = images[best][distances[best] > 2 * spacing]
-    return added @ box.axes + box.center
+    tree, added = cKDTree(own), [np.empty((0, 3))]
+    for sign in ((-1, 1, 1), (1, -1, 1)):
+        apart = tree.query(own * sign, distance_upper_bound=_FAR)[0] > 2 * spacing
+        if apart.mean() <= _DISAGREES:
+            added.append((own * sign)[apart])
+    return np.vstack(added) @ box.axes + box.center

@@ -128,14 +128,14 @@ def read_depth(path: Path) -> np.ndarray:
             depth = np.load(path, allow_pickle=False)
         else:
             with Image.open(path) as image:
-                if image.mode not in ("I;16", "I;16B", "I", "F"):
-                    found = f"got one of mode {image.mode}; is it the colour image?"
-                    raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {found}")
-                depth = np.asarray(image)
+                mode, depth = image.mode, np.asarray(image)
     except FileNotFoundError as error:
         raise InputError(f"{path}: expected a file, found none; check the path") from error
     except (OSError, ValueError, EOFError, SyntaxError, UnidentifiedImageError) as error:
         raise InputError(f"{name}: expected a depth image, could not read it; is it damaged?") from error
+    if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
+        found = f"got one of mode {mode}; is it the colour image?"
+        raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {found}")
     if depth.ndim != 2 or depth.dtype.kind not in "iuf":
         raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
     return depth

@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .bounding import Box, bounding_box
 from .cells import cells
 from .clusters import euclidean_clusters
 
 _BIN = 0.01  # metres, of the heights that are compared
+_BOARD = 6  # bins that a table top may be thick
+_SIDES = 0.6  # of its lower side's area that its upper one has at least
 _AROUND = 10  # bins to either side that show how much of a height is upright
 _CELL = 0.05  # metres: a top fills cells of that side, while the sides of things only cross them
 _FILLED = 0.35  # of such a cell
@@ -19,7 +22,8 @@ _GAP = 0.05  # metres: what begins higher above the top does not stand on it
 _INSIDE = 0.02  # metres from the top's edge
 _AREA = 0.12  # square metres: the least of a top, or of a seat
 _SMALL = 0.4  # of a seat's area: what is larger is part of the seat
-_TABLE_AREA, _TABLE_HEIGHT = 0.25, 0.55  # square metres and metres: from there on a top is no seat
+_TABLE_AREA, _TABLE_HEIGHT = 0.25, 0.6  # square metres and metres: from there on a top is no seat
+_SPANS = 0.7  # of a top's side: what rises from its edge and is as wide is its own back, or a desk's shelf
 _FEWEST = 10  # voxels of a thing
 
 
@@ -30,6 +34,7 @@ class Top:
     height: float  # metres
     equations: np.ndarray  # (E, 3) of its outline's edges: negative inside
     area: float  # of its outline, square metres
+    box: Box  # around it
 
     @property
     def is_table(self) -> bool:
@@ -86,10 +91,21 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
             thing = apart[clusters == number]
             if len(thing) < _FEWEST or not above[thing].any():
                 continue  # a leg that spreads outward
-            if top.is_table or stands_within(points[thing], outside[thing], top):
+            if stands_apart(points[thing], outside[thing], top):
                 parts.append(thing)
                 left[thing] = False
     return parts
+
+
+def stands_apart(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+    """Return whether a thing (T, 3), at distances (T,) outside a top's outline, is no part of what has the top."""
+    if not top.is_table:
+        return stands_within(thing, outside, top)
+    if outside.max() < -_INSIDE:
+        return True
+    own = bounding_box(thing)
+    along = abs(np.cos(own.yaw - top.box.yaw)) > np.sqrt(0.5)
+    return bool(own.size[0] < _SPANS * top.box.size[0 if along else 1])
 
 
 def stands_within(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
@@ -110,12 +126,14 @@ def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
     width = 1 + int(clear > 1.5 * _CLEAR)
     area = np.convolve(np.bincount(bins), np.ones(2 * width + 1))[width:-width] * _BIN**2
     found = []
-    while (peak := int(np.argmax(area))) >= 0 and area[peak] >= _AREA:
+    while area[largest := int(np.argmax(area))] >= _AREA:
+        # A board has an upper and a lower side, and things stand on the upper one.
+        peak = max(k for k in range(largest, min(largest + _BOARD, len(area))) if area[k] >= _SIDES * area[largest])
         around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
         top = top_at(points[np.abs(bins - peak) <= width]) if area[peak] - np.median(around) >= _AREA / 2 else None
         if top is not None and top.area >= _AREA:
             found.append(top)
-        area[max(0, peak - 3) : peak + 4] = 0
+        area[max(0, largest - 3) : peak + 4] = 0
     return sorted(found, key=lambda each: -each.height)
 
 
@@ -123,17 +141,22 @@ def top_at(slab: np.ndarray) -> Top | None:
     """Return the top that a slice (N, 3) of voxels holds, None if it is too small or only crossed by sides."""
     from scipy.spatial import ConvexHull, QhullError
 
-    flat = slab * [1, 1, 0]
-    grid = cells(flat, _CELL)
+    columns = cells(slab * [1, 1, 0], _BIN)  # an upright side has many voxels but few columns
+    grid = cells(columns.means, _CELL)
     filled = grid.counts >= _FILLED * (_CELL / _BIN) ** 2
-    inside = filled[grid.cell_of]
+    inside = filled[grid.cell_of[columns.cell_of]]
     try:
-        hull = ConvexHull(flat[inside, :2])
+        hull = ConvexHull(slab[inside, :2])
     except (QhullError, ValueError):
         return None
     if filled.sum() * _CELL**2 < _AREA:
         return None
-    return Top(height=float(np.median(slab[inside, 2])), equations=hull.equations, area=float(hull.volume))
+    return Top(
+        height=float(np.median(slab[inside, 2])),
+        equations=hull.equations,
+        area=float(hull.volume),
+        box=bounding_box(slab[inside]),
+    )
 
 
 def top_below(points: np.ndarray, others: list[np.ndarray]) -> float:

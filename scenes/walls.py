@@ -107,12 +107,13 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
     thickness = float(np.clip(3 * spread, _THICK, _THICKEST))
     wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
-    width, top = high - low, np.percentile(patches.centers[:, 2], 95)
+    along, ahead = wall.along(points), wall.ahead(points)
+    own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
+    width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < _WIDTH or top < _TOP:
         return None
     if width >= _SURE_WIDTH and top >= _SURE_TOP:
         return wall
-    along = wall.along(points)
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
-    behind = np.mean(wall.ahead(points[beside]) < -_BEYOND)
+    behind = np.mean(ahead[beside] < -_BEYOND)
     return wall if behind < _MOST_BEYOND else None
