@@ -12,10 +12,12 @@ STEPS = ("bottom", "sides", "mirror")
 DEFAULT = ("bottom",)
 _SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
+_VESSEL = 0.5  # metres: what is larger holds no drink
+_CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
 _NEARBY = 0.025  # metres
 _FAR = 0.1  # metres: beyond, how far apart does not matter
-_DISAGREES = 0.5  # of an image's points that may have nothing near them for it to be one of the object
+_DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
 def steps_of(text: str) -> tuple[str, ...]:
@@ -71,14 +73,17 @@ def complete(
 
 
 def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
-    """Return a flat sheet (K, 3) over an object's outline at its lowest point, if it stands on sides and not on legs.
+    """Return a flat sheet (K, 3) at the support below a vessel's outline, and a skirt that its walls reach it by.
 
-    The outline is that of the whole object: of a cup seen from one side the lower part of the far wall is hidden, but
-    its rim is seen all around. What the sheet adds beyond a narrower foot lies below the walls, out of reach.
+    Only for what is small and stands on sides, not on legs. The outline is that of the whole object: of a cup seen
+    from one side the lower part of the far wall is hidden, but its rim is seen all around. What the sheet adds beyond
+    a narrower foot lies below the walls, out of reach. The lowest centimetre or two of the walls went with the floor.
     """
     from scipy.spatial import ConvexHull, QhullError
 
-    lowest, highest = points[:, 2].min(), points[:, 2].max()
+    (*_, lowest), (*_, highest) = points.min(axis=0), points.max(axis=0)
+    if np.ptp(points, axis=0).max() > _VESSEL or lowest > support + _CUT:
+        return np.empty((0, 3))
     try:
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
@@ -90,7 +95,8 @@ def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndar
     x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
-    return np.column_stack([sheet[inside], np.full(inside.sum(), max(lowest, support))])
+    sheet = np.column_stack([sheet[inside], np.full(inside.sum(), support)])
+    return np.vstack([sheet, continued_down(points, support, spacing)])
 
 
 def covered_share(outline: np.ndarray, points: np.ndarray) -> float:

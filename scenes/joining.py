@@ -12,6 +12,9 @@ from .bounding import bounding_box
 _FEWEST = 5  # voxels: what is smaller is noise
 _REACH = 0.12  # metres: the widest gap that is bridged
 _STANDS = 0.06  # metres above the ground: what begins lower stands on it
+_BASE = 0.15  # metres: what stands on something lower stands on its own base, such as a lamp's
+_SLENDER = 0.08  # of a top's footprint: a leg, or a pillar; a chair below a table is larger
+_REACHES = 0.4  # of the height of a top that its legs are seen to reach at least
 _UNDER = 0.05  # metres below a piece in which something carries it
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
 _MARGIN = 0.03  # metres that the outline is widened by
@@ -51,23 +54,50 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
         Voxels of walls and of the ground.
     """
     pieces = pieces_of(points, found)
-    leads_to = np.arange(len(pieces))
+    links, hanging = vessel_sides(pieces, ground), []
     walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
-    for piece in sorted(pieces, key=lambda each: (len(each.points), each.number)):
+    for piece in pieces:
         if piece.low[2] < _STANDS or len(piece.points) < _FEWEST:
             continue
         near = around(piece, points, along_x)
         near = near[found[near] != piece.number]
-        if is_carried(piece, points[near]):
+        carried = is_carried(piece, points[near])
+        if carried and piece.low[2] > _BASE:
             continue
         whole = whole_of(piece, points[near], found[near])
-        if walls(piece.points) < _HANGS:
-            leads_to[piece.number] = -1
+        if not carried and walls(piece.points) < _HANGS:
+            hanging.append(piece.number)
         elif whole is not None:
-            leads_to[piece.number] = whole
-    for a, b in vessel_sides(pieces, ground):
-        leads_to[a] = b
-    return np.array([end_of(leads_to, k) for k in range(len(pieces))], np.int64)[found] if len(pieces) else found
+            links.append((piece.number, whole))
+        if not carried:
+            links += [(piece.number, leg) for leg in legs_of(piece, pieces)]
+    return united(len(pieces), links, hanging)[found] if pieces else found
+
+
+def united(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
+    """Return the number of the whole (K,) int64 for each of a count of pieces, -1 for those that hang."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = np.array(links, np.int64).reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    wholes = connected_components(graph, directed=False)[1].astype(np.int64)
+    wholes[hanging] = -1
+    return wholes
+
+
+def legs_of(piece: Piece, pieces: list[Piece]) -> list[int]:
+    """Return the slender pieces below one that nothing carries, and that end below it: its legs, or its pillar."""
+    size = np.prod(piece.high[:2] - piece.low[:2])
+    return [
+        other.number
+        for other in pieces
+        if other.number != piece.number
+        and (other.low[:2] > piece.low[:2] - _MARGIN).all()
+        and (other.high[:2] < piece.high[:2] + _MARGIN).all()
+        and _REACHES * piece.low[2] < other.high[2] < piece.low[2] + _MARGIN
+        and np.prod(other.high[:2] - other.low[:2]) < _SLENDER * size
+    ]
 
 
 def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
@@ -94,17 +124,6 @@ def around(piece: Piece, points: np.ndarray, along_x: np.ndarray) -> np.ndarray:
     chosen = along_x[first:last]
     inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
     return np.sort(chosen[inside.all(axis=1)])
-
-
-def end_of(leads_to: np.ndarray, number: int) -> int:
-    """Return where a chain of pieces ends; rings end at their smallest number."""
-    seen = []
-    while leads_to[number] != number and number not in seen:
-        seen.append(number)
-        number = leads_to[number]
-        if number < 0:
-            return -1
-    return min(seen[seen.index(number) :]) if number in seen else number
 
 
 def is_carried(piece: Piece, near: np.ndarray) -> bool:

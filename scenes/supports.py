@@ -85,7 +85,7 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
     for top in tops(points, clear):
         above = points[:, 2] > top.height + clear
         outside = top.outside(points)
-        apart = np.flatnonzero(left & (above | (outside > _INSIDE) if top.is_table else above))
+        apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
         for number in range(clusters.max(initial=-1) + 1):
             thing = apart[clusters == number]
@@ -160,13 +160,18 @@ def top_at(slab: np.ndarray) -> Top | None:
 
 
 def top_below(points: np.ndarray, others: list[np.ndarray]) -> float:
-    """Return the height of the level top that an object (N, 3) stands on, 0 for the floor, metres."""
+    """Return the height of the level top that an object (N, 3) stands on, 0 for the floor, metres.
+
+    What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
+    """
     bottom = float(points[:, 2].min())
     if bottom < _GAP:
         return 0.0
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     best = 0.0
     for other in others:
+        if (other[:, :2].min(axis=0) > low + _GAP).any() or (other[:, :2].max(axis=0) < high - _GAP).any():
+            continue
         near = (other[:, 2] < bottom + _CLEAR) & (other[:, 2] > bottom - _GAP)
         under = other[near]
         under = under[((under[:, :2] > low - _GAP) & (under[:, :2] < high + _GAP)).all(axis=1)]
