@@ -52,6 +52,7 @@ def object_json(item: SceneObject, room: Room) -> dict:
             "corners": room.levelling.to_scan(item.box.corners).round(4).tolist(),
         },
         "support": round(item.support, 4),
+        "fragment": item.fragment,
         "functions": item.functions,
     }
 

@@ -27,6 +27,14 @@ class Box:
         signs = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
         return self.center + signs * self.size / 2 @ self.axes
 
+    def lowered(self, height: float) -> Box:
+        """Return the box with its lower face at a height, metres, if it is not lower already."""
+        top = self.center[2] + self.size[2] / 2
+        bottom = min(self.center[2] - self.size[2] / 2, height)
+        center, size = self.center.copy(), self.size.copy()
+        center[2], size[2] = (top + bottom) / 2, top - bottom
+        return Box(center=center, size=size, yaw=self.yaw)
+
     def to_own(self, points: np.ndarray) -> np.ndarray:
         """Return points (N, 3) of the level frame along the box's axes from its centre."""
         return (points - self.center) @ self.axes.T

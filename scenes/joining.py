@@ -22,7 +22,9 @@ _HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs 
 _VESSEL = 0.35  # metres: the largest vessel
 _LEVEL_RIM = 0.02  # metres by which the rim of two pieces of a vessel may differ
 _SAME_WIDTH = 1.25  # of the wider piece's width: both sides of one vessel are as wide as it is
+_HIDDEN = 0.06  # metres: how much more of the near side is hidden, behind what stands in front
 _OPEN = 0.3  # of the middle between two pieces: as much ground seen there parts them
+_BOTTOM = 0.003  # metres above the ground: a vessel's own bottom, seen within it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,7 +162,7 @@ def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int
     pairs = []
     for k, one in enumerate(small):
         for other in small[:k]:
-            rims = abs(one.high[2] - other.high[2]) < _LEVEL_RIM and abs(one.low[2] - other.low[2]) < 2 * _LEVEL_RIM
+            rims = abs(one.high[2] - other.high[2]) < _LEVEL_RIM and abs(one.low[2] - other.low[2]) < _HIDDEN
             gap = np.maximum(one.low - other.high, other.low - one.high)[:2].max()
             if rims and gap < _REACH and are_sides(one, other, boxes, ground):
                 pairs.append((one.number, other.number))
@@ -176,5 +178,5 @@ def are_sides(one: Piece, other: Piece, boxes: dict, ground: np.ndarray) -> bool
     if both.size[1] / both.size[0] <= max(part.size[1] / part.size[0] for part in parts):
         return False
     radius = both.size[1] / 4
-    seen = np.linalg.norm(ground[:, :2] - both.center[:2], axis=1) < radius
-    return bool(seen.sum() * 1e-4 < _OPEN * np.pi * radius**2)
+    seen = ground[np.linalg.norm(ground[:, :2] - both.center[:2], axis=1) < radius, 2]
+    return bool(len(seen) * 1e-4 < _OPEN * np.pi * radius**2 or np.median(seen) > _BOTTOM)

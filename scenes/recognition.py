@@ -19,6 +19,7 @@ from .supports import top_below
 
 LARGE = 0.5  # metres: on what is larger spheres below 1 cm tell nothing that larger ones do not, and take seconds
 SMALLEST_ON_LARGE = 0.01  # metres
+FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,7 +29,8 @@ class SceneObject:
     id: int  # its label in `Room.labels`
     points: np.ndarray  # (N, 3) float64, metres, level frame
     support: float  # the height it stands on, metres
-    box: Box  # in the level frame
+    box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
+    fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
     functions: dict[str, dict]  # name -> member (bool), score (0 to 1), radius (metres)
 
 
@@ -128,10 +130,17 @@ def recognise_objects(
     watch.lap("spheres")
     functions = scores(settled, model)
     watch.lap("classification")
-    return [
-        SceneObject(id=k, points=parts[k], support=supports[k], box=clouds[k][1], functions=functions[k])
-        for k in range(len(parts))
-    ]
+    return [scene_object(k, parts[k], supports[k], clouds[k][1], functions[k]) for k in range(len(parts))]
+
+
+def scene_object(number: int, points: np.ndarray, support: float, box: Box, functions: dict) -> SceneObject:
+    """Return an object; a fragment is for nothing, whatever the few spheres on it look like."""
+    fragment = bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
+    if fragment:
+        functions = {name: each | {"member": False} for name, each in functions.items()}
+    return SceneObject(
+        id=number, points=points, support=support, box=box.lowered(support), fragment=fragment, functions=functions
+    )
 
 
 def object_points(points: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
@@ -180,9 +189,7 @@ def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:
             total = sum(weights.values())
             rows = {radius: distances[radius][k : k + 1] for radius in weights}
             score = float(voted_scores(rows, members, weights, method)[0]) / total if weights else 0.0
-            out[k][name] = {
-                "member": score > THRESHOLD, "score": round(score, 4), "radius": model.radius_[name]
-            }
+            out[k][name] = {"member": score > THRESHOLD, "score": round(score, 4), "radius": model.radius_[name]}
     return out
 
 
