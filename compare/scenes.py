@@ -15,14 +15,15 @@ import typer
 
 from scenes.completion import DEFAULT, steps_of
 from scenes.recognition import Room, recognise
-from scenes.scan import load_scan
+from scenes.scan import Scan, load_scan
 from scenes.segmentation import Segmentation
 from spherefunc_bullet.console import Failures, print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 
-from .scene_truth import FoundObject, TrueObject, overlap, true_objects
+from .scene_truth import FoundObject, TrueObject, overlap, read_rows, true_objects
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
+RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of licences that forbid publishing
 LEAST_OF_BOXES = 0.25  # where boxes are: VoteNet's and SUN RGB-D's, since a scan sees only part of a box
 
 
@@ -103,10 +104,30 @@ def found_objects(room: Room) -> list[FoundObject]:
     ]
 
 
-def measured(path: Path, model, simulator=None, **options) -> dict:
-    """Return what is found in one scan, and how that compares with what is known."""
+def found_in(path: Path, model, **options) -> tuple[Scan, Room]:
+    """Return a scan and what is found in it."""
     scan = load_scan(path, report=say)
-    room = recognise(scan, model, simulator, **options)
+    return scan, recognise(scan, model, **options)
+
+
+def may_be_shown(path: Path) -> bool:
+    """Return whether a scan's licence, in the manifest beside it, allows a picture of it to be published."""
+    manifest = path.with_name("manifest.csv")
+    licences = {row["file"]: row["license"] for row in read_rows(manifest)} if manifest.exists() else {}
+    licence = licences.get(path.name, "")
+    return bool(licence) and not any(word in licence.lower() for word in RESTRICTED)
+
+
+def write_picture(scan: Scan, room: Room, path: Path):
+    """Write a small picture of a room, of few colours, as documents take it."""
+    from .room_picture import room_picture
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    room_picture(scan, room, size=(560, 420)).quantize(96).save(path, optimize=True)
+
+
+def measured(path: Path, scan: Scan, room: Room) -> dict:
+    """Return what was found in one scan, and how that compares with what is known."""
     truth = true_objects(path)
     found = found_objects(room)
     row = {
@@ -149,6 +170,7 @@ def main(
     complete: Annotated[str, typer.Option(help="Some of bottom,sides,mirror; or none.")] = ",".join(DEFAULT),
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     only: Annotated[str, typer.Option(help="Scans whose names hold this.")] = "",
+    pictures: Annotated[Path | None, typer.Option(help="Folder for pictures, where the licence allows them.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ):
     """Measure recognition on real scans."""
@@ -159,7 +181,10 @@ def main(
     settings, failures, rows = Segmentation(cluster_tolerance=cluster_tolerance), Failures(), []
     for path in sorted(each for each in data.glob("*.ply") if only in each.name):
         try:
-            rows.append(measured(path, classifier, settings=settings, completion=steps))
+            scan, room = found_in(path, classifier, settings=settings, completion=steps)
+            rows.append(measured(path, scan, room))
+            if pictures is not None and may_be_shown(path):
+                write_picture(scan, room, pictures / f"scene_{path.stem}.png")
         except InputError as error:
             failures.add(error)
     total = sum((Tally(**{name: row.get(name, ()) for name in ("found", "missed", "wrong")}) for row in rows), Tally())

@@ -15,6 +15,7 @@ _LOWER = 0.25  # of its height
 _VESSEL = 0.5  # metres: what is larger holds no drink
 _CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
+_RIM = 0.7  # of the outline that has a rim above it
 _NEARBY = 0.025  # metres
 _FAR = 0.1  # metres: beyond, how far apart does not matter
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
@@ -75,7 +76,8 @@ def complete(
 def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
     """Return a flat sheet (K, 3) at the support below a vessel's outline, and a skirt that its walls reach it by.
 
-    Only for what is small and stands on sides, not on legs. The outline is that of the whole object: of a cup seen
+    Only for what is small, stands on sides and not on legs, and has a rim, or a top, all around: a slice of something
+    flat would else become a vessel. The outline is that of the whole object: of a cup seen
     from one side the lower part of the far wall is hidden, but its rim is seen all around. What the sheet adds beyond
     a narrower foot lies below the walls, out of reach. The lowest centimetre or two of the walls went with the floor.
     """
@@ -88,8 +90,10 @@ def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndar
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
         return np.empty((0, 3))
-    lower = points[points[:, 2] < lowest + max(_SLICE, _LOWER * (highest - lowest)), :2]
-    if covered_share(points[hull.vertices, :2], lower) < _CLOSED:
+    slice_height = max(_SLICE, _LOWER * (highest - lowest))
+    outline = points[hull.vertices, :2]
+    lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
+    if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _RIM:
         return np.empty((0, 3))
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))

@@ -18,6 +18,7 @@ _REACHES = 0.4  # of the height of a top that its legs are seen to reach at leas
 _UNDER = 0.05  # metres below a piece in which something carries it
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
 _MARGIN = 0.03  # metres that the outline is widened by
+_PROBES = 100  # points of a piece that are looked at for that
 _HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs on it
 _VESSEL = 0.35  # metres: the largest vessel
 _LEVEL_RIM = 0.02  # metres by which the rim of two pieces of a vessel may differ
@@ -58,10 +59,13 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
     pieces = pieces_of(points, found)
     links, hanging = vessel_sides(pieces, ground), []
     walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
+    x = points[along_x, 0]
+    lows, highs = (np.array([getattr(each, end) for each in pieces]).reshape(-1, 3) for end in ("low", "high"))
     for piece in pieces:
         if piece.low[2] < _STANDS or len(piece.points) < _FEWEST:
             continue
-        near = around(piece, points, along_x)
+        first, last = np.searchsorted(x, [piece.low[0] - _REACH, piece.high[0] + _REACH])
+        near = around(piece, points, along_x[first:last])
         near = near[found[near] != piece.number]
         carried = is_carried(piece, points[near])
         if carried and piece.low[2] > _BASE:
@@ -72,7 +76,7 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
         elif whole is not None:
             links.append((piece.number, whole))
         if not carried:
-            links += [(piece.number, leg) for leg in legs_of(piece, pieces)]
+            links += [(piece.number, leg) for leg in legs_of(piece, lows, highs)]
     return united(len(pieces), links, hanging)[found] if pieces else found
 
 
@@ -88,18 +92,12 @@ def united(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.n
     return wholes
 
 
-def legs_of(piece: Piece, pieces: list[Piece]) -> list[int]:
-    """Return the slender pieces below one that nothing carries, and that end below it: its legs, or its pillar."""
-    size = np.prod(piece.high[:2] - piece.low[:2])
-    return [
-        other.number
-        for other in pieces
-        if other.number != piece.number
-        and (other.low[:2] > piece.low[:2] - _MARGIN).all()
-        and (other.high[:2] < piece.high[:2] + _MARGIN).all()
-        and _REACHES * piece.low[2] < other.high[2] < piece.low[2] + _MARGIN
-        and np.prod(other.high[:2] - other.low[:2]) < _SLENDER * size
-    ]
+def legs_of(piece: Piece, lows: np.ndarray, highs: np.ndarray) -> list[int]:
+    """Return the slender pieces, of corners (K, 3), below one that nothing carries: its legs, or its pillar."""
+    within = (lows[:, :2] > piece.low[:2] - _MARGIN) & (highs[:, :2] < piece.high[:2] + _MARGIN)
+    below = (highs[:, 2] > _REACHES * piece.low[2]) & (highs[:, 2] < piece.low[2] + _MARGIN)
+    slender = np.prod(highs[:, :2] - lows[:, :2], axis=1) < _SLENDER * np.prod(piece.high[:2] - piece.low[:2])
+    return [int(k) for k in np.flatnonzero(within.all(axis=1) & below & slender) if k != piece.number]
 
 
 def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
@@ -117,13 +115,16 @@ def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
     if not len(wall):
         return lambda points: np.inf
     tree = cKDTree(wall)
-    return lambda points: float(tree.query(points)[0].min())
+
+    def nearest(points: np.ndarray) -> float:
+        some = points[:: -(-len(points) // _PROBES)]
+        return float(tree.query(some, distance_upper_bound=2 * _HANGS)[0].min())
+
+    return nearest
 
 
-def around(piece: Piece, points: np.ndarray, along_x: np.ndarray) -> np.ndarray:
-    """Return the indices of the points (N, 3) within reach of a piece's box; ``along_x`` sorts them by x."""
-    first, last = np.searchsorted(points[along_x, 0], [piece.low[0] - _REACH, piece.high[0] + _REACH])
-    chosen = along_x[first:last]
+def around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
     inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
     return np.sort(chosen[inside.all(axis=1)])
 
