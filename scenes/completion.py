@@ -8,6 +8,8 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
+from .bounding import bounding_box
+
 STEPS = ("bottom", "sides", "mirror")
 DEFAULT = ("bottom",)
 _SLICE = 0.015  # metres: the least height of an object's lower part
@@ -15,7 +17,8 @@ _LOWER = 0.25  # of its height
 _VESSEL = 0.5  # metres: what is larger holds no drink
 _CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
-_RIM = 0.7  # of the outline that has a rim above it
+_RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
+_NARROWEST = 0.06  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
 _NEARBY = 0.025  # metres
 _FAR = 0.1  # metres: beyond, how far apart does not matter
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
@@ -86,6 +89,8 @@ def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndar
     (*_, lowest), (*_, highest) = points.min(axis=0), points.max(axis=0)
     if np.ptp(points, axis=0).max() > _VESSEL or lowest > support + _CUT:
         return np.empty((0, 3))
+    if bounding_box(points).size[1] < _NARROWEST:
+        return np.empty((0, 3))
     try:
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
@@ -139,8 +144,6 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
 def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     from scipy.spatial import cKDTree
-
-    from .bounding import bounding_box
 
     box = bounding_box(points)
     own = box.to_own(points)

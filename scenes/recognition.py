@@ -122,7 +122,7 @@ def recognise_objects(
     """
     watch = watch or Stopwatch()
     parts = object_points(points, labels)
-    supports = [support_height(parts, k) for k in range(len(parts))]
+    supports = support_heights(parts)
     watch.lap("supports")
     clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
     watch.lap("completion")
@@ -150,9 +150,10 @@ def object_points(points: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
     return [points[order[first:last]] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
-def support_height(parts: list[np.ndarray], own: int) -> float:
-    """Return the height that an object stands on: the top of what is right below it, else the floor's 0."""
-    return top_below(parts[own], [part for k, part in enumerate(parts) if k != own])
+def support_heights(parts: list[np.ndarray]) -> list[float]:
+    """Return the height that each object stands on, metres: the top of what is right below it, else the floor's 0."""
+    lows, highs = (np.array([end(part, axis=0) for part in parts]).reshape(-1, 3) for end in (np.min, np.max))
+    return [top_below(k, parts, lows, highs) for k in range(len(parts))]
 
 
 def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:

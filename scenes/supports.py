@@ -159,22 +159,29 @@ def top_at(slab: np.ndarray) -> Top | None:
     )
 
 
-def top_below(points: np.ndarray, others: list[np.ndarray]) -> float:
-    """Return the height of the level top that an object (N, 3) stands on, 0 for the floor, metres.
+def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
+    """Return the height of the level top that an object stands on, 0 for the floor, metres.
 
     What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
+
+    Parameters
+    ----------
+    own : int
+        The object.
+    parts : list of (N, 3) float64, metres, level frame
+        The points of all objects.
+    lows, highs : (K, 3) float64, metres
+        Their lowest and highest corners.
     """
-    bottom = float(points[:, 2].min())
-    if bottom < _GAP:
-        return 0.0
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    best = 0.0
-    for other in others:
-        if (other[:, :2].min(axis=0) > low + _GAP).any() or (other[:, :2].max(axis=0) < high - _GAP).any():
-            continue
-        near = (other[:, 2] < bottom + _CLEAR) & (other[:, 2] > bottom - _GAP)
-        under = other[near]
-        under = under[((under[:, :2] > low - _GAP) & (under[:, :2] < high + _GAP)).all(axis=1)]
-        if len(under) >= _FEWEST and np.ptp(under[:, :2], axis=0).min() > 0:
+    low, high, best = lows[own], highs[own], 0.0
+    if low[2] < _GAP:
+        return best
+    reaches = (lows[:, :2] <= low[:2] + _GAP) & (highs[:, :2] >= high[:2] - _GAP)
+    begins = (lows[:, 2] < low[2] + _CLEAR) & (highs[:, 2] > low[2] - _GAP)
+    for k in np.flatnonzero(reaches.all(axis=1) & begins):
+        other = parts[k]
+        under = other[(other[:, 2] < low[2] + _CLEAR) & (other[:, 2] > low[2] - _GAP)]
+        under = under[((under[:, :2] > low[:2] - _GAP) & (under[:, :2] < high[:2] + _GAP)).all(axis=1)]
+        if k != own and len(under) >= _FEWEST and np.ptp(under[:, :2], axis=0).min() > 0:
             best = max(best, float(np.median(under[:, 2])))
     return best
