@@ -21,7 +21,7 @@ _MOST_BELOW = 0.03  # share of the points that noise and reflections may put bel
 _BELOW = 0.10  # metres below a plane, for that count
 _FIT = 0.04  # metres around a plane within which points are fitted
 _THINNED = 0.02  # metres: cells of which each counts once in a fit
-_TABLE_AREA = 1.5  # square metres: no table top on its own is larger
+_TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
 _STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
 _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 

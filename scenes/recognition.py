@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spherefunc_bullet.cloud import Cloud
+from spherefunc_bullet.errors import InputError
 
 from .bounding import Box, bounding_box
 from .completion import DEFAULT, complete
@@ -16,6 +18,8 @@ from .levelling import Levelling, level
 from .scan import Scan
 from .segmentation import Segmentation, segment
 from .supports import top_below
+
+logger = logging.getLogger("spherefunc")
 
 LARGE = 0.5  # metres: on what is larger spheres below 1 cm tell nothing that larger ones do not, and take seconds
 SMALLEST_ON_LARGE = 0.01  # metres
@@ -126,7 +130,7 @@ def recognise_objects(
     watch.lap("supports")
     clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
     watch.lap("completion")
-    settled = [settled_on(cloud, model, simulator) for cloud, _ in clouds]
+    settled = settled_on([cloud for cloud, _ in clouds], model, simulator)
     watch.lap("spheres")
     functions = scores(settled, model)
     watch.lap("classification")
@@ -164,13 +168,31 @@ def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) 
     return Cloud(own, "object"), box
 
 
-def settled_on(cloud: Cloud, model, simulator=None) -> dict:
-    """Return where spheres settle on an object, for each radius that the model looks at and that tells something."""
-    from spherefunc_bullet.simulation import settle
+def settled_on(clouds: Sequence[Cloud], model, simulator=None) -> list[dict]:
+    """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
-    small_enough = cloud.size.max() < LARGE
-    radii = [each for each in model.chosen_radii() if small_enough or each >= SMALLEST_ON_LARGE]
-    return settle(cloud, simulator or model.simulator, radii, model.seed)
+    A simulator that may crash runs in a process of its own; an object that it cannot do holds no spheres, and that is
+    logged.
+    """
+    from spherefunc_bullet.simulation import settle
+    from spherefunc_bullet.simulator import isolated, make_simulator
+    from spherefunc_bullet.workers import run_tasks
+
+    simulator = make_simulator(simulator or model.simulator)
+    tasks = [(cloud, simulator, telling_radii(cloud, model), model.seed) for cloud in clouds]
+    settled: list[dict] = [{} for _ in clouds]
+    for index, outcome in run_tasks(settle, tasks, isolate=isolated(simulator)):
+        if isinstance(outcome, InputError):
+            logger.warning("object %d: %s", index, outcome)
+        else:
+            settled[index] = outcome
+    return settled
+
+
+def telling_radii(cloud: Cloud, model) -> list[float]:
+    """Return the radii that tell something of an object, metres."""
+    small = cloud.size.max() < LARGE
+    return [each for each in model.chosen_radii() if small or each >= SMALLEST_ON_LARGE]
 
 
 def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:

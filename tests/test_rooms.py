@@ -214,6 +214,14 @@ def test_turning_the_room_turns_the_boxes(recognised):
     assert np.allclose(largest, expected, atol=0.03)
 
 
+def test_bullet_recognises_too():
+    pytest.importorskip("pybullet")
+    points, truth = room(walls=False)
+    scene = scan_from_points(points[(truth == 0) | (truth == -1)][::2], "table")
+    found = recognise(scene, load_model(shipped_model("bullet")))
+    assert [name for name, each in found.objects[0].functions.items() if each["member"]] == ["table"]
+
+
 # Truth
 
 
