@@ -18,7 +18,7 @@ _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function,
 
 def room_json(scan: Scan, room: Room) -> dict:
     """Return what was found, for JSON; all of it in metres and in the scan's own frame."""
-    levelling = room.levelling
+    levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
         "file": scan.name,
         "points": len(scan),
@@ -31,19 +31,19 @@ def room_json(scan: Scan, room: Room) -> dict:
         },
         "up": levelling.up.round(6).tolist(),
         "T_level_scan": levelling.T_level_scan.round(6).tolist(),
-        "objects": [object_json(item, room) for item in room.objects],
+        "objects": [object_json(item, room, int(counts[item.id])) for item in room.objects],
         "stages": {name: round(seconds, 4) for name, seconds in room.stages.items()},
         "seconds": round(sum(room.stages.values()), 3),
     }
 
 
-def object_json(item: SceneObject, room: Room) -> dict:
+def object_json(item: SceneObject, room: Room, points: int) -> dict:
     """Return one object for JSON."""
     box = room.box_in_scan(item.box)
     axes = item.box.axes @ room.levelling.T_level_scan[:3, :3]
     return {
         "id": item.id,
-        "points": len(item.points),
+        "points": points,
         "box": {
             "center": box.center.round(4).tolist(),
             "size": box.size.round(4).tolist(),

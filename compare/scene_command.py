@@ -10,9 +10,7 @@ import typer
 from spherefunc_bullet.commands.options import Json, Units
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.lengths import parse_length
-
-MANY = 2_000_000  # points: more than a room needs
+from spherefunc_bullet.lengths import format_length, parse_length
 
 
 def scene(
@@ -89,13 +87,15 @@ def prepare(classifier):
 
 def say_remarks(scan, room):
     """Say on stderr what the user may not expect."""
+    from scenes.recognition import FINE, MANY
+
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
         "assumed": "neither floor nor one table top carries the scene; the lowest point serves as ground",
         "given": "no floor is seen; the lowest point along --up serves as ground",
     }
     if len(scan) > MANY:
-        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels")
+        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(FINE)}")
     if room.levelling.source in remarks:
         say(f"{scan.name}: {remarks[room.levelling.source]}")
     if not room.objects:

@@ -11,6 +11,7 @@ from .patches import Patches
 CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)), ((0, 1, 0), (0, 0, 1)))
 _WIDEST = np.cos(np.radians(50.0))  # depth cameras see less than 50 degrees off their axis
 _SEEN = 0.995  # share of the points that the view must hold
+_MOSTLY_SEEN = 0.95  # the same where pixels are evenly spread: some cameras see more, some scans were turned a little
 _NEAREST = 0.1  # metres: no depth camera sees nearer, while a world frame's origin lies anywhere
 
 TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
@@ -59,7 +60,8 @@ def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         along = points @ np.array(forward, float)
         seen = (along > _WIDEST * distance) & (along > _NEAREST)
         # A world frame with z up may happen to lie within the third view, so there the pixels have to prove it.
-        if seen.mean() >= _SEEN and (up != (0, 0, 1) or is_even(points[seen], along[seen], forward)):
+        sure = seen.mean() >= _SEEN and up != (0, 0, 1)
+        if sure or (seen.mean() >= _MOSTLY_SEEN and is_even(points[seen], along[seen], forward)):
             return np.array(up, float), np.zeros(3)
     return np.array([0.0, 0.0, 1.0]), None
 

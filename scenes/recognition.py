@@ -13,6 +13,7 @@ from spherefunc_bullet.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 
 from .bounding import Box, bounding_box
+from .cells import cells
 from .completion import DEFAULT, complete
 from .levelling import Levelling, level
 from .scan import Scan
@@ -21,8 +22,12 @@ from .supports import top_below
 
 logger = logging.getLogger("spherefunc")
 
-LARGE = 0.5  # metres: on what is larger spheres below 1 cm tell nothing that larger ones do not, and take seconds
-SMALLEST_ON_LARGE = 0.01  # metres
+LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a fragment would be one of
+# Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
+# that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
+SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
+MANY = 2_000_000  # points: what has more is thinned before anything else
+FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
 FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
@@ -31,7 +36,7 @@ class SceneObject:
     """One object of a room."""
 
     id: int  # its label in `Room.labels`
-    points: np.ndarray  # (N, 3) float64, metres, level frame
+    points: np.ndarray  # (N, 3) float64, metres, level frame; of a scan of many points, thinned
     support: float  # the height it stands on, metres
     box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
     fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
@@ -93,13 +98,17 @@ def recognise(
         See `completion.complete`.
     """
     settings, watch = settings or Segmentation(), Stopwatch()
-    levelling = level(scan.points, up, scan.name)
+    fine = cells(scan.points, FINE) if len(scan) > MANY else None
+    seen = scan.points if fine is None else fine.means
+    watch.lap("thinning")
+    levelling = level(seen, up, scan.name)
     watch.lap("floor")
-    points = levelling.to_level(scan.points)
+    points = levelling.to_level(seen)
     camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
     labels = segment(points, settings, noise=levelling.noise, camera=camera)
     watch.lap("clusters")
     objects = recognise_objects(points, labels, model, simulator, completion=completion, watch=watch)
+    labels = labels if fine is None else labels[fine.cell_of]
     return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.stages)
 
 
@@ -191,8 +200,8 @@ def settled_on(clouds: Sequence[Cloud], model, simulator=None) -> list[dict]:
 
 def telling_radii(cloud: Cloud, model) -> list[float]:
     """Return the radii that tell something of an object, metres."""
-    small = cloud.size.max() < LARGE
-    return [each for each in model.chosen_radii() if small or each >= SMALLEST_ON_LARGE]
+    smallest = next((radius for side, radius in SMALLEST_RADII if cloud.size.max() >= side), 0.0)
+    return [each for each in model.chosen_radii() if each >= smallest]
 
 
 def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:
