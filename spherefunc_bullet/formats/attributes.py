@@ -8,7 +8,9 @@ import numpy as np
 
 
 def read_attributes(path: Path) -> dict[str, np.ndarray]:
-    """Return the attributes of a PLY's or a PCD's points, by name; none of other formats. The file has been read before, and is sound.
+    """Return the attributes of a PLY's or a PCD's points, by name; none of other formats.
+
+    The file has been read before, and is sound.
 
     Returns
     -------
