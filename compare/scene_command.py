@@ -126,6 +126,6 @@ def print_room(scan, room):
     if table:
         columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
         print_table(f"{scan.name}: what objects are for (scores; above 0.5 it is)", columns, table)
-    print(f"{len(table)} objects with a function, {none} without; up by the {room.levelling.source}")
+    print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
     print(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")
