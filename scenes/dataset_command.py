@@ -9,7 +9,10 @@ import typer
 
 from spherefunc_bullet.console import print_json, progress, say
 
+from .rooms_command import rooms
+
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
+app.command()(rooms)
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")]
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
