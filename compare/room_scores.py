@@ -1,0 +1,113 @@
+"""How well rooms are parsed: objects found at IoU 0.5, and the functions that the found ones are given.
+
+Truth counts every object as one of its own, also where it touches another: a cup on a table, a chair under one.
+Objects that the scan hardly shows are neither asked for nor held against anybody: their points are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+IOU = 0.5  # above one half no two parts can claim the same object
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Right, wrong and missing answers, which add up over rooms."""
+
+    hits: int = 0
+    false_alarms: int = 0
+    misses: int = 0
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(
+            self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses
+        )
+
+    @property
+    def precision(self) -> float | None:
+        return ratio(self.hits, self.hits + self.false_alarms)
+
+    @property
+    def recall(self) -> float | None:
+        return ratio(self.hits, self.hits + self.misses)
+
+    @property
+    def f_measure(self) -> float | None:
+        return ratio(2 * self.hits, 2 * self.hits + self.false_alarms + self.misses)
+
+    def row(self) -> dict[str, float | int | None]:
+        """Return the figures for a report, rounded."""
+        figures = {"f_measure": self.f_measure, "precision": self.precision, "recall": self.recall}
+        rounded = {name: value if value is None else round(value, 4) for name, value in figures.items()}
+        return rounded | {"hits": self.hits, "false_alarms": self.false_alarms, "misses": self.misses}
+
+
+def ratio(part: float, whole: float) -> float | None:
+    """Return a quotient, None where there is nothing to divide by."""
+    return part / whole if whole else None
+
+
+def matched(truth: np.ndarray, found: np.ndarray, asked: Iterable[int]) -> dict[int, int | None]:
+    """Return for each part found the true object that it is, None if it is none.
+
+    Parameters
+    ----------
+    truth : (N,) int
+        Each point's object from 0, or below 0 for none.
+    found : (N,) int
+        Each point's part from 0, or below 0 for none.
+    asked : iterable of int
+        The objects that count; points of all others are left out, and parts that mostly hold such points as well.
+    """
+    asked = set(asked)
+    counts = truth < 0
+    counts |= np.isin(truth, sorted(asked))
+    objects = dict(zip(*np.unique(truth[counts & (truth >= 0)], return_counts=True), strict=True))
+    answer: dict[int, int | None] = {}
+    for part in np.unique(found[found >= 0]).tolist():
+        inside = found == part
+        own = truth[inside & counts]
+        if 2 * len(own) <= inside.sum():
+            continue
+        numbers, shared = np.unique(own[own >= 0], return_counts=True)
+        best = {
+            int(number): both / (len(own) + objects[number] - both)
+            for number, both in zip(numbers, shared, strict=True)
+        }
+        answer[part] = next((number for number, iou in best.items() if iou > IOU), None)
+    return answer
+
+
+def segmentation_counts(answer: Mapping[int, int | None], asked: Sequence[int]) -> Counts:
+    """Return how many objects were found, parts that are no object, and objects that no part is."""
+    hits = sum(number is not None for number in answer.values())
+    return Counts(hits, len(answer) - hits, len(asked) - hits)
+
+
+def function_counts(
+    answer: Mapping[int, int | None],
+    given: Mapping[int, frozenset[str]],
+    labels: Mapping[int, frozenset[str]],
+    name: str,
+) -> Counts:
+    """Return how often a function was given rightly, wrongly and not at all, from scan to label.
+
+    Parameters
+    ----------
+    answer : dict
+        See `matched`.
+    given : dict of int to set of str
+        The functions that each part was given.
+    labels : dict of int to set of str
+        The functions of each object that counts, found or not.
+    """
+    hits = sum(
+        name in given[part] and number is not None and name in labels[number] for part, number in answer.items()
+    )
+    claims = sum(name in given[part] for part in answer)
+    members = sum(name in functions for functions in labels.values())
+    return Counts(hits, claims - hits, members - hits)
