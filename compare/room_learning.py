@@ -1,0 +1,110 @@
+"""Models for virtual rooms: learnt from whole models, as the paper did, from partial views, or from both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from scenes.partial_views import partial_views
+from scenes.rooms import Furnishing, furnish
+from scenes.rooms_command import scan_room
+from spherefunc_bullet.console import say
+from spherefunc_bullet.dataset import Dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_classifier import FunctionClassifier
+from spherefunc_bullet.model_file import load_model
+from spherefunc_bullet.simulation import settle
+from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.training import Simulated, simulate_dataset
+from spherefunc_bullet.validation import THRESHOLD
+
+from .room_trials import Condition, Fold, halves
+
+EXAMPLES = ("whole", "views", "both")
+OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lesson:
+    """What is learnt from, and how."""
+
+    simulator: Simulator
+    radii: tuple[float, ...]  # metres
+    examples: str = "whole"  # one of EXAMPLES
+    scanned: Condition = Condition(views=3, noise=1.0)  # how partial views come about
+    completion: tuple[str, ...] = ()
+    method: str = "default"
+    seed: int = 0
+
+
+def folds(dataset: Dataset, lesson: Lesson, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
+    """Return each half of a data set with a model that has learnt the other half.
+
+    Parameters
+    ----------
+    failed : callable
+        Is given the error of each file that cannot be used; the rest goes on.
+    """
+    simulated = simulate_dataset(
+        dataset, lesson.simulator, lesson.radii, seed=lesson.seed, jobs=jobs, failed=failed
+    )
+    usable = Dataset(dataset.name, simulated.objects)
+    one, other = halves(usable, lesson.seed)
+    return [
+        fold_of(tested, learnt_model(learnt, simulated, lesson, failed), simulated)
+        for tested, learnt in ((one, other), (other, one))
+    ]
+
+
+def told_by(model: Path, dataset: Dataset, failed: Callable[[InputError], None], jobs: int) -> Fold:
+    """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
+    classifier = load_model(model)
+    simulator, radii = make_simulator(classifier.simulator), classifier.chosen_radii()
+    simulated = simulate_dataset(dataset, simulator, radii, seed=classifier.seed, jobs=jobs, failed=failed)
+    learnt = set(classifier.names_) & {item.path.name for item in simulated.objects}
+    if learnt:
+        say(f"{model}: has learnt {len(learnt)} objects of the names of those it is to tell; the figures may flatter")
+    return fold_of(Dataset(dataset.name, simulated.objects), classifier, simulated)
+
+
+def fold_of(dataset: Dataset, model: FunctionClassifier, simulated: Simulated) -> Fold:
+    """Return a fold, with what its model says of the whole models."""
+    paths = {item.path for item in dataset.objects}
+    records = [record for record in simulated.records if record.path in paths]
+    scores = model.score_settled([record.settled for record in records])
+    given = {
+        record.path: frozenset(name for name, score in zip(model.functions_, row, strict=True) if score > THRESHOLD)
+        for record, row in zip(records, scores, strict=True)
+    }
+    return Fold(dataset=dataset, model=model, on_models=given)
+
+
+def learnt_model(
+    dataset: Dataset, simulated: Simulated, lesson: Lesson, failed: Callable[[InputError], None]
+) -> FunctionClassifier:
+    """Return a classifier that has learnt a data set's objects as whole models, partial views, or both."""
+    settled, labels, names = [], [], []
+    if lesson.examples != "views":
+        by_path = {record.path: record.settled for record in simulated.records}
+        settled += [by_path[item.path] for item in dataset.objects]
+        labels += [item.functions for item in dataset.objects]
+        names += [item.path.name for item in dataset.objects]
+    if lesson.examples != "whole":
+        for item, name, centers in seen_examples(dataset, lesson, failed):
+            settled.append(centers)
+            labels.append(item.functions)
+            names.append(name)
+    model = FunctionClassifier(lesson.simulator, radii=lesson.radii, method=lesson.method, seed=lesson.seed)
+    return model.fit_settled(settled, labels, names)
+
+
+def seen_examples(dataset: Dataset, lesson: Lesson, failed) -> Sequence[tuple]:
+    """Yield object, name and settled centres of what scans of rooms show of a data set's objects."""
+    settings = Furnishing()
+    rooms = -(-len(dataset) // (settings.tables + settings.on_floor + settings.on_tops))
+    for room in furnish(dataset, rooms, seed=lesson.seed + OTHER_ROOMS, failed=failed):
+        scan = scan_room(room, lesson.scanned.views, lesson.scanned.noise, lesson.seed)
+        for number, cloud in partial_views(scan, lesson.completion):
+            name = f"{room.objects[number].item.path.stem} in {room.name}"
+            yield room.objects[number].item, name, settle(cloud, lesson.simulator, lesson.radii, lesson.seed)

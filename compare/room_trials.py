@@ -1,0 +1,186 @@
+"""Virtual rooms through segmentation and recognition, from whole scans to single noisy views (paper, §IV-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scenes.completion import DEFAULT
+from scenes.partial_views import partial_views
+from scenes.recognition import recognise, scored, settled_on
+from scenes.room_scans import VirtualScan
+from scenes.rooms import VirtualRoom, furnish
+from scenes.rooms_command import scan_room
+from scenes.scan import Scan
+from scenes.segmentation import Segmentation
+from spherefunc_bullet.dataset import Dataset, DatasetObject
+from spherefunc_bullet.errors import InputError
+
+from .room_scores import Counts, function_counts, matched, segmentation_counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """What a room is scanned with."""
+
+    views: int | None  # None: whole surfaces
+    noise: float  # times a Kinect's
+
+    def __str__(self) -> str:
+        return "whole" if self.views is None else f"{self.views} view{'s' if self.views > 1 else ''}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoomTrial:
+    """Which rooms are made, how they are scanned, and how the scans are taken apart."""
+
+    rooms: int = 12
+    conditions: tuple[Condition, ...] = ()
+    seed: int = 0
+    settings: Segmentation = field(default_factory=Segmentation)
+    completion: tuple[str, ...] = DEFAULT
+
+
+@dataclass
+class Tally:
+    """The counts of one condition, summed over rooms."""
+
+    functions: tuple[str, ...]
+    rooms: int = 0
+    objects: int = 0  # of which the scans show enough
+    hidden: int = 0  # of which they do not
+    points: int = 0
+    segmentation: Counts = Counts()
+    labelled: dict[str, Counts] = field(default_factory=dict)  # from scan to function
+    cut_out: dict[str, Counts] = field(default_factory=dict)  # given the true segmentation
+    whole: dict[str, Counts] = field(default_factory=dict)  # the same objects as whole models, by the same classifier
+    stages: dict[str, float] = field(default_factory=dict)  # seconds
+
+    def add(self, name: str, counts: dict[str, Counts]):
+        """Add a room's counts of each function to ``labelled``, ``cut_out`` or ``whole``."""
+        before = getattr(self, name)
+        for function, each in counts.items():
+            before[function] = before.get(function, Counts()) + each
+
+    def row(self) -> dict:
+        """Return the figures for a report."""
+        kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
+        functions = {
+            name: self.labelled[name].row() | {kind: rounded(counts[name].f_measure) for kind, counts in kinds.items()}
+            for name in self.functions
+        }
+        return {
+            "rooms": self.rooms,
+            "objects": self.objects,
+            "hidden": self.hidden,
+            "points": self.points,
+            "segmentation": self.segmentation.row(),
+            "functions": functions,
+            "seconds": {name: round(seconds / self.rooms, 3) for name, seconds in self.stages.items()},
+        }
+
+
+def rounded(value: float | None) -> float | None:
+    """Return a figure as reports have it."""
+    return None if value is None else round(value, 4)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fold:
+    """Objects to furnish rooms with, and a model that has not learnt them."""
+
+    dataset: Dataset
+    model: object  # FunctionClassifier
+    on_models: dict  # path -> functions that the model gives to the whole model
+
+
+def run_trial(
+    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None], shown: Callable = lambda rooms: rooms
+) -> dict[Condition, Tally]:
+    """Return the counts of each condition, over all rooms of all folds.
+
+    Parameters
+    ----------
+    failed : callable
+        Is given the error of each file that cannot be used; the rest goes on.
+    shown : callable
+        Passes an iterator of rooms on, and may show how far it is.
+    """
+    functions = folds[0].model.functions_
+    found = {condition: Tally(functions) for condition in trial.conditions}
+    for room, fold in shown(furnished(folds, trial, failed)):
+        for condition, tally in found.items():
+            count_scan(tally, scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
+    return found
+
+
+def furnished(folds: Sequence[Fold], trial: RoomTrial, failed) -> Iterator[tuple[VirtualRoom, Fold]]:
+    """Yield the rooms of all folds, each with its fold."""
+    for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
+        for room in furnish(fold.dataset, count, seed=trial.seed, failed=failed):
+            yield room, fold
+
+
+def shares(total: int, parts: int) -> list[int]:
+    """Return how many of a total fall to each part.
+
+    Examples
+    --------
+    >>> shares(5, 2)
+    [3, 2]
+    """
+    return [total // parts + (part < total % parts) for part in range(parts)]
+
+
+def count_scan(tally: Tally, scan: VirtualScan, fold: Fold, trial: RoomTrial):
+    """Take a scan apart and add what came of it."""
+    seen = scan.seen().tolist()
+    items = {number: scan.room.objects[number].item for number in seen}
+    labels = {number: item.functions for number, item in items.items()}
+    room = recognise(
+        Scan(name=scan.room.name, points=scan.points), fold.model, settings=trial.settings, completion=trial.completion
+    )
+    answer = matched(scan.labels, room.labels, seen)
+    given = {each.id: members(each.functions) for each in room.objects}
+    tally.rooms += 1
+    tally.objects += len(seen)
+    tally.hidden += len(scan.room.objects) - len(seen)
+    tally.points += len(scan.points)
+    tally.segmentation += segmentation_counts(answer, seen)
+    tally.add("labelled", counted(tally.functions, answer, given, labels))
+    itself = {number: number for number in seen}
+    cut_out = {
+        number: members(scored(settled_on(cloud, fold.model), fold.model))
+        for number, cloud in partial_views(scan, trial.completion)
+    }
+    tally.add("cut_out", counted(tally.functions, itself, cut_out, labels))
+    as_models = {number: fold.on_models[item.path] for number, item in items.items()}
+    tally.add("whole", counted(tally.functions, itself, as_models, labels))
+    for name, seconds in room.stages.items():
+        tally.stages[name] = tally.stages.get(name, 0.0) + seconds
+
+
+def members(functions: dict[str, dict]) -> frozenset[str]:
+    """Return the functions that an object was given."""
+    return frozenset(name for name, each in functions.items() if each["member"])
+
+
+def counted(functions: Iterable[str], answer, given, labels) -> dict[str, Counts]:
+    """Return the counts of each function."""
+    return {name: function_counts(answer, given, labels, name) for name in functions}
+
+
+def halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
+    """Return two halves of a data set with as many objects of each label in one as in the other."""
+    rng = np.random.default_rng(seed)
+    by_label: dict[frozenset, list[DatasetObject]] = {}
+    for item in dataset.objects:
+        by_label.setdefault(item.functions, []).append(item)
+    parts: tuple[list, list] = ([], [])
+    for label in sorted(by_label, key=sorted):
+        order = rng.permutation(len(by_label[label]))
+        for place, index in enumerate(order):
+            parts[place % 2].append(by_label[label][index])
+    return tuple(Dataset(f"{dataset.name}-{name}", tuple(part)) for name, part in zip("ab", parts, strict=True))
