@@ -15,9 +15,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_classifier import FunctionClassifier
 from spherefunc_bullet.model_file import load_model
 from spherefunc_bullet.simulation import settle
-from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.training import Simulated, simulate_dataset
-from spherefunc_bullet.validation import THRESHOLD
 
 from .room_trials import Condition, Fold, halves
 
@@ -52,32 +51,18 @@ def folds(dataset: Dataset, lesson: Lesson, failed: Callable[[InputError], None]
     usable = Dataset(dataset.name, simulated.objects)
     one, other = halves(usable, lesson.seed)
     return [
-        fold_of(tested, learnt_model(learnt, simulated, lesson, failed), simulated)
+        Fold(dataset=tested, model=learnt_model(learnt, simulated, lesson, failed), jobs=jobs)
         for tested, learnt in ((one, other), (other, one))
     ]
 
 
-def told_by(model: Path, dataset: Dataset, failed: Callable[[InputError], None], jobs: int) -> Fold:
+def told_by(model: Path, dataset: Dataset, jobs: int) -> Fold:
     """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
     classifier = load_model(model)
-    simulator, radii = make_simulator(classifier.simulator), classifier.chosen_radii()
-    simulated = simulate_dataset(dataset, simulator, radii, seed=classifier.seed, jobs=jobs, failed=failed)
-    learnt = set(classifier.names_) & {item.path.name for item in simulated.objects}
+    learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
     if learnt:
         say(f"{model}: has learnt {len(learnt)} objects of the names of those it is to tell; the figures may flatter")
-    return fold_of(Dataset(dataset.name, simulated.objects), classifier, simulated)
-
-
-def fold_of(dataset: Dataset, model: FunctionClassifier, simulated: Simulated) -> Fold:
-    """Return a fold, with what its model says of the whole models."""
-    paths = {item.path for item in dataset.objects}
-    records = [record for record in simulated.records if record.path in paths]
-    scores = model.score_settled([record.settled for record in records])
-    given = {
-        record.path: frozenset(name for name, score in zip(model.functions_, row, strict=True) if score > THRESHOLD)
-        for record, row in zip(records, scores, strict=True)
-    }
-    return Fold(dataset=dataset, model=model, on_models=given)
+    return Fold(dataset=dataset, model=classifier, jobs=jobs)
 
 
 def learnt_model(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from scenes.completion import DEFAULT
-from scenes.partial_views import partial_views
-from scenes.recognition import recognise, scored, settled_on
+from scenes.recognition import recognise, recognise_objects
 from scenes.room_scans import VirtualScan
 from scenes.rooms import VirtualRoom, furnish
 from scenes.rooms_command import scan_room
@@ -17,6 +17,9 @@ from scenes.scan import Scan
 from scenes.segmentation import Segmentation
 from spherefunc_bullet.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_classifier import FunctionClassifier
+from spherefunc_bullet.simulation import simulate_objects
+from spherefunc_bullet.validation import THRESHOLD
 
 from .room_scores import Counts, function_counts, matched, segmentation_counts
 
@@ -41,6 +44,7 @@ class RoomTrial:
     seed: int = 0
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
+    cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
 
 
 @dataclass
@@ -68,7 +72,8 @@ class Tally:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
         functions = {
-            name: self.labelled[name].row() | {kind: rounded(counts[name].f_measure) for kind, counts in kinds.items()}
+            name: self.labelled[name].row()
+            | {kind: rounded(counts.get(name, Counts()).f_measure) for kind, counts in kinds.items()}
             for name in self.functions
         }
         return {
@@ -87,13 +92,27 @@ def rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 4)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Fold:
     """Objects to furnish rooms with, and a model that has not learnt them."""
 
     dataset: Dataset
-    model: object  # FunctionClassifier
-    on_models: dict  # path -> functions that the model gives to the whole model
+    model: FunctionClassifier
+    jobs: int = 1
+    told: dict[Path, frozenset[str]] = field(default_factory=dict)
+
+    def of_models(self, items: Iterable[DatasetObject]) -> dict[Path, frozenset[str]]:
+        """Return what the model says of the whole models of objects; each is asked for once."""
+        paths = sorted({item.path for item in items} - self.told.keys())
+        done = simulate_objects(
+            paths, self.model.simulator, self.model.chosen_radii(), seed=self.model.seed, jobs=self.jobs
+        )
+        for index, record in done:
+            scores = self.model.score_settled([record.settled])[0]
+            self.told[paths[index]] = frozenset(
+                name for name, score in zip(self.model.functions_, scores, strict=True) if score > THRESHOLD
+            )
+        return self.told
 
 
 def run_trial(
@@ -151,15 +170,23 @@ def count_scan(tally: Tally, scan: VirtualScan, fold: Fold, trial: RoomTrial):
     tally.segmentation += segmentation_counts(answer, seen)
     tally.add("labelled", counted(tally.functions, answer, given, labels))
     itself = {number: number for number in seen}
-    cut_out = {
-        number: members(scored(settled_on(cloud, fold.model), fold.model))
-        for number, cloud in partial_views(scan, trial.completion)
-    }
-    tally.add("cut_out", counted(tally.functions, itself, cut_out, labels))
-    as_models = {number: fold.on_models[item.path] for number, item in items.items()}
+    if trial.cut_out:
+        tally.add("cut_out", counted(tally.functions, itself, functions_cut_out(scan, fold, trial), labels))
+    on_models = fold.of_models(items.values())
+    as_models = {number: on_models[item.path] for number, item in items.items()}
     tally.add("whole", counted(tally.functions, itself, as_models, labels))
     for name, seconds in room.stages.items():
         tally.stages[name] = tally.stages.get(name, 0.0) + seconds
+
+
+def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[int, frozenset[str]]:
+    """Return the functions that each seen object is given when the truth cuts it out of the scan."""
+    seen = scan.seen()
+    place = np.full(len(scan.room.objects) + 1, -1)  # the last one is that of labels below 0
+    place[seen] = np.arange(len(seen))
+    labels = place[np.maximum(scan.labels, -1)]
+    found = recognise_objects(scan.points, labels, fold.model, completion=trial.completion)
+    return {int(seen[each.id]): members(each.functions) for each in found}
 
 
 def members(functions: dict[str, dict]) -> frozenset[str]:

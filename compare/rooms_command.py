@@ -26,6 +26,9 @@ def rooms(
     completion: Annotated[
         str | None, typer.Option(help="What is added to one-sided objects: bottom,sides,mirror or none.")
     ] = None,
+    cut_out: Annotated[
+        bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
+    ] = False,
     backend: Backend = "fast",
     radii: Radii = DEFAULT_RADII,
     method: Method = "default",
@@ -51,6 +54,7 @@ def rooms(
         seed=seed,
         settings=Segmentation(cluster_tolerance=parse_length(tolerance)),
         completion=steps,
+        cut_out=cut_out,
     )
     lesson = Lesson(
         simulator=make_simulator(backend),
@@ -63,7 +67,7 @@ def rooms(
     if model is None:
         parts = folds(dataset, lesson, failures.add, jobs)
     else:
-        parts = [told_by(model, dataset, failures.add, jobs)]
+        parts = [told_by(model, dataset, jobs)]
     found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"))
     backend = make_simulator(parts[0].model.simulator).name
     about = {"data": dataset.name, "model": str(model) if model else f"the other half, {examples}", "backend": backend}

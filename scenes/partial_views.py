@@ -26,4 +26,4 @@ def partial_views(scan: VirtualScan, completion: Sequence[str] = DEFAULT) -> Ite
         placed = scan.room.objects[number]
         height = float(placed.T_room_object[2, 3])
         points = scan.points[scan.labels == number]
-        yield number, object_cloud(points, completion, height, placed.item.path.stem)[0]
+        yield number, object_cloud(points, completion, height)[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class PlacedObject:
     T_room_object: np.ndarray  # (4, 4)
     support: int = FLOOR  # number of the object that it stands on
 
-    @property
+    @cached_property
     def points(self) -> np.ndarray:
         """The object's whole surface as points (N, 3), metres, in the room's frame."""
         return moved(self.cloud.points, self.T_room_object)
