@@ -28,6 +28,7 @@ def rooms(
     """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
     from spherefunc_bullet.dataset import open_dataset
 
+    from .partial_views import partial_views
     from .room_files import RoomFolder
     from .rooms import furnish
 
@@ -35,7 +36,7 @@ def rooms(
     folder = RoomFolder(directory, dataset.name)
     for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
         scan = scan_room(room, number, noise, seed)
-        folder.write(scan, (scan.points[scan.labels == each] for each in scan.seen()))
+        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
     manifest = folder.close()
     about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
     print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")
