@@ -23,11 +23,11 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.reading import read_geometry
 
 THINGS = {  # name: extents in metres, label; a table's top is a slab on four posts
-    "desk": ((1.2, 0.7, 0.74), "table"),
-    "stand": ((0.9, 0.9, 0.6), "table"),
+    "desk": ((0.9, 0.6, 0.74), "table"),
+    "stand": ((0.7, 0.7, 0.6), "table"),
     "seat": ((0.5, 0.5, 0.9), "sittable"),
-    "bench": ((1.0, 0.4, 0.5), "sittable"),
-    "chest": ((0.8, 0.5, 0.9), "none"),
+    "bench": ((0.8, 0.3, 0.5), "sittable"),
+    "chest": ((0.6, 0.4, 0.5), "none"),
     "mug": ((0.08, 0.08, 0.1), "cup"),
     "tin": ((0.1, 0.2, 0.06), "none"),
     "pen": ((0.01, 0.15, 0.01), "none"),
@@ -56,29 +56,37 @@ def data(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def rooms(data):
-    return list(furnish(open_dataset(data), 3, seed=1, failed=pytest.fail))
+    return list(furnish(open_dataset(data), 2, seed=1, failed=pytest.fail))
+
+
+def plan(placed) -> np.ndarray:
+    """Return an object seen from above, (N, 2), to the centimetre."""
+    centimetres = np.round(100 * placed.points[:, :2]).astype(int)
+    keys = np.unique(centimetres[:, 0] * 1000 + centimetres[:, 1])  # all are between 0 and 5 m
+    return np.column_stack(np.divmod(keys, 1000)) / 100
 
 
 def test_no_object_is_nearer_than_the_gap(rooms):
     settings = Furnishing()
     for room in rooms:
         on_floor = [each for each in room.objects if each.support == FLOOR]
+        plans = [plan(each) for each in on_floor]
         for i, one in enumerate(on_floor):
             low, high = one.points.min(axis=0), one.points.max(axis=0)
             # A footprint is drawn on cells: a diagonal of one may be lost.
             assert (low[:2] > settings.gap - 1.5 * CELL).all()
             assert (high[:2] < room.size[:2] - settings.gap + 1.5 * CELL).all()
-            tree = cKDTree(one.points[:, :2])
-            for other in on_floor[:i]:
-                assert tree.query(other.points[:, :2])[0].min() > settings.gap - 1.5 * CELL
+            tree = cKDTree(plans[i])
+            for other in plans[:i]:
+                assert tree.query(other)[0].min() > settings.gap - 1.5 * CELL
 
 
 def test_small_things_stand_on_tops(rooms):
     tops = {"desk": 0.74, "stand": 0.6}
     small = [(room, each) for room in rooms for each in room.objects if each.item.path.stem in ("mug", "tin")]
-    assert len(small) == 18  # six a room
+    assert len(small) == 12  # six a room
     carried = [(room, each) for room, each in small if each.support != FLOOR]
-    assert len(carried) > 12
+    assert len(carried) > 8
     for room, each in carried:
         table = room.objects[each.support]
         # The first sample of a top's height is half a level's width off at most.
@@ -93,14 +101,13 @@ def test_what_is_too_low_or_too_large_is_left_out(rooms):
 
 
 def test_same_seed_same_rooms(data, rooms):
-    again = list(furnish(open_dataset(data), 3, seed=1, failed=pytest.fail))
+    again = list(furnish(open_dataset(data), 2, seed=1, failed=pytest.fail))
     for one, other in zip(rooms, again, strict=True):
         assert np.array_equal(whole_scan(one).points, whole_scan(other).points)
 
 
 def test_a_table_top_is_found_above_its_feet():
-    mesh = slab_on_posts(1.2, 0.7, 0.74)
-    points, _ = trimesh.sample.sample_surface_even(mesh, 60_000, seed=0)
+    points = trimesh.sample.sample_surface(slab_on_posts(1.2, 0.7, 0.74), 60_000, seed=0)[0]
     top = top_of(points)
     assert top.height == pytest.approx(0.74, abs=1e-6)
     assert (~top.blocked).mean() > 0.9
@@ -154,7 +161,8 @@ def test_cameras_stand_clear_of_objects(rooms):
 
 
 def test_partial_views_stand_on_the_ground(rooms):
-    scan = seen_scan(rooms[0], 3, Kinect(noise=0.0, dropouts=False), np.random.default_rng(0))
+    ideal = Kinect(noise=0.0, dropouts=False, width=320, height=240)
+    scan = seen_scan(rooms[0], 3, ideal, np.random.default_rng(0))
     clouds = dict(partial_views(scan))
     assert list(clouds) == list(scan.seen())
     for number, cloud in clouds.items():
