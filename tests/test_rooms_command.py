@@ -1,0 +1,84 @@
+"""``spherefunc rooms``: from a data set to figures and a plot, and one line for every mistake."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from things import write_things
+from typer.testing import CliRunner
+
+from compare.room_curves import curve_rows, room_curves, write_report
+from compare.room_learning import told_by
+from compare.room_trials import Condition
+from compare.rooms_command import completion_steps, conditions
+from spherefunc_bullet.command_line import application
+from spherefunc_bullet.dataset import open_dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.model_file import shipped_model
+
+
+@pytest.fixture
+def run():
+    return lambda *arguments: CliRunner().invoke(application(), ["rooms", *(str(each) for each in arguments)])
+
+
+def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
+    data = write_things(tmp_path, ("desk", "seat", "mug"))
+    few = ("--rooms", 1, "--views", 1, "--jobs", 1)
+    done = run(data, "--model", shipped_model(), *few, "--json", "--report", tmp_path)
+    about = json.loads(done.stdout)
+    (measured,) = about["conditions"]
+    assert measured["views"] == "1 view" and measured["rooms"] == 1
+    found, seen = measured["segmentation"], measured["objects"]
+    assert found["hits"] + found["misses"] == seen and seen + measured["hidden"] >= 8
+    for name in ("cup", "sittable", "table"):
+        row = measured["functions"][name]
+        assert row["hits"] + row["misses"] <= seen and row["f_measure_cut_out"] is None
+    assert json.loads((tmp_path / "rooms.json").read_text()) == about
+    assert {path.suffix for path in tmp_path.glob("rooms.*")} == {".json", ".png", ".svg", ".csv"}
+
+
+def test_every_number_of_views_meets_every_noise_and_whole_surfaces_none():
+    assert conditions("whole,1,3", "0,2") == (
+        Condition(views=None, noise=0),
+        Condition(views=1, noise=0),
+        Condition(views=1, noise=2),
+        Condition(views=3, noise=0),
+        Condition(views=3, noise=2),
+    )
+
+
+def test_completion_is_a_choice():
+    assert completion_steps("none") == ()
+    assert completion_steps("bottom, sides") == ("bottom", "sides")
+
+
+def test_a_model_that_knows_the_objects_is_said(capsys):
+    told_by(shipped_model(), open_dataset("household"), 1)
+    assert "has learnt 200 objects" in capsys.readouterr().err
+
+
+def test_the_plot_draws_what_it_is_given(tmp_path):
+    cup, table = ({"f_measure": f, "f_measure_whole": whole} for f, whole in ((0.5, 0.9), (None, None)))
+    functions = {"cup": cup, "table": table}
+    measured = [
+        {"views": views, "noise": noise, "segmentation": {"recall": 0.8}, "functions": functions}
+        for views, noise in [("whole", 0.0), ("1 view", 1.0), ("3 views", 1.0), ("3 views", 2.0)]
+    ]
+    rows = curve_rows(measured)
+    assert [row["value"] for row in rows if row["curve"] == "cup"] == [0.5] * 4
+    about = {"data": "things", "backend": "fast"}
+    write_report(tmp_path, about, measured, room_curves(about, measured))
+    assert (tmp_path / "rooms.csv").read_text().count("\n") == 1 + 3 * 4
+    assert (tmp_path / "rooms.svg").read_text().startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--views", "some"], ["--noise=-1"], ["--completion", "magic"], ["--examples", "all"], ["--model", "none.npz"]],
+)
+def test_mistakes_are_one_line(run, tmp_path, wrong):
+    done = run(write_things(tmp_path, ("mug",)), *wrong)
+    assert isinstance(done.exception, InputError)
+    assert "\n" not in str(done.exception) and "expected" in str(done.exception)
