@@ -35,18 +35,20 @@ def curve_rows(measured: Sequence[dict]) -> list[dict]:
 
 
 def draw_curves(figure, measured: Sequence[dict]):
-    """Draw both panels."""
-    left, right = figure.subplots(1, 2, sharey=True)
+    """Draw views on the left and, where several levels were measured, noise on the right."""
     rows = curve_rows(measured)
     noises = sorted({row["noise"] for row in rows if row["views"] != WHOLE})
-    views = list(dict.fromkeys(row["views"] for row in rows if row["views"] != WHOLE))
+    panels = figure.subplots(1, 2 if len(noises) > 1 else 1, sharey=True, squeeze=False)[0]
     usual = 1.0 if 1.0 in noises or not noises else noises[0]
     by_views = [row for row in rows if row["views"] == WHOLE or row["noise"] == usual]
-    draw_panel(left, sorted(by_views, key=lambda row: row["views"] == WHOLE), "views", f"scan, noise {usual:g}")
-    wide = max(views, key=lambda name: sum(row["views"] == name for row in rows), default=None)
-    draw_panel(right, [row for row in rows if row["views"] == wide], "noise", f"noise, times a Kinect's; {wide}")
-    left.set(ylabel="F-measure; recall of objects", ylim=(0, 1.02))
-    handles, names = left.get_legend_handles_labels()
+    draw_panel(panels[0], sorted(by_views, key=lambda row: row["views"] == WHOLE), "views", f"scan, noise {usual:g}")
+    if len(noises) > 1:
+        views = list(dict.fromkeys(row["views"] for row in rows if row["views"] != WHOLE))
+        often = max(views, key=lambda name: sum(row["views"] == name for row in rows))
+        by_noise = [row for row in rows if row["views"] == often]
+        draw_panel(panels[1], by_noise, "noise", f"noise, times a Kinect's; {often}")
+    panels[0].set(ylabel="F-measure; recall of objects", ylim=(0, 1.02))
+    handles, names = panels[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside upper center", ncols=4, handlelength=3.2)
 
 
