@@ -119,6 +119,7 @@ def run_batch(
             ledger.write(rows)
             yield finished_object(tasks[index].name, rows)
         ledger.end_call()
+        batch.folder.sweep()
 
 
 def here(tasks: Sequence[Task], folder: RunFolder, jobs: int, limits: Limits) -> Outcomes:

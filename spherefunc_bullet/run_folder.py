@@ -39,9 +39,19 @@ class RunFolder:
         return Ledger(self.path / "ledger.sqlite", make=make)
 
     def make(self):
-        """Make the folder, and throw away the scratch files of processes that are gone."""
+        """Make the folder, without the scratch files of processes that are gone."""
         try:
             self.partial.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: expected a folder that can be written to; {error.strerror}") from error
+        self.sweep()
+
+    def sweep(self):
+        """Throw away the scratch files of processes that are gone.
+
+        When a call begins, a worker of one that was killed may still be on its way out; so when a call ends as well.
+        """
+        try:
             for scratch in self.partial.rglob("*.tmp"):
                 if not is_alive(int(scratch.suffixes[-2][1:])):
                     scratch.unlink(missing_ok=True)
@@ -106,4 +116,13 @@ def is_alive(process: int) -> bool:
         return False
     except PermissionError:
         pass
-    return True
+    return not is_zombie(process)
+
+
+def is_zombie(process: int) -> bool:
+    """Return whether a process has ended and waits for its parent to notice, where the system tells: on Linux."""
+    try:
+        about = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
+    return about.rpartition(")")[2].split()[:1] == ["Z"]

@@ -8,6 +8,7 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +29,7 @@ from spherefunc_bullet.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.ledger import DONE, Ledger
 from spherefunc_bullet.merging import merge_runs
-from spherefunc_bullet.run_folder import RunFolder
+from spherefunc_bullet.run_folder import RunFolder, is_alive
 from spherefunc_bullet.shards import parse_shard, shard_of
 from spherefunc_bullet.simulation import Loading, simulate_objects
 from spherefunc_bullet.simulator import make_simulator
@@ -398,3 +399,15 @@ def test_ledger_and_status_of_100_000_rows_stay_fast(tmp_path):
         about = status(ledger)
     assert (about["objects"], about["done"], about["waiting"]) == (20_000, 10_000, 10_000)
     assert about["runs"] == {"done": 50_000, "waiting": 50_000}
+
+
+def test_a_process_that_has_ended_is_not_alive_though_nobody_has_noticed():
+    process = subprocess.Popen([sys.executable, "-c", ""], stdout=subprocess.PIPE)
+    process.stdout.read()  # until it ends
+    for _ in range(500):
+        if not is_alive(process.pid):
+            break
+        time.sleep(0.01)
+    assert process.returncode is None and not is_alive(process.pid)
+    process.wait()
+    assert is_alive(os.getpid())
