@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from spherefunc_bullet.amounts import format_duration
+
 from .comparison_tables import with_spread
 from .markup import table
 from .verdict import BETTER, UNKNOWN, listed, paired_differences, spoken
@@ -112,19 +114,6 @@ def advice_table(report: dict) -> str:
 def prices(report: dict) -> dict[str, str]:
     """Return what a thousand such objects take by each backend, on one core."""
     return {
-        name: long_spoken(THOUSAND * each["seconds_total"] / report["objects"])
+        name: format_duration(THOUSAND * each["seconds_total"] / report["objects"])
         for name, each in report["backends"].items()
     }
-
-
-def long_spoken(seconds: float) -> str:
-    """Return a long time as people read it.
-
-    Examples
-    --------
-    >>> long_spoken(42), long_spoken(600), long_spoken(9000)
-    ('42.0 s', '10 min', '2.5 h')
-    """
-    if seconds < 120:
-        return spoken(seconds)
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

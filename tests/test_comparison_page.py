@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from browser import draw, needs_browser
 
-from compare.advice import advice, long_spoken, recommendation
+from compare.advice import advice, prices, recommendation
 from compare.compare_command import compare
 from compare.comparison_charts import Mark, front, median_line
 from compare.disagreements import chosen, disagreements
@@ -59,8 +59,10 @@ def test_advice_for_one_backend_and_for_one_trial():
     assert one.backend == "fast" and one.reason.endswith("+0.200 in one trial, too few to tell")
 
 
-def test_long_times():
-    assert (long_spoken(42), long_spoken(600), long_spoken(9000)) == ("42.0 s", "10 min", "2.5 h")
+def test_price_of_a_thousand_objects():
+    # Ten objects took 1 s and 30 s, so a thousand take 100 s and 3,000 s.
+    found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=HIGHER))
+    assert prices(found) == {"fast": "1 min 40 s", "bullet": "50 min 0 s"}
 
 
 def test_front_keeps_what_nothing_beats():
