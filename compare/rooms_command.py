@@ -24,7 +24,7 @@ def rooms(
     examples: Annotated[str, typer.Option(help="Learn whole models, partial views of them, or both.")] = "whole",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     completion: Annotated[
-        str | None, typer.Option(help="What is added to one-sided objects: bottom,sides,mirror or none.")
+        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
     ] = None,
     cut_out: Annotated[
         bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
@@ -38,6 +38,7 @@ def rooms(
     json: Json = False,
 ):
     """Furnish virtual rooms, scan them, take the scans apart, and compare with the truth."""
+    from scenes.completion import steps_of
     from scenes.segmentation import Segmentation
     from spherefunc_bullet.commands.simulate import prepare_folder
     from spherefunc_bullet.dataset import open_dataset
@@ -46,7 +47,7 @@ def rooms(
     from .room_learning import Lesson, folds, told_by
     from .room_trials import RoomTrial, run_trial
 
-    failures, dataset, steps = Failures(), open_dataset(data), completion_steps(completion)
+    failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)
     prepare_folder(report)
     trial = RoomTrial(
         rooms=count,
@@ -169,19 +170,6 @@ def conditions(views: str, noise: str) -> tuple:
         for number in numbers
         for level in (levels if number is not None else [0.0])
     )
-
-
-def completion_steps(text: str | None) -> tuple[str, ...]:
-    """Return the steps of completion that were asked for, the default ones for None."""
-    from scenes.completion import DEFAULT, STEPS
-
-    if text is None:
-        return tuple(DEFAULT)
-    steps = tuple(each.strip() for each in text.split(",") if each.strip() != "none")
-    unknown = [each for each in steps if each not in STEPS]
-    if unknown:
-        raise InputError(f"--completion {unknown[0]}: expected some of {', '.join(STEPS)}, or none")
-    return steps
 
 
 def one_of_examples(examples: str) -> str:

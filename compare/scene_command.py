@@ -27,7 +27,9 @@ def scene(
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
     depth_scale: Annotated[float, typer.Option(help="A depth image's steps to the metre, of whole numbers.")] = 1000.0,
-    complete: Annotated[str, typer.Option(help="What is added: some of bottom,sides,mirror; or none.")] = "bottom",
+    complete: Annotated[
+        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
+    ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
     min_cluster_size: Annotated[int, typer.Option(help="Voxels that an object has at least.")] = 60,
     max_cluster_size: Annotated[int | None, typer.Option(help="Voxels that an object has at most.")] = None,

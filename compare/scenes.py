@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from scenes.completion import DEFAULT, steps_of
+from scenes.completion import steps_of
 from scenes.recognition import Room, recognise
 from scenes.scan import Scan, load_scan
 from scenes.segmentation import Segmentation
@@ -171,7 +171,7 @@ def main(
     data: Annotated[Path, typer.Argument(help="Folder of scans, with NAME_boxes.csv or NAME_instances.csv.")],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str, typer.Option(help="Whose shipped model to use.")] = "fast",
-    complete: Annotated[str, typer.Option(help="Some of bottom,sides,mirror; or none.")] = ",".join(DEFAULT),
+    complete: Annotated[str | None, typer.Option(help="Some of smooth,bottom,sides,mirror; or none.")] = None,
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
     points: Annotated[int | None, typer.Option(help="Take at most so many points, of scans known by boxes.")] = None,

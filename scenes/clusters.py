@@ -9,6 +9,7 @@ from .cells import cells
 
 # Metres by which a depth camera's steps grow with the square of the distance; the first Kinect's are 0.0029.
 _STEP = 0.0043
+_LARGE = 0.5  # metres: the least of furniture
 _WIDEST = 0.06  # metres: beyond, neighbouring objects run together
 
 
@@ -40,6 +41,39 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return rank[member.ravel()]
+
+
+def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
+
+    Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+    found : (N,) int64
+        Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
+    tolerance : float
+        The gap that is bridged, metres.
+    """
+    wide = euclidean_clusters(points, tolerance)
+    has_large = np.zeros(len(points), bool)
+    has_large[wide[is_large(points, found)]] = True
+    first = np.unique(wide, return_index=True)[1]
+    merged = np.where(has_large[wide], found[first][wide], found)
+    _, first, member = np.unique(merged, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[member.ravel()]
+
+
+def is_large(points: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) belong to a cluster as large as furniture, (N,) bool."""
+    count = found.max(initial=-1) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, found, points)
+    np.maximum.at(high, found, points)
+    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[found]
 
 
 @njit(cache=True, error_model="numpy")

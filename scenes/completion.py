@@ -9,9 +9,10 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .bounding import bounding_box
+from .smoothing import smoothed
 
-STEPS = ("bottom", "sides", "mirror")
-DEFAULT = ("bottom",)
+STEPS = ("smooth", "bottom", "sides", "mirror")
+DEFAULT = ("smooth", "bottom", "mirror")
 _SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
 _VESSEL = 0.5  # metres: what is larger holds no drink
@@ -24,8 +25,8 @@ _FAR = 0.1  # metres: beyond, how far apart does not matter
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
-def steps_of(text: str) -> tuple[str, ...]:
-    """Return the steps of a comma-separated list, none of ``none``.
+def steps_of(text: str | None) -> tuple[str, ...]:
+    """Return the steps of a comma-separated list, none of ``none``, the default ones without a list.
 
     Raises
     ------
@@ -37,6 +38,8 @@ def steps_of(text: str) -> tuple[str, ...]:
     >>> steps_of("bottom,mirror"), steps_of("none")
     (('bottom', 'mirror'), ())
     """
+    if text is None:
+        return DEFAULT
     steps = () if text.strip() in ("", "none") else tuple(part.strip() for part in text.split(","))
     unknown = [step for step in steps if step not in STEPS]
     if unknown:
@@ -53,10 +56,11 @@ def complete(
     ----------
     points : (N, 3) float64, metres, level frame
         Of one object.
-    steps : sequence of {"bottom", "sides", "mirror"}
+    steps : sequence of {"smooth", "bottom", "sides", "mirror"}
+        ``smooth`` takes the sensor's scatter off what is small enough to be a vessel, which it would fill;
         ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
-        ``sides`` continues upright outlines down to the support; ``mirror`` adds the object's mirror images about
-        the middle planes of its box, those that it mostly agrees with.
+        ``sides`` continues upright outlines down to the support; ``mirror`` adds a large object's mirror images
+        about the middle planes of its box, those that it mostly agrees with.
     support : float
         The height that the object stands on, metres.
     spacing : float
@@ -65,9 +69,12 @@ def complete(
     Returns
     -------
     (M, 3) float64, metres
-        The points as they came, then those added.
+        The points, smoothed if asked, then those added.
     """
-    if "mirror" in steps:
+    small = np.ptp(points, axis=0).max() <= _VESSEL
+    if "smooth" in steps and small:
+        points = smoothed(points)
+    if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
         points = np.vstack([points, mirrored(points, spacing)])
     if "sides" in steps:
         points = np.vstack([points, continued_down(points, support, spacing)])

@@ -16,6 +16,7 @@ _BASE = 0.15  # metres: what stands on something lower stands on its own base, s
 _SLENDER = 0.08  # of a top's footprint: a leg, or a pillar; a chair below a table is larger
 _REACHES = 0.4  # of the height of a top that its legs are seen to reach at least
 _UNDER = 0.05  # metres below a piece in which something carries it
+_FOOT = 0.01  # metres around what is seen of a foot: a stemmed glass's went with the top that it stands on
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
 _MARGIN = 0.03  # metres that the outline is widened by
 _PROBES = 100  # points of a piece that are looked at for that
@@ -133,7 +134,7 @@ def is_carried(piece: Piece, near: np.ndarray) -> bool:
     """Return whether something (N, 3) is right below the lowest part of a piece."""
     bottom = piece.low[2]
     foot = piece.points[piece.points[:, 2] < bottom + _UNDER]
-    low, high = foot[:, :2].min(axis=0), foot[:, :2].max(axis=0)
+    low, high = foot[:, :2].min(axis=0) - _FOOT, foot[:, :2].max(axis=0) + _FOOT
     below = near[(near[:, 2] < bottom + 0.01) & (near[:, 2] > bottom - _UNDER)]
     return bool(((below[:, :2] > low) & (below[:, :2] < high)).all(axis=1).sum() >= 3)
 

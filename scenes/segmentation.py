@@ -9,7 +9,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .clusters import euclidean_clusters
+from .clusters import bridged, euclidean_clusters
 from .joining import joined
 from .patches import Patches, find_patches, patch_side
 from .supports import split_off
@@ -26,6 +26,7 @@ class Segmentation:
     leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
     distance_threshold: float = 0.02  # metres off the floor's plane that still belong to it, noise apart
     cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
+    large_tolerance: float = 0.05  # metres likewise, where one of two clusters is as large as furniture
     min_cluster_size: int = 60  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
     walls: bool = True  # recognise walls and the ceiling
@@ -83,6 +84,8 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
     distances = None if camera is None or not settings.follow_depth else np.linalg.norm(voxels[rest] - camera, axis=1)
     found = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
+    if settings.join:
+        found = bridged(voxels[rest], found, settings.large_tolerance)
     if settings.supports:
         found = split_off(voxels[rest], found, settings.cluster_tolerance, noise or 0.0)
     if settings.join:
