@@ -16,6 +16,7 @@ _SIDES = 0.6  # of its lower side's area that its upper one has at least
 _AROUND = 10  # bins to either side that show how much of a height is upright
 _CELL = 0.05  # metres: a top fills cells of that side, while the sides of things only cross them
 _FILLED = 0.42  # of such a cell: two rows of voxels, as a chair and the very edge of a top make, are not enough
+_APART = 0.12  # metres between the middles of cells of two tops of one height
 _CLEAR = 0.015  # metres above the top at which another thing begins, noise apart
 _MOST_CLEAR = 0.04  # metres, however noisy
 _GAP = 0.05  # metres: what begins higher above the top does not stand on it
@@ -130,33 +131,32 @@ def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
         # A board has an upper and a lower side, and things stand on the upper one.
         peak = max(k for k in range(largest, min(largest + _BOARD, len(area))) if area[k] >= _SIDES * area[largest])
         around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
-        top = top_at(points[np.abs(bins - peak) <= width]) if area[peak] - np.median(around) >= _AREA / 2 else None
-        if top is not None and top.area >= _AREA:
-            found.append(top)
+        if area[peak] - np.median(around) >= _AREA / 2:
+            found += tops_at(points[np.abs(bins - peak) <= width])
         area[max(0, largest - 3) : peak + 4] = 0
     return sorted(found, key=lambda each: -each.height)
 
 
-def top_at(slab: np.ndarray) -> Top | None:
-    """Return the top that a slice (N, 3) of voxels holds, None if it is too small or only crossed by sides."""
-    from scipy.spatial import ConvexHull, QhullError
-
+def tops_at(slab: np.ndarray) -> list[Top]:
+    """Return the tops that a slice (N, 3) of voxels holds; of two tables of one height each is one."""
     columns = cells(slab * [1, 1, 0], _BIN)  # an upright side has many voxels but few columns
     grid = cells(columns.means, _CELL)
     filled = grid.counts >= _FILLED * (_CELL / _BIN) ** 2
-    inside = filled[grid.cell_of[columns.cell_of]]
-    try:
-        hull = ConvexHull(slab[inside, :2])
-    except (QhullError, ValueError):
-        return None
-    if filled.sum() * _CELL**2 < _AREA:
-        return None
-    return Top(
-        height=float(np.median(slab[inside, 2])),
-        equations=hull.equations,
-        area=float(hull.volume),
-        box=bounding_box(slab[inside]),
-    )
+    top_of_cell = np.full(len(filled), -1)
+    top_of_cell[filled] = euclidean_clusters(grid.means[filled], _APART)
+    number = top_of_cell[grid.cell_of[columns.cell_of]]
+    areas = np.bincount(top_of_cell[filled]) * _CELL**2
+    found = [top_around(slab[number == k]) for k in np.flatnonzero(areas >= _AREA)]
+    return [top for top in found if top.area >= _AREA]
+
+
+def top_around(points: np.ndarray) -> Top:
+    """Return the top that level points (N, 3) are of."""
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points[:, :2])
+    height = float(np.median(points[:, 2]))
+    return Top(height=height, equations=hull.equations, area=float(hull.volume), box=bounding_box(points))
 
 
 def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
