@@ -16,6 +16,7 @@ _SIDES = 0.6  # of its lower side's area that its upper one has at least
 _AROUND = 10  # bins to either side that show how much of a height is upright
 _CELL = 0.05  # metres: a top fills cells of that side, while the sides of things only cross them
 _FILLED = 0.42  # of such a cell: two rows of voxels, as a chair and the very edge of a top make, are not enough
+_OVER = 10  # bins above a top in which what crosses it goes on
 _APART = 0.12  # metres between the middles of cells of two tops of one height
 _CLEAR = 0.015  # metres above the top at which another thing begins, noise apart
 _MOST_CLEAR = 0.04  # metres, however noisy
@@ -34,7 +35,7 @@ class Top:
 
     height: float  # metres
     equations: np.ndarray  # (E, 3) of its outline's edges: negative inside
-    area: float  # of its outline, square metres
+    area: float  # of its outline, and of those of the same height, square metres
     box: Box  # around it
 
     @property
@@ -132,31 +133,40 @@ def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
         peak = max(k for k in range(largest, min(largest + _BOARD, len(area))) if area[k] >= _SIDES * area[largest])
         around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
         if area[peak] - np.median(around) >= _AREA / 2:
-            found += tops_at(points[np.abs(bins - peak) <= width])
+            over = (bins > peak + width) & (bins <= peak + width + _OVER)
+            found += tops_at(points[np.abs(bins - peak) <= width], points[over])
         area[max(0, largest - 3) : peak + 4] = 0
     return sorted(found, key=lambda each: -each.height)
 
 
-def tops_at(slab: np.ndarray) -> list[Top]:
-    """Return the tops that a slice (N, 3) of voxels holds; of two tables of one height each is one."""
+def tops_at(slab: np.ndarray, over: np.ndarray) -> list[Top]:
+    """Return the tops that a slice (N, 3) of voxels holds; of two tables of one height each is one.
+
+    Where as much lies over (M, 3) the slice as in it something taller crosses it: a chair's back at a table's edge.
+    """
+    from scipy.spatial import ConvexHull
+
     columns = cells(slab * [1, 1, 0], _BIN)  # an upright side has many voxels but few columns
-    grid = cells(columns.means, _CELL)
+    grid, above = cells(columns.means, _CELL), cells(cells(over * [1, 1, 0], _BIN).means, _CELL)
     filled = grid.counts >= _FILLED * (_CELL / _BIN) ** 2
+    filled &= ~np.isin(grid.keys, above.keys[above.counts >= _FILLED * (_CELL / _BIN) ** 2])
     top_of_cell = np.full(len(filled), -1)
     top_of_cell[filled] = euclidean_clusters(grid.means[filled], _APART)
     number = top_of_cell[grid.cell_of[columns.cell_of]]
     areas = np.bincount(top_of_cell[filled]) * _CELL**2
-    found = [top_around(slab[number == k]) for k in np.flatnonzero(areas >= _AREA)]
-    return [top for top in found if top.area >= _AREA]
-
-
-def top_around(points: np.ndarray) -> Top:
-    """Return the top that level points (N, 3) are of."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points[:, :2])
-    height = float(np.median(points[:, 2]))
-    return Top(height=height, equations=hull.equations, area=float(hull.volume), box=bounding_box(points))
+    found = [slab[number == k] for k in np.flatnonzero(areas >= _AREA)]
+    hulls = [ConvexHull(points[:, :2]) for points in found]
+    together = float(sum(hull.volume for hull in hulls))  # a shadow may cut the top of one table in two
+    return [
+        Top(
+            height=float(np.median(points[:, 2])),
+            equations=hull.equations,
+            area=together,
+            box=bounding_box(points),
+        )
+        for points, hull in zip(found, hulls, strict=True)
+        if hull.volume >= _AREA
+    ]
 
 
 def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
