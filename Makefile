@@ -1,4 +1,4 @@
-.PHONY: setup browser demo test lint fuzz bench figures model clean
+.PHONY: setup browser demo test lint fuzz bench figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -29,9 +29,22 @@ bench: setup  ## the simulators' speed, beside a naive PyBullet script
 figures: setup  ## the pictures in docs/images
 	@$(BIN)/python -m compare.gallery --out docs/images
 
+MODELS := spherefunc_bullet/models
+
 model: setup  ## the models that ship with the package
-	@$(BIN)/spherefunc train household --out spherefunc_bullet/models/household-fast.npz
-	@$(BIN)/spherefunc train household --backend bullet --out spherefunc_bullet/models/household-bullet.npz
+	@for backend in fast bullet; do \
+		$(BIN)/spherefunc train household --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
+	done
+
+scan-model: setup  ## those for scans, which learn how large objects look from one and from three sides too
+	@for views in 1 3; do \
+		$(BIN)/spherefunc dataset rooms household build/seen-$$views --rooms 24 --views $$views --seed 1000 && \
+		$(BIN)/spherefunc dataset select build/seen-$$views/objects build/large-$$views --from 50cm || exit; \
+	done
+	@for backend in fast bullet; do \
+		$(BIN)/spherefunc train household build/large-1 build/large-3 --backend $$backend \
+			--out $(MODELS)/household-scans-$$backend.npz || exit; \
+	done
 
 clean:
 	rm -rf .venv build demo *.egg-info

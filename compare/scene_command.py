@@ -42,7 +42,7 @@ def scene(
     from scenes.segmentation import Segmentation
     from spherefunc_bullet.model_file import load_model, shipped_model
 
-    classifier = load_model(model or shipped_model(backend or "fast"), backend)
+    classifier = load_model(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),

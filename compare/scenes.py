@@ -183,7 +183,7 @@ def main(
     from spherefunc_bullet.simulation import warm_up
     from spherefunc_bullet.simulator import make_simulator
 
-    classifier = load_model(model or shipped_model(backend))
+    classifier = load_model(model or shipped_model(backend, scans=True))
     steps = steps_of(complete)
     settings, failures, rows = Segmentation(cluster_tolerance=cluster_tolerance), Failures(), []
     warm_up(make_simulator(classifier.simulator))

@@ -37,7 +37,12 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     connect(np.ascontiguousarray(points[order]), reach[order], grid.keys, start, roots)
     cluster = np.empty(len(points), np.int64)
     cluster[order] = roots
-    _, first, member = np.unique(cluster, return_index=True, return_inverse=True)
+    return numbered_anew(cluster)
+
+
+def numbered_anew(found: np.ndarray) -> np.ndarray:
+    """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
+    _, first, member = np.unique(found, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return rank[member.ravel()]
@@ -60,11 +65,7 @@ def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarr
     has_large = np.zeros(len(points), bool)
     has_large[wide[is_large(points, found)]] = True
     first = np.unique(wide, return_index=True)[1]
-    merged = np.where(has_large[wide], found[first][wide], found)
-    _, first, member = np.unique(merged, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[member.ravel()]
+    return numbered_anew(np.where(has_large[wide], found[first][wide], found))
 
 
 def is_large(points: np.ndarray, found: np.ndarray) -> np.ndarray:

@@ -21,7 +21,6 @@ _CLOSED = 0.35  # of the outline that has a side below it: from one side half is
 _RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
 _NARROWEST = 0.06  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
 _NEARBY = 0.025  # metres
-_FAR = 0.1  # metres: beyond, how far apart does not matter
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
@@ -156,7 +155,7 @@ def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
     own = box.to_own(points)
     tree, added = cKDTree(own), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
-        apart = tree.query(own * sign, distance_upper_bound=_FAR)[0] > 2 * spacing
+        apart = np.isinf(tree.query(own * sign, distance_upper_bound=2 * spacing)[0])
         if apart.mean() <= _DISAGREES:
             added.append((own * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

@@ -84,10 +84,11 @@ def describe(
 def select(
     data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
     directory: Directory,
-    up_to: Annotated[str, typer.Option(help="Greatest extent of an object, such as 50cm.")],
+    up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
+    least: Annotated[str | None, typer.Option("--from", help="Least extent of an object along its longest side.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Copy the objects up to a size, with their labels: to tell cups from other small things, say."""
+    """Copy the objects of some sizes, with their labels: to tell cups from other small things, say."""
     from shutil import copyfile
 
     from spherefunc_bullet.catalogue import COLUMNS, write_manifest
@@ -95,10 +96,12 @@ def select(
     from spherefunc_bullet.errors import InputError
     from spherefunc_bullet.lengths import parse_length
 
-    limit, objects = parse_length(up_to), open_dataset(data).objects
-    chosen = [item for item in progress(objects, len(objects), "measuring") if max(_extents(item.path)) <= limit]
+    lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
+    objects = open_dataset(data).objects
+    chosen = [item for item in progress(objects, len(objects), "measuring") if lower <= _largest(item.path) <= upper]
     if not chosen:
-        raise InputError(f"{data}: expected objects of at most {up_to}, all are larger")
+        wanted = " ".join(f"{word} {each}" for word, each in (("from", least), ("up to", up_to)) if each)
+        raise InputError(f"{data}: expected objects {wanted} in extent, got none among {len(objects)}")
     directory.mkdir(parents=True, exist_ok=True)
     rows = []
     for number, item in enumerate(chosen):
@@ -130,6 +133,10 @@ def _heights(objects) -> dict[str, dict[str, float]]:
         name: [round(each(values), 3) for each in (min, median, max)] for name, values in heights.items()
     }
     return {name: dict(zip(("min", "median", "max"), found[name], strict=True)) for name in sorted(found)}
+
+
+def _largest(path: Path) -> float:
+    return max(_extents(path))
 
 
 def _height(path: Path) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from .bounding import bounding_box
 
-_FEWEST = 5  # voxels: what is smaller is noise
+_FEWEST = 10  # voxels: what is smaller is noise
 _REACH = 0.12  # metres: the widest gap that is bridged
 _STANDS = 0.06  # metres above the ground: what begins lower stands on it
 _BASE = 0.15  # metres: what stands on something lower stands on its own base, such as a lamp's

@@ -26,6 +26,7 @@ LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a
 # Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
 # that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
 SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
+SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
 MANY = 2_000_000  # points: what has more is thinned before anything else
 FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
 FLOATS = 0.10  # metres above its support: what begins higher does not stand
@@ -172,7 +173,8 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
 def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
-    whole = complete(points, completion, support=support)
+    spacing = for_size(SPACINGS, box.size.max())
+    whole = complete(cells(points, spacing).means if spacing else points, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
     return Cloud(own, "object"), box
 
@@ -198,9 +200,14 @@ def settled_on(clouds: Sequence[Cloud], model, simulator=None) -> list[dict]:
     return settled
 
 
+def for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
+    """Return what an object's largest side chooses, 0 for what is small."""
+    return next((value for least, value in choices if side >= least), 0.0)
+
+
 def telling_radii(cloud: Cloud, model) -> list[float]:
     """Return the radii that tell something of an object, metres."""
-    smallest = next((radius for side, radius in SMALLEST_RADII if cloud.size.max() >= side), 0.0)
+    smallest = for_size(SMALLEST_RADII, cloud.size.max())
     return [each for each in model.chosen_radii() if each >= smallest]
 
 

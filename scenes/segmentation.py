@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,11 +10,11 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .clusters import bridged, euclidean_clusters
+from .clusters import bridged, euclidean_clusters, numbered_anew
 from .joining import joined
-from .patches import Patches, find_patches, patch_side
+from .patches import find_patches, patch_side
 from .supports import split_off
-from .walls import ceiling_height, find_walls
+from .walls import Wall, ceiling_height, find_walls, is_flush
 
 FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
 _THINNEST = 0.008  # metres: a floor is never quite flat
@@ -79,11 +80,15 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
     labels[is_floor(voxels, settings, noise)] = FLOOR
     above = voxels[:, 2] > 0
+    walls = find_walls(voxels, patches) if settings.walls else []
     if settings.walls:
-        labels[above & is_wall(voxels, patches)] = WALL
+        labels[above & is_wall(voxels, walls, ceiling_height(patches))] = WALL
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
     distances = None if camera is None or not settings.follow_depth else np.linalg.norm(voxels[rest] - camera, axis=1)
     found = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
+    flush = is_flush(voxels[rest], found, walls)
+    labels[rest[flush]] = WALL
+    rest, found = rest[~flush], numbered_anew(found[~flush])
     if settings.join:
         found = bridged(voxels[rest], found, settings.large_tolerance)
     if settings.supports:
@@ -102,10 +107,10 @@ def is_floor(voxels: np.ndarray, settings: Segmentation, noise: float | None) ->
     return np.abs(voxels[:, 2]) <= threshold
 
 
-def is_wall(voxels: np.ndarray, patches: Patches) -> np.ndarray:
+def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:
     """Return which voxels (C, 3) belong to walls or the ceiling, or lie beyond, (C,) bool."""
-    found = voxels[:, 2] > ceiling_height(patches)
-    for wall in find_walls(voxels, patches):
+    found = voxels[:, 2] > ceiling
+    for wall in walls:
         found |= wall.holds(voxels)
     return found
 

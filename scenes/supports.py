@@ -89,11 +89,12 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         outside = top.outside(points)
         apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
-        for number in range(clusters.max(initial=-1) + 1):
-            thing = apart[clusters == number]
-            if len(thing) < _FEWEST or not above[thing].any():
+        for thing in (apart[clusters == number] for number in range(clusters.max(initial=-1) + 1)):
+            if not above[thing].any():
                 continue  # a leg that spreads outward
-            if stands_apart(points[thing], outside[thing], top):
+            if len(thing) < _FEWEST and not top.is_table:
+                continue
+            if len(thing) < _FEWEST or stands_apart(points[thing], outside[thing], top):
                 parts.append(thing)
                 left[thing] = False
     return parts

@@ -17,8 +17,10 @@ _MARGIN = 0.5  # metres along the wall to either side in which nothing may be be
 _MOST_BEYOND = 0.03  # share of the voxels within that stretch
 _TRIED = 300  # planes
 _AREA, _WIDTH, _TOP = 0.5, 1.0, 1.2  # square metres, metres, metres above the floor: the least of a wall
+_LOW_WIDTH, _LOW_TOP = 1.0, 0.85  # metres: of one that is seen by cameras that look down
 _SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
 _SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
+_FLUSH = 0.9  # of a piece's points that lie in a wall's plane for it to be of the wall
 _CEILING = 1.9  # metres: the least height
 _CEILING_SHARE = 0.9  # of the highest patch's height
 _CEILING_AREA = 0.5  # square metres
@@ -46,6 +48,18 @@ class Wall:
         along = self.along(points)
         beside = (along > self.span[0] - _MARGIN) & (along < self.span[1] + _MARGIN)
         return beside & (self.ahead(points) < self.thickness)
+
+
+def is_flush(points: np.ndarray, found: np.ndarray, walls: list[Wall]) -> np.ndarray:
+    """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
+
+    Furniture hides the wall between, and such a piece alone is too small for a wall.
+    """
+    flush, counts = np.zeros(len(points), bool), np.bincount(found)
+    for wall in walls:
+        near = np.bincount(found, np.abs(wall.ahead(points)) < wall.thickness)
+        flush |= (near > _FLUSH * counts)[found]
+    return flush
 
 
 def ceiling_height(patches: Patches) -> float:
@@ -111,8 +125,9 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     along, ahead = wall.along(points), wall.ahead(points)
     own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
-    if width < _WIDTH or top < _TOP:
-        return None
+    if width < _LOW_WIDTH or top < _LOW_TOP:
+        if width < _WIDTH or top < _TOP:
+            return None
     if width >= _SURE_WIDTH and top >= _SURE_TOP and filled(along[own] - low, points[own, 2], width, top) > _FILLED:
         return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -70,6 +71,14 @@ def open_dataset(data: str | Path) -> Dataset:
     kinds = f"a folder with manifest.csv or label folders, or one of {', '.join(sorted(catalogues))}"
     came = "a file" if path.exists() else "nothing of that name"
     raise InputError(f"{data}: expected {kinds}; found {came}")
+
+
+def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
+    """Return one data set of the objects of several, such as whole models and scans of them."""
+    if len(datasets) == 1:
+        return datasets[0]
+    objects = tuple(item for each in datasets for item in each.objects)
+    return Dataset(" and ".join(each.name for each in datasets), objects)
 
 
 def read_manifest(manifest: Path) -> Dataset:

@@ -26,9 +26,17 @@ FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
 
 
-def shipped_model(backend: str = "fast") -> Path:
-    """Return the model that comes with the package for a backend (made by ``make model``)."""
-    path = Path(str(files("spherefunc_bullet") / "models" / f"household-{backend}.npz"))
+def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
+    """Return the model that comes with the package for a backend (made by ``make model``).
+
+    Parameters
+    ----------
+    backend : str
+    scans : bool
+        The one for objects in scans, which has learnt partial views of large objects as well as whole models.
+    """
+    name = f"household-{'scans-' * scans}{backend}.npz"
+    path = Path(str(files("spherefunc_bullet") / "models" / name))
     if not path.is_file():
         raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
     return path

@@ -28,7 +28,9 @@ from .options import (
 
 
 def train(
-    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
+    data: Annotated[
+        list[str], typer.Argument(metavar="DATA...", help="Folders with manifest.csv, or names of catalogues.")
+    ],
     out: Annotated[Path, typer.Option(help="The model file to write.")],
     backend: Backend = "fast",
     shape: Shape = None,
@@ -42,7 +44,7 @@ def train(
     json: Json = False,
 ):
     """Learn every function's radius and examples, and write the model."""
-    from ..dataset import open_dataset
+    from ..dataset import joined_datasets, open_dataset
     from ..model_file import save_model
     from ..simulation import Loading
     from ..simulator import make_simulator
@@ -53,8 +55,9 @@ def train(
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
     loading = Loading(up=up, units=units)
+    dataset = joined_datasets([open_dataset(each) for each in data])
     simulated = simulate_dataset(
-        open_dataset(data), simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
+        dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
     )
     model = train_on(simulated, simulator, lengths, method=method, seed=seed)
     save_model(model, out)
