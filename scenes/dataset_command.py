@@ -85,7 +85,7 @@ def select(
     data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
     directory: Directory,
     up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
-    least: Annotated[str | None, typer.Option("--from", help="Least extent of an object along its longest side.")] = None,
+    least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,
     as_json: Json = False,
 ) -> None:
     """Copy the objects of some sizes, with their labels: to tell cups from other small things, say."""

@@ -15,6 +15,7 @@ _STANDS = 0.06  # metres above the ground: what begins lower stands on it
 _BASE = 0.15  # metres: what stands on something lower stands on its own base, such as a lamp's
 _SLENDER = 0.08  # of a top's footprint: a leg, or a pillar; a chair below a table is larger
 _REACHES = 0.4  # of the height of a top that its legs are seen to reach at least
+_LEG, _UPRIGHT = 0.2, 2.0  # metres: the widest leg; how many times as high as wide a piece of it is at least
 _UNDER = 0.05  # metres below a piece in which something carries it
 _FOOT = 0.01  # metres around what is seen of a foot: a stemmed glass's went with the top that it stands on
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
@@ -63,7 +64,10 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
     x = points[along_x, 0]
     lows, highs = (np.array([getattr(each, end) for each in pieces]).reshape(-1, 3) for end in ("low", "high"))
     for piece in pieces:
-        if piece.low[2] < _STANDS or len(piece.points) < _FEWEST:
+        if len(piece.points) < _FEWEST:
+            continue
+        if piece.low[2] < _STANDS:
+            links += [(piece.number, whole) for whole in whole_of_leg(piece, pieces, lows, highs)]
             continue
         first, last = np.searchsorted(x, [piece.low[0] - _REACH, piece.high[0] + _REACH])
         near = around(piece, points, along_x[first:last])
@@ -99,6 +103,24 @@ def legs_of(piece: Piece, lows: np.ndarray, highs: np.ndarray) -> list[int]:
     below = (highs[:, 2] > _REACHES * piece.low[2]) & (highs[:, 2] < piece.low[2] + _MARGIN)
     slender = np.prod(highs[:, :2] - lows[:, :2], axis=1) < _SLENDER * np.prod(piece.high[:2] - piece.low[:2])
     return [int(k) for k in np.flatnonzero(within.all(axis=1) & below & slender) if k != piece.number]
+
+
+def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.ndarray) -> list[int]:
+    """Return the piece, of all those of corners (K, 3), that a slender upright one stands under, if there is any.
+
+    Of a table seen from above what joins a leg to the top is often hidden, or too thin to be seen.
+    """
+    size = piece.high - piece.low
+    if size[:2].max() > _LEG or size[2] < _UPRIGHT * size[:2].max():
+        return []
+    around = (lows[:, :2] < piece.low[:2] + _MARGIN) & (highs[:, :2] > piece.high[:2] - _MARGIN)
+    larger = np.prod(highs[:, :2] - lows[:, :2], axis=1) > np.prod(size[:2]) / _SLENDER
+    for k in np.flatnonzero(around.all(axis=1) & larger & (highs[:, 2] > piece.high[2])):
+        above = pieces[k].points[pieces[k].points[:, 2] > piece.high[2] - _MARGIN, :2]
+        near = (above > piece.low[:2] - _MARGIN) & (above < piece.high[:2] + _MARGIN)
+        if near.all(axis=1).sum() >= _FEWEST:
+            return [int(k)]
+    return []
 
 
 def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
