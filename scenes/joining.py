@@ -16,6 +16,7 @@ _BASE = 0.15  # metres: what stands on something lower stands on its own base, s
 _SLENDER = 0.08  # of a top's footprint: a leg, or a pillar; a chair below a table is larger
 _REACHES = 0.4  # of the height of a top that its legs are seen to reach at least
 _LEG, _UPRIGHT = 0.2, 2.0  # metres: the widest leg; how many times as high as wide a piece of it is at least
+_SEAT = 0.75  # metres: what is wider is no chair
 _UNDER = 0.05  # metres below a piece in which something carries it
 _FOOT = 0.01  # metres around what is seen of a foot: a stemmed glass's went with the top that it stands on
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
@@ -106,15 +107,20 @@ def legs_of(piece: Piece, lows: np.ndarray, highs: np.ndarray) -> list[int]:
 
 
 def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.ndarray) -> list[int]:
-    """Return the piece, of all those of corners (K, 3), that a slender upright one stands under, if there is any.
+    """Return the piece, of all those of corners (K, 3), whose leg or base one on the floor is, if there is any.
 
-    Of a table seen from above what joins a leg to the top is often hidden, or too thin to be seen.
+    Of a table seen from above what joins a leg to the top is often hidden, or too thin to be seen. Under a table there
+    may be other things, but hardly flat ones; under a chair there is room for none.
     """
     size = piece.high - piece.low
-    if size[:2].max() > _LEG or size[2] < _UPRIGHT * size[:2].max():
-        return []
+    is_leg = size[:2].max() < _LEG and size[2] > _UPRIGHT * size[:2].max()
     around = (lows[:, :2] < piece.low[:2] + _MARGIN) & (highs[:, :2] > piece.high[:2] - _MARGIN)
-    larger = np.prod(highs[:, :2] - lows[:, :2], axis=1) > np.prod(size[:2]) / _SLENDER
+    footprints = np.prod(highs[:, :2] - lows[:, :2], axis=1)
+    larger = footprints > np.prod(size[:2]) / _SLENDER
+    if not is_leg and size[2] < _BASE:
+        larger = footprints > np.prod(size[:2])
+    elif not is_leg:
+        larger = (footprints > np.prod(size[:2])) & ((highs - lows)[:, :2].max(axis=1) < _SEAT)
     for k in np.flatnonzero(around.all(axis=1) & larger & (highs[:, 2] > piece.high[2])):
         above = pieces[k].points[pieces[k].points[:, 2] > piece.high[2] - _MARGIN, :2]
         near = (above > piece.low[:2] - _MARGIN) & (above < piece.high[:2] + _MARGIN)
