@@ -20,7 +20,8 @@ from spherefunc_bullet.training import Simulated, simulate_dataset
 
 from .room_trials import Condition, Fold, halves
 
-EXAMPLES = ("whole", "views", "both")
+EXAMPLES = ("whole", "views", "both", "both-large")
+LARGE = 0.5  # metres: from there on it is large
 OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
 
 
@@ -68,7 +69,10 @@ def told_by(model: Path, dataset: Dataset, jobs: int) -> Fold:
 def learnt_model(
     dataset: Dataset, simulated: Simulated, lesson: Lesson, failed: Callable[[InputError], None]
 ) -> FunctionClassifier:
-    """Return a classifier that has learnt a data set's objects as whole models, partial views, or both."""
+    """Return a classifier that has learnt a data set's objects as whole models, partial views, or both.
+
+    Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
+    """
     settled, labels, names = [], [], []
     if lesson.examples != "views":
         by_path = {record.path: record.settled for record in simulated.records}
@@ -91,5 +95,7 @@ def seen_examples(dataset: Dataset, lesson: Lesson, failed) -> Sequence[tuple]:
     for room in furnish(dataset, rooms, seed=lesson.seed + OTHER_ROOMS, failed=failed):
         scan = scan_room(room, lesson.scanned.views, lesson.scanned.noise, lesson.seed)
         for number, cloud in partial_views(scan, lesson.completion):
+            if lesson.examples == "both-large" and cloud.size.max() < LARGE:
+                continue
             name = f"{room.objects[number].item.path.stem} in {room.name}"
             yield room.objects[number].item, name, settle(cloud, lesson.simulator, lesson.radii, lesson.seed)

@@ -68,6 +68,18 @@ class Tally:
         for function, each in counts.items():
             before[function] = before.get(function, Counts()) + each
 
+    def __iadd__(self, other: Tally) -> Tally:
+        self.rooms += other.rooms
+        self.objects += other.objects
+        self.hidden += other.hidden
+        self.points += other.points
+        self.segmentation += other.segmentation
+        for name in ("labelled", "cut_out", "whole"):
+            self.add(name, getattr(other, name))
+        for name, seconds in other.stages.items():
+            self.stages[name] = self.stages.get(name, 0.0) + seconds
+        return self
+
     def row(self) -> dict:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
@@ -101,8 +113,8 @@ class Fold:
     jobs: int = 1
     told: dict[Path, frozenset[str]] = field(default_factory=dict)
 
-    def of_models(self, items: Iterable[DatasetObject]) -> dict[Path, frozenset[str]]:
-        """Return what the model says of the whole models of objects; each is asked for once."""
+    def of_models(self, items: Iterable[DatasetObject]):
+        """Keep in ``told`` what the model says of the whole models of objects; each is asked for once."""
         paths = sorted({item.path for item in items} - self.told.keys())
         done = simulate_objects(
             paths, self.model.simulator, self.model.chosen_radii(), seed=self.model.seed, jobs=self.jobs
@@ -112,11 +124,14 @@ class Fold:
             self.told[paths[index]] = frozenset(
                 name for name, score in zip(self.model.functions_, scores, strict=True) if score > THRESHOLD
             )
-        return self.told
 
 
 def run_trial(
-    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None], shown: Callable = lambda rooms: rooms
+    folds: Sequence[Fold],
+    trial: RoomTrial,
+    failed: Callable[[InputError], None],
+    shown: Callable = lambda rooms: rooms,
+    jobs: int = 1,
 ) -> dict[Condition, Tally]:
     """Return the counts of each condition, over all rooms of all folds.
 
@@ -126,12 +141,28 @@ def run_trial(
         Is given the error of each file that cannot be used; the rest goes on.
     shown : callable
         Passes an iterator of rooms on, and may show how far it is.
+    jobs : int
+        Processes that work at once, on a room each; -1: one per core.
     """
-    functions = folds[0].model.functions_
-    found = {condition: Tally(functions) for condition in trial.conditions}
-    for room, fold in shown(furnished(folds, trial, failed)):
-        for condition, tally in found.items():
-            count_scan(tally, scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
+    from joblib import Parallel, delayed
+
+    rooms = list(furnished(folds, trial, failed))
+    for fold in folds:
+        fold.of_models(each.item for room, own in rooms if own is fold for each in room.objects)
+    tasks = (delayed(tallies_of)(room, fold, trial) for room, fold in rooms)
+    found = {condition: Tally(folds[0].model.functions_) for condition in trial.conditions}
+    for tallies in shown(Parallel(n_jobs=jobs, return_as="generator")(tasks)):
+        for condition, tally in tallies.items():
+            found[condition] += tally
+    return found
+
+
+def tallies_of(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, Tally]:
+    """Return what comes of one room under each condition."""
+    found = {}
+    for condition in trial.conditions:
+        found[condition] = Tally(fold.model.functions_)
+        count_scan(found[condition], scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
     return found
 
 
@@ -172,8 +203,7 @@ def count_scan(tally: Tally, scan: VirtualScan, fold: Fold, trial: RoomTrial):
     itself = {number: number for number in seen}
     if trial.cut_out:
         tally.add("cut_out", counted(tally.functions, itself, functions_cut_out(scan, fold, trial), labels))
-    on_models = fold.of_models(items.values())
-    as_models = {number: on_models[item.path] for number, item in items.items()}
+    as_models = {number: fold.told[item.path] for number, item in items.items()}
     tally.add("whole", counted(tally.functions, itself, as_models, labels))
     for name, seconds in room.stages.items():
         tally.stages[name] = tally.stages.get(name, 0.0) + seconds

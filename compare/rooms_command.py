@@ -21,7 +21,9 @@ def rooms(
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 12,
     views: Annotated[str, typer.Option(help="Scans of each room: fused views, or whole surfaces.")] = "whole,1,2,3,5",
     noise: Annotated[str, typer.Option(help="Noise of the views, in times a Kinect's, such as 0,1,2.")] = "1",
-    examples: Annotated[str, typer.Option(help="Learn whole models, partial views of them, or both.")] = "whole",
+    examples: Annotated[
+        str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
+    ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     completion: Annotated[
         str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
@@ -69,7 +71,7 @@ def rooms(
         parts = folds(dataset, lesson, failures.add, jobs)
     else:
         parts = [told_by(model, dataset, jobs)]
-    found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"))
+    found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"), jobs)
     backend = make_simulator(parts[0].model.simulator).name
     about = {"data": dataset.name, "model": str(model) if model else f"the other half, {examples}", "backend": backend}
     about |= {"tolerance": trial.settings.cluster_tolerance, "completion": list(steps), "seed": seed}
@@ -179,5 +181,3 @@ def one_of_examples(examples: str) -> str:
     if examples not in EXAMPLES:
         raise InputError(f"--examples {examples}: expected one of {', '.join(EXAMPLES)}")
     return examples
-
-
