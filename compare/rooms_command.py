@@ -25,6 +25,7 @@ def rooms(
         str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
     ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
+    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
     completion: Annotated[
         str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
     ] = None,
@@ -55,7 +56,9 @@ def rooms(
         rooms=count,
         conditions=conditions(views, noise),
         seed=seed,
-        settings=Segmentation(cluster_tolerance=parse_length(tolerance)),
+        settings=Segmentation(
+            cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)
+        ),
         completion=steps,
         cut_out=cut_out,
     )
@@ -74,7 +77,11 @@ def rooms(
     found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"), jobs)
     backend = make_simulator(parts[0].model.simulator).name
     about = {"data": dataset.name, "model": str(model) if model else f"the other half, {examples}", "backend": backend}
-    about |= {"tolerance": trial.settings.cluster_tolerance, "completion": list(steps), "seed": seed}
+    about |= {
+        "tolerance": trial.settings.cluster_tolerance,
+        "large_tolerance": trial.settings.large_tolerance,
+    }
+    about |= {"completion": list(steps), "seed": seed}
     measured = [{"views": str(key), "noise": key.noise} | tally.row() for key, tally in found.items()]
     show(about, measured, report, json)
     failures.exit()

@@ -31,6 +31,7 @@ def scene(
         str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
     ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
+    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
     min_cluster_size: Annotated[int, typer.Option(help="Voxels that an object has at least.")] = 60,
     max_cluster_size: Annotated[int | None, typer.Option(help="Voxels that an object has at most.")] = None,
     leaf_size: Annotated[str, typer.Option(help="Side of the voxels that thin the scan.")] = "1cm",
@@ -46,6 +47,7 @@ def scene(
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),
+        large_tolerance=parse_length(large_tolerance),
         min_cluster_size=min_cluster_size,
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )

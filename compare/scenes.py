@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,6 +19,7 @@ from scenes.completion import steps_of
 from scenes.recognition import Room, recognise
 from scenes.scan import Scan, load_scan
 from scenes.segmentation import Segmentation
+from spherefunc_bullet.command_line import fail
 from spherefunc_bullet.console import Failures, print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 
@@ -173,6 +175,7 @@ def main(
     backend: Annotated[str, typer.Option(help="Whose shipped model to use.")] = "fast",
     complete: Annotated[str | None, typer.Option(help="Some of smooth,bottom,sides,mirror; or none.")] = None,
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
+    large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
     points: Annotated[int | None, typer.Option(help="Take at most so many points, of scans known by boxes.")] = None,
     pictures: Annotated[Path | None, typer.Option(help="Folder for pictures, where the licence allows them.")] = None,
@@ -185,7 +188,8 @@ def main(
 
     classifier = load_model(model or shipped_model(backend, scans=True))
     steps = steps_of(complete)
-    settings, failures, rows = Segmentation(cluster_tolerance=cluster_tolerance), Failures(), []
+    settings = Segmentation(cluster_tolerance=cluster_tolerance, large_tolerance=large_tolerance)
+    failures, rows = Failures(), []
     warm_up(make_simulator(classifier.simulator))
     for path in sorted(each for each in data.glob("*.ply") if any(part in each.name for part in only.split(","))):
         try:
@@ -206,4 +210,7 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    try:
+        typer.run(main)
+    except InputError as error:
+        sys.exit(fail(error))

@@ -19,7 +19,7 @@ _VESSEL = 0.5  # metres: what is larger holds no drink
 _CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
 _RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
-_NARROWEST = 0.06  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
+_NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
 _NEARBY = 0.025  # metres
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 

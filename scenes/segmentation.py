@@ -27,7 +27,7 @@ class Segmentation:
     leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
     distance_threshold: float = 0.02  # metres off the floor's plane that still belong to it, noise apart
     cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
-    large_tolerance: float = 0.05  # metres likewise, where one of two clusters is as large as furniture
+    large_tolerance: float = 0.05  # metres likewise, where one of two clusters is as large as furniture, if wider
     min_cluster_size: int = 60  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
     walls: bool = True  # recognise walls and the ceiling
@@ -36,7 +36,7 @@ class Segmentation:
     follow_depth: bool = True  # let the tolerance grow with the steps of a depth camera whose place is known
 
     def __post_init__(self):
-        for name in ("leaf_size", "distance_threshold", "cluster_tolerance"):
+        for name in ("leaf_size", "distance_threshold", "cluster_tolerance", "large_tolerance"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(f"{name}: expected between 0 and 1 m, got {getattr(self, name):g}")
         if not 1 <= self.min_cluster_size <= self.max_cluster_size:
@@ -89,7 +89,7 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
     flush = is_flush(voxels[rest], found, walls)
     labels[rest[flush]] = WALL
     rest, found = rest[~flush], numbered_anew(found[~flush])
-    if settings.join:
+    if settings.large_tolerance > settings.cluster_tolerance:
         found = bridged(voxels[rest], found, settings.large_tolerance)
     if settings.supports:
         found = split_off(voxels[rest], found, settings.cluster_tolerance, noise or 0.0)

@@ -122,6 +122,13 @@ def trained(run, subset, tmp_path_factory):
     return path, json.loads(done.stdout)
 
 
+def test_several_data_sets_are_learnt_as_one(run, subset, tmp_path):
+    few = ("--radii", "5cm", "--jobs", 1, "--json", "--out", tmp_path / "model.npz")
+    one, both = (json.loads(run("train", *given, *few).stdout) for given in ((subset,), (subset, subset)))
+    assert both["objects"] == 2 * one["objects"]
+    assert both["functions"] == {name: 2 * count for name, count in one["functions"].items()}
+
+
 def check_refused(done, *words):
     """Check that a run was the user's mistake, said in one line."""
     assert done.returncode == 2, done.stderr

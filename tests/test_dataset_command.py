@@ -126,6 +126,9 @@ def test_select_copies_the_small_objects_with_their_labels(run, tmp_path):
         ([], "block", "here"),
     ]
     assert all(item.path.is_file() for item in chosen)
+    done = run("select", tmp_path, tmp_path / "large", "--from", "15cm", "--json")
+    assert json.loads(done.stdout) | {"manifest": ""} == {"manifest": "", "objects": 2, "of": 3}
+    assert [item.category for item in open_dataset(tmp_path / "large").objects] == ["block", "chair"]
 
 
 def test_select_of_nothing_is_said(run, tmp_path):

@@ -16,9 +16,9 @@ from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_tabl
 from compare.scene_truth import box_overlap
 from compare.scenes import Tally, matched
 from scenes.bounding import Box, bounding_box
-from scenes.completion import complete, steps_of
+from scenes.completion import DEFAULT, complete, steps_of
 from scenes.depth_image import kinect_like, load_depth_image
-from scenes.recognition import recognise
+from scenes.recognition import object_cloud, recognise
 from scenes.scan import load_scan, scan_from_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.model_file import load_model, shipped_model
@@ -27,7 +27,7 @@ from spherefunc_bullet.model_file import load_model, shipped_model
 @pytest.fixture(scope="module")
 def recognised():
     points, _ = room()
-    return recognise(scan_from_points(points, "room"), load_model(shipped_model("fast")))
+    return recognise(scan_from_points(points, "room"), load_model(shipped_model("fast", scans=True)))
 
 
 def spherefunc(*words) -> subprocess.CompletedProcess:
@@ -181,9 +181,25 @@ def test_a_mirror_image_adds_the_far_side():
     assert np.allclose(bounding_box(whole).size, bounding_box(seen).size, atol=1e-6)
 
 
+def test_only_small_things_are_smoothed_and_only_large_ones_mirrored():
+    cup, side = mug().points, sheet([0, 0, 0], [0.9, 0, 0], [0, 0, 0.5])
+    assert np.array_equal(complete(cup, ("mirror",)), cup)
+    assert np.array_equal(complete(side, ("smooth",)), side)
+    assert not np.array_equal(complete(cup, ("smooth",))[: len(cup)], cup)
+
+
+def test_a_large_object_is_thinned_and_a_small_one_is_not():
+    cup, table = mug().points, square_table(1.2, 0.8, 0.72)
+    assert len(object_cloud(cup, (), 0.0)[0].points) == len(cup)
+    cloud, box = object_cloud(np.vstack([table, table + 0.001]), (), 0.0)
+    assert len(cloud.points) < 0.7 * len(table)  # which lie 5 mm apart
+    assert np.allclose(box.size, [1.201, 0.801, 0.721], atol=2e-3)
+
+
 def test_steps_are_read():
     assert steps_of("none") == ()
-    with pytest.raises(InputError, match="expected some of bottom, sides, mirror"):
+    assert steps_of(None) == DEFAULT
+    with pytest.raises(InputError, match="expected some of smooth, bottom, sides, mirror"):
         steps_of("bottom,magic")
 
 
@@ -207,7 +223,7 @@ def test_the_mug_stands_on_the_table(recognised):
 
 def test_turning_the_room_turns_the_boxes(recognised):
     points, _ = room()
-    seen = recognise(scan_from_points(in_view(as_camera_sees(points))), load_model(shipped_model("fast")))
+    seen = recognise(scan_from_points(in_view(as_camera_sees(points))), load_model(shipped_model("fast", scans=True)))
     assert len(seen.objects) == len(recognised.objects)
     largest = seen.levelling.to_scan(seen.objects[0].box.center[None])
     expected = as_camera_sees(recognised.objects[0].box.center[None])
@@ -218,7 +234,7 @@ def test_bullet_recognises_too():
     pytest.importorskip("pybullet")
     points, truth = room(walls=False)
     scene = scan_from_points(points[(truth == 0) | (truth == -1)][::2], "table")
-    found = recognise(scene, load_model(shipped_model("bullet")))
+    found = recognise(scene, load_model(shipped_model("bullet", scans=True)))
     assert [name for name, each in found.objects[0].functions.items() if each["member"]] == ["table"]
 
 

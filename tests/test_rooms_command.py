@@ -9,13 +9,15 @@ from things import write_things
 from typer.testing import CliRunner
 
 from compare.room_curves import curve_rows, room_curves, write_report
-from compare.room_learning import told_by
+from compare.room_learning import Lesson, learnt_model, told_by
 from compare.room_trials import Condition
-from compare.rooms_command import completion_steps, conditions
+from compare.rooms_command import conditions
 from spherefunc_bullet.command_line import application
 from spherefunc_bullet.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.model_file import shipped_model
+from spherefunc_bullet.simulator import make_simulator
+from spherefunc_bullet.training import simulate_dataset
 
 
 @pytest.fixture
@@ -49,9 +51,26 @@ def test_every_number_of_views_meets_every_noise_and_whole_surfaces_none():
     )
 
 
-def test_completion_is_a_choice():
-    assert completion_steps("none") == ()
-    assert completion_steps("bottom, sides") == ("bottom", "sides")
+def test_rooms_side_by_side_give_the_same(run, tmp_path):
+    data = write_things(tmp_path, ("desk", "seat", "mug"))
+    few = ("--rooms", 2, "--views", "1", "--model", shipped_model(scans=True), "--cut-out", "--json")
+    one, two = (json.loads(run(data, *few, "--jobs", jobs).stdout)["conditions"] for jobs in (1, 2))
+    for measured in (*one, *two):
+        assert measured.pop("seconds").keys() >= {"floor", "clusters", "spheres"}
+    assert one == two and one[0]["rooms"] == 2
+
+
+@pytest.mark.parametrize(("examples", "count"), [("whole", 0), ("views", 1), ("both-large", 1)])
+def test_what_is_learnt_of_partial_views(tmp_path, examples, count):
+    dataset = open_dataset(write_things(tmp_path, ("desk", "seat", "mug")))
+    simulator = make_simulator("fast")
+    lesson = Lesson(simulator=simulator, radii=(0.05,), examples=examples)
+    simulated = simulate_dataset(dataset, simulator, (0.05,), jobs=1, failed=pytest.fail)
+    names = list(learnt_model(dataset, simulated, lesson, pytest.fail).names_)
+    seen = [name for name in names if " in room_" in name]
+    assert (len(names) - len(seen) == len(dataset)) == (examples != "views")
+    assert (len(seen) > 0) == (count > 0)
+    assert any(name.startswith("mug") for name in seen) == (examples == "views")
 
 
 def test_a_model_that_knows_the_objects_is_said(capsys):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from clouds import level, sheet
+from clouds import level, post, sheet
 from room_shapes import NAMES, box, moved, room, room_parts, square_table
 
 from scenes.clusters import euclidean_clusters
@@ -84,6 +84,57 @@ def test_both_sides_of_a_cup_are_one_object():
     labels = segment(np.vstack([wall, seen]), Segmentation(min_cluster_size=10), noise=0.001)
     assert labels.max() == 0
     assert segment(np.vstack([wall, table]), Segmentation(min_cluster_size=10), noise=0.001).max() == 1
+
+
+@pytest.mark.parametrize(("height", "expected"), [(0.3, 2), (1.0, 1)])
+def test_a_gap_parts_small_things_and_tears_no_large_one(height, expected):
+    halves = [sheet([0, y, 0], [0, 0.2, 0], [0, 0, height]) for y in (0.0, 0.235)]
+    labels = segment(np.vstack([*halves, level(1.5, 1.5, 0.0)]))
+    assert labels.max() + 1 == expected
+    narrow = segment(np.vstack([*halves, level(1.5, 1.5, 0.0)]), Segmentation(large_tolerance=0.01))
+    assert narrow.max() + 1 == 2
+
+
+def test_a_leg_that_stands_alone_is_its_tables():
+    top = moved(box(0.9, 0.6, 0.1), 0, 0, 0.62)
+    near, far = post(-0.35, 0.2, 0.62), post(0.35, 0.2, 0.45)
+    points = np.vstack([top, near, far, level(3.0, 3.0, 0.0)[::4]])
+    labels = segment(points)
+    above = points[:, 2] > 0.03
+    assert set(labels[above]) - {LEFT_OVER} == {0}
+    alone = segment(points, Segmentation(join=False, min_cluster_size=20))
+    assert len(set(alone[above]) - {LEFT_OVER}) > 1
+
+
+def test_a_bin_under_a_table_is_no_part_of_it():
+    table, bin_ = square_table(1.2, 0.8, 0.72), box(0.25, 0.25, 0.3)
+    labels = segment(np.vstack([table, bin_, level(3.0, 3.0, 0.0)[::4]]))
+    truth = np.repeat([0, 1, -1], [len(table), len(bin_), len(labels) - len(table) - len(bin_)])
+    assert min(overlaps(labels, truth, 2)) > 0.8
+
+
+def test_what_scatters_over_a_table_makes_it_no_higher():
+    table = square_table(1.2, 0.8, 0.72)
+    stray = np.random.default_rng(0).uniform([-0.5, -0.3, 0.76], [0.5, 0.3, 0.95], (300, 3))
+    points = np.vstack([table, stray, level(3.0, 3.0, 0.0)[::4]])
+    labels = segment(points)
+    assert points[labels == 0, 2].max() < 0.76
+
+
+def test_a_glass_on_a_stem_is_one():
+    def ring(radius: float, low: float, high: float) -> np.ndarray:
+        angles, heights = np.meshgrid(np.linspace(0, 2 * np.pi, 120), np.arange(low, high, 0.004))
+        return np.column_stack([radius * np.cos(angles.ravel()), radius * np.sin(angles.ravel()), heights.ravel()])
+
+    disk = level(0.08, 0.08, 0.004)
+    foot = disk[np.hypot(disk[:, 0], disk[:, 1]) < 0.035]
+    bowl = [moved(foot, 0, 0, 0.076), ring(0.035, 0.08, 0.15)]
+    glass = moved(np.vstack([foot, ring(0.006, 0.004, 0.08), *bowl]), 0.1, 0.05, 0.72)
+    table = square_table(1.2, 0.8, 0.72)
+    points = np.vstack([table, glass, level(3.0, 3.0, 0.0)[::4]])
+    labels = segment(points)
+    upper = labels[len(table) : len(table) + len(glass)][glass[:, 2] > 0.76]
+    assert len(set(upper)) == 1 and upper[0] not in (labels[0], LEFT_OVER)
 
 
 def test_clusters_are_those_of_a_tree():

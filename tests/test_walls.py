@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from clouds import level, sheet
+from room_shapes import box, moved
 
+from scenes.segmentation import WALL, segment
 from scenes.walls import filled
 
 
@@ -16,3 +19,24 @@ def test_a_wall_is_filled_and_a_cut_across_a_room_is_not():
     assert filled(along[~door], heights[~door], 3.0, 2.0) == pytest.approx(1 - 1.8 / 6, abs=0.05)
     cut = (along < 0.8) | (heights > 1.95)  # a wardrobe's side, and the ceiling's edge
     assert filled(along[cut], heights[cut], 3.0, 2.0) < 0.35
+
+
+def wall(x: float, width: float, height: float) -> np.ndarray:
+    """Return a stretch of the wall at y = 1.5 (N, 3), from x on."""
+    return sheet([x, 1.5, 0.0], [width, 0, 0], [0, 0, height])[::2]
+
+
+@pytest.mark.parametrize(("height", "is_wall"), [(0.95, True), (0.6, False)])
+def test_cameras_that_look_down_see_low_stretches_of_wall(height, is_wall):
+    seen = wall(-1.0, 1.8, height)
+    labels = segment(np.vstack([seen, level(4.0, 3.0, 0.0)[::4]]))
+    assert (labels[: len(seen)] == WALL).mean() > 0.9 if is_wall else (labels[: len(seen)] >= 0).mean() > 0.9
+
+
+def test_a_piece_in_a_walls_plane_is_of_the_wall_and_a_thing_before_it_is_not():
+    long, piece = wall(-2.0, 2.0, 2.2), wall(1.2, 0.4, 0.5)
+    chest = moved(box(0.5, 0.4, 0.5), 0.6, 1.15)
+    labels = segment(np.vstack([long, piece, chest, level(4.0, 3.0, 0.0)[::4]]))
+    ends = np.cumsum([len(long), len(piece), len(chest)])
+    assert (labels[ends[0] : ends[1]] == WALL).mean() > 0.9
+    assert (labels[ends[1] : ends[2]] == 0).mean() > 0.9
