@@ -49,7 +49,7 @@ def draw_curves(figure, measured: Sequence[dict]):
         draw_panel(panels[1], by_noise, "noise", f"noise, times a Kinect's; {often}")
     panels[0].set(ylabel="F-measure; recall of objects", ylim=(0, 1.02))
     handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=4, handlelength=3.2)
+    figure.legend(handles, names, loc="outside upper center", ncols=5, handlelength=3.2)
 
 
 def draw_panel(axes, rows: Sequence[dict], across: str, label: str):
@@ -62,6 +62,7 @@ def draw_panel(axes, rows: Sequence[dict], across: str, label: str):
         axes.plot(x, [row["value"] for row in own], **style, markersize=4, label=name)
         if own[0]["whole"] is not None:
             axes.plot(x, [row["whole"] for row in own], color=style["color"], linewidth=0.5)
+    axes.plot([], [], color=GREY, linewidth=0.5, label="as whole models")
     axes.set_xticks(list(places.values()), [value if across == "views" else f"{value:g}" for value in places])
     axes.set_xlabel(label)
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
