@@ -33,10 +33,13 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     ----------
     backend : str
     scans : bool
-        The one for objects in scans, which has learnt partial views of large objects as well as whole models.
+        The one for objects in scans, which has learnt partial views of large objects as well as whole models, if the
+        backend has one (``make scan-model``).
     """
-    name = f"household-{'scans-' * scans}{backend}.npz"
-    path = Path(str(files("spherefunc_bullet") / "models" / name))
+    folder = Path(str(files("spherefunc_bullet") / "models"))
+    path = folder / f"household-scans-{backend}.npz"
+    if not scans or not path.is_file():
+        path = folder / f"household-{backend}.npz"
     if not path.is_file():
         raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
     return path
