@@ -16,7 +16,7 @@ from spherefunc_bullet.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.reading import READERS
 
-SECONDS = 5_000  # milliseconds: a damaged file of 20 kB takes 0.01 s; a machine under load some more
+SECONDS = 20_000  # milliseconds: a damaged file of 20 kB takes 0.01 s; a machine under load some seconds more
 KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"]
 CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz"]
 
