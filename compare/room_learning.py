@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scenes.partial_views import partial_views
+from scenes.recognition import LARGE
 from scenes.rooms import Furnishing, furnish
 from scenes.rooms_command import scan_room
 from spherefunc_bullet.console import say
@@ -21,7 +22,6 @@ from spherefunc_bullet.training import Simulated, simulate_dataset
 from .room_trials import Condition, Fold, halves
 
 EXAMPLES = ("whole", "views", "both", "both-large")
-LARGE = 0.5  # metres: from there on it is large
 OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
 
 

@@ -77,10 +77,8 @@ def rooms(
     found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"), jobs)
     backend = make_simulator(parts[0].model.simulator).name
     about = {"data": dataset.name, "model": str(model) if model else f"the other half, {examples}", "backend": backend}
-    about |= {
-        "tolerance": trial.settings.cluster_tolerance,
-        "large_tolerance": trial.settings.large_tolerance,
-    }
+    used = trial.settings
+    about |= {"tolerance": used.cluster_tolerance, "large_tolerance": used.large_tolerance}
     about |= {"completion": list(steps), "seed": seed}
     measured = [{"views": str(key), "noise": key.noise} | tally.row() for key, tally in found.items()]
     show(about, measured, report, json)

@@ -92,9 +92,8 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         for thing in (apart[clusters == number] for number in range(clusters.max(initial=-1) + 1)):
             if not above[thing].any():
                 continue  # a leg that spreads outward
-            if len(thing) < _FEWEST and not top.is_table:
-                continue
-            if len(thing) < _FEWEST or stands_apart(points[thing], outside[thing], top):
+            # Crumbs over a table are noise, and would make it higher than it is.
+            if top.is_table if len(thing) < _FEWEST else stands_apart(points[thing], outside[thing], top):
                 parts.append(thing)
                 left[thing] = False
     return parts

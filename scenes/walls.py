@@ -16,8 +16,8 @@ _BEYOND = 0.15  # metres: what is farther behind is another thing
 _MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
 _MOST_BEYOND = 0.03  # share of the voxels within that stretch
 _TRIED = 300  # planes
-_AREA, _WIDTH, _TOP = 0.5, 1.0, 1.2  # square metres, metres, metres above the floor: the least of a wall
-_LOW_WIDTH, _LOW_TOP = 1.0, 0.85  # metres: of one that is seen by cameras that look down
+# Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
+_AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
 _SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
 _SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
 _FLUSH = 0.9  # of a piece's points that lie in a wall's plane for it to be of the wall
@@ -125,9 +125,8 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     along, ahead = wall.along(points), wall.ahead(points)
     own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
-    if width < _LOW_WIDTH or top < _LOW_TOP:
-        if width < _WIDTH or top < _TOP:
-            return None
+    if width < _WIDTH or top < _TOP:
+        return None
     if width >= _SURE_WIDTH and top >= _SURE_TOP and filled(along[own] - low, points[own, 2], width, top) > _FILLED:
         return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)

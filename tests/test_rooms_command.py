@@ -60,8 +60,8 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
     assert one == two and one[0]["rooms"] == 2
 
 
-@pytest.mark.parametrize(("examples", "count"), [("whole", 0), ("views", 1), ("both-large", 1)])
-def test_what_is_learnt_of_partial_views(tmp_path, examples, count):
+@pytest.mark.parametrize("examples", ["whole", "views", "both-large"])
+def test_what_is_learnt_of_partial_views(tmp_path, examples):
     dataset = open_dataset(write_things(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")
     lesson = Lesson(simulator=simulator, radii=(0.05,), examples=examples)
@@ -69,7 +69,7 @@ def test_what_is_learnt_of_partial_views(tmp_path, examples, count):
     names = list(learnt_model(dataset, simulated, lesson, pytest.fail).names_)
     seen = [name for name in names if " in room_" in name]
     assert (len(names) - len(seen) == len(dataset)) == (examples != "views")
-    assert (len(seen) > 0) == (count > 0)
+    assert (len(seen) > 0) == (examples != "whole")
     assert any(name.startswith("mug") for name in seen) == (examples == "views")
 
 

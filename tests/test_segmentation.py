@@ -7,8 +7,10 @@ import pytest
 from clouds import level, post, sheet
 from room_shapes import NAMES, box, moved, room, room_parts, square_table
 
+from scenes.cells import cells
 from scenes.clusters import euclidean_clusters
 from scenes.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
+from scenes.supports import tops
 from spherefunc_bullet.errors import InputError
 
 
@@ -119,6 +121,20 @@ def test_what_scatters_over_a_table_makes_it_no_higher():
     points = np.vstack([table, stray, level(3.0, 3.0, 0.0)[::4]])
     labels = segment(points)
     assert points[labels == 0, 2].max() < 0.76
+
+
+def test_two_tables_of_one_height_have_two_tops():
+    tables = [moved(square_table(0.8, 0.6, 0.72), x, 0.0) for x in (-0.5, 0.5)]
+    found = tops(cells(np.vstack(tables), 0.01).means)
+    assert sorted(round(float(each.box.center[0]), 1) for each in found) == [-0.5, 0.5]
+    assert all(np.allclose(each.box.size[:2], [0.8, 0.6], atol=0.03) for each in found)
+
+
+def test_what_crosses_a_top_is_no_part_of_it():
+    table, back = level(1.2, 0.8, 0.72), moved(box(0.4, 0.12, 0.5), 0.0, 0.46, 0.45)
+    (top,) = tops(cells(np.vstack([table, back]), 0.01).means)
+    assert top.box.size[1] == pytest.approx(0.8, abs=0.06)
+    assert top.outside(np.array([[0.0, 0.5, 0.72]]))[0] > 0.05
 
 
 def test_a_glass_on_a_stem_is_one():
