@@ -81,9 +81,11 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
 
 def prepare(classifier):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
+    from scenes.recognition import compile_kernels
     from spherefunc_bullet.simulation import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
 
+    compile_kernels()
     simulator = make_simulator(classifier.simulator)
     if not isolated(simulator):
         warm_up(simulator)

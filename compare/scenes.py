@@ -16,7 +16,7 @@ import numpy as np
 import typer
 
 from scenes.completion import steps_of
-from scenes.recognition import Room, recognise
+from scenes.recognition import Room, compile_kernels, recognise
 from scenes.scan import Scan, load_scan
 from scenes.segmentation import Segmentation
 from spherefunc_bullet.command_line import fail
@@ -191,6 +191,7 @@ def main(
     settings = Segmentation(cluster_tolerance=cluster_tolerance, large_tolerance=large_tolerance)
     failures, rows = Failures(), []
     warm_up(make_simulator(classifier.simulator))
+    compile_kernels()
     for path in sorted(each for each in data.glob("*.ply") if any(part in each.name for part in only.split(","))):
         try:
             scan = some_points(load_scan(path, report=say), points)

@@ -14,10 +14,12 @@ from spherefunc_bullet.errors import InputError
 
 from .bounding import Box, bounding_box
 from .cells import cells
+from .clusters import euclidean_clusters
 from .completion import DEFAULT, complete
 from .levelling import Levelling, level
 from .scan import Scan
 from .segmentation import Segmentation, segment
+from .smoothing import smoothed
 from .supports import top_below
 
 logger = logging.getLogger("spherefunc")
@@ -72,6 +74,13 @@ class Stopwatch:
         now = time.perf_counter()
         self.stages[name] = self.stages.get(name, 0.0) + now - self._last
         self._last = now
+
+
+def compile_kernels():
+    """Have the kernels of clusters and smoothing compiled, or loaded, so that stages are timed without that."""
+    few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
+    smoothed(few)
+    euclidean_clusters(few, 0.02)
 
 
 def recognise(
