@@ -6,7 +6,7 @@ setup:
 	@./setup.sh
 
 demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
-	@$(BIN)/python -m compare.demo --out demo
+	@$(BIN)/python -m spherefunc_bullet.compare.demo --out demo
 
 browser:
 	@./setup.sh --browser
@@ -16,7 +16,9 @@ test: browser lint  ## everything that CI runs
 
 lint: setup
 	@$(BIN)/ruff check -q .
-	@$(BIN)/lint-imports > /dev/null || $(BIN)/lint-imports
+	@rm -rf build/installed && mkdir -p build/installed
+	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
+	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)
 
 FILES := 10000
 
@@ -24,12 +26,12 @@ fuzz: setup  ## damaged files of every format, FILES of them, for every reader
 	@$(BIN)/python tests/fuzzing.py --files $(FILES)
 
 bench: setup  ## the simulators' speed, beside a naive PyBullet script
-	@$(BIN)/python -m compare.bench
+	@$(BIN)/python -m spherefunc_bullet.compare.bench
 
 figures: setup  ## the pictures in docs/images
-	@$(BIN)/python -m compare.gallery --out docs/images
+	@$(BIN)/python -m spherefunc_bullet.compare.demo.gallery --out docs/images
 
-MODELS := spherefunc_bullet/models
+MODELS := spherefunc_bullet/learning/models
 
 model: setup  ## the models that ship with the package
 	@for backend in fast bullet; do \

@@ -1,1 +1,4 @@
-"""Where objects come from: catalogues, libraries of furniture, rooms and depth sensors."""
+"""Scenes: where objects come from: catalogues, furniture libraries, scanned rooms and virtual ones.
+
+May import the shared stack, `spherefunc_bullet`; neither simulator nor experiments.
+"""

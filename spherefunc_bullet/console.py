@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from .errors import InputError
 
@@ -63,8 +63,6 @@ class Failures:
 
     def add(self, error: InputError):
         """Say one file's error and go on."""
-        from .command_line import fail
-
         fail(error)
         self.count += 1
 
@@ -72,3 +70,18 @@ class Failures:
         """Leave with code 2 if there were any."""
         if self.count:
             sys.exit(2)
+
+
+def fail(error: InputError) -> int:
+    """Print a user's mistake on stderr and return its exit code."""
+    line = " ".join(str(error).split())
+    print(f"spherefunc: {line}", file=sys.stderr)
+    return 2
+
+
+def run(main: Callable[[], object]):
+    """Run a program; a user's mistake is one line on stderr and exit code 2."""
+    try:
+        main()
+    except InputError as error:
+        sys.exit(fail(error))

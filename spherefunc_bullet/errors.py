@@ -1,5 +1,7 @@
 """The one exception that means "the user can mend this", and what can befall a task in a process of its own."""
 
+from __future__ import annotations
+
 
 class InputError(ValueError):
     """A file, value or option that cannot be used.
@@ -36,3 +38,8 @@ class Unexpected(InputError):
 
 
 FAILURES = tuple(each.outcome for each in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))
+
+
+def one_line(value: object) -> str:
+    """Return a value as text without line breaks: a file's name may hold one."""
+    return " ".join(str(value).split())

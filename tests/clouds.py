@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spherefunc_bullet.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud
 
 SPACING = 0.004  # metres; the paper's half centimetre allows up to 5 mm from any surface location to a point
 

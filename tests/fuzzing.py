@@ -20,10 +20,10 @@ from pathlib import Path
 
 from cloud_files import cloud_bytes, mesh_bytes, mug
 
-from spherefunc_bullet.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.memory import forget_peak, peak_bytes
-from spherefunc_bullet.workers import run_tasks
+from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
+from spherefunc_bullet.processes.tasks import run_tasks
 
 MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz")
 CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz")

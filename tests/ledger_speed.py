@@ -7,8 +7,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from spherefunc_bullet.batch_status import status
-from spherefunc_bullet.ledger import DONE, Ledger, Row, Way
+from spherefunc_bullet.batch.ledger import DONE, Ledger, Row, Way
+from spherefunc_bullet.batch.status import status
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 SETTINGS = '{"loading": {"units": "m", "up": "z"}, "max_spheres": 20000, "miss_limit": 50, "version": "3"}'

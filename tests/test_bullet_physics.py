@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.cloud import Cloud, Mesh, cloud_from_mesh
+from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 pytest.importorskip("pybullet", reason="PyBullet is not installed")
 
 from spherefunc_bullet.bullet.backend import SHAPES
+from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.shapes import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.world import World
 
 RADII = (0.005, 0.01, 0.02)
@@ -300,7 +300,7 @@ def test_tube_holds_what_spheres_laid_down_one_by_one_fill():
 @cache
 def household() -> dict:
     """Return the meshes of the household catalogue by name."""
-    from scenes.household import household_objects
+    from spherefunc_bullet.scenes.household.household import household_objects
 
     return {each.name: each.mesh for each in household_objects()}
 

@@ -10,6 +10,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.bullet import flights as flights_module
+from spherefunc_bullet.bullet.collision.triangulation import faces_between, point_cells, span_faces
+from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
 from spherefunc_bullet.bullet.flights import (
     LEANING,
@@ -21,9 +23,7 @@ from spherefunc_bullet.bullet.flights import (
     judge_flights,
 )
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.triangulation import faces_between, point_cells, span_faces
-from spherefunc_bullet.bullet.voxels import in_voxels, represent, representatives, voxel_normals
-from spherefunc_bullet.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
+from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 
 FLAT = 0.02  # radii, the tolerance that shapes are made with
 
@@ -435,7 +435,7 @@ def leaks(p, shape, physics: Physics, normal: np.ndarray, up: float, half: float
     [(s, k) for s in ("voxel", "compound") for k in ("lattice", "blue noise")] + [("mesh", "lattice")],
 )
 def test_nothing_leaks_through_a_sheet(engine, shape, kind, radius, tilt_deg):
-    from spherefunc_bullet.bullet.shapes import collision_shape
+    from spherefunc_bullet.bullet.collision.shape import collision_shape
 
     sheet, normal = tilted_sheet(kind, tilt_deg)
     made = collision_shape(sheet, radius, shape)
@@ -445,7 +445,7 @@ def test_nothing_leaks_through_a_sheet(engine, shape, kind, radius, tilt_deg):
 
 
 def test_leaks_are_seen_where_there_is_a_hole(engine):
-    from spherefunc_bullet.bullet.shapes import collision_shape
+    from spherefunc_bullet.bullet.collision.shape import collision_shape
 
     sheet, normal = tilted_sheet("lattice", 20)
     holed = Cloud(sheet.points[np.linalg.norm(sheet.points - [0, 0, 0.5], axis=1) > 0.04], "holed")
@@ -472,7 +472,7 @@ def widths(shape, heights: np.ndarray, reach: float) -> np.ndarray:
 @pytest.mark.parametrize("shape", ["voxel", "compound"])
 @pytest.mark.parametrize("radius", [0.005, 0.01, 0.02])
 def test_a_cup_keeps_its_inner_width_to_a_voxel(engine, shape, radius):
-    from spherefunc_bullet.bullet.shapes import VOXEL, collision_shape
+    from spherefunc_bullet.bullet.collision.shape import VOXEL, collision_shape
 
     wall, height = 0.04, 0.1
     made = collision_shape(clouds.mug(wall, height), radius, shape)
@@ -486,7 +486,7 @@ def test_a_cup_keeps_its_inner_width_to_a_voxel(engine, shape, radius):
 @pytest.mark.parametrize("shape", ["voxel", "compound"])
 @pytest.mark.parametrize("radius", [0.005, 0.01, 0.02])
 def test_a_mug_with_thick_walls_keeps_its_inner_width_to_a_voxel(engine, shape, radius):
-    from spherefunc_bullet.bullet.shapes import VOXEL, collision_shape
+    from spherefunc_bullet.bullet.collision.shape import VOXEL, collision_shape
 
     cup = thick_cup()
     heights = np.linspace(0.035, 0.085, 11) / radius

@@ -16,7 +16,7 @@ import clouds
 import numpy as np
 import pytest
 
-from spherefunc_bullet.cloud import cloud_from_mesh
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 
@@ -24,8 +24,8 @@ pytest.importorskip("pybullet", reason="PyBullet is not installed")
 
 from spherefunc_bullet.bullet import dropping, engine, loading
 from spherefunc_bullet.bullet.backend import SHAPES
+from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.shapes import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.world import BAKED, TWINS, World
 
 TESTS = Path(__file__).parent

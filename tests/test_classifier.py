@@ -7,11 +7,11 @@ import pytest
 from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from spherefunc_bullet.classifier import InverseDistanceClassifier, inverse_distance_scores
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.function_classifier import FunctionClassifier, as_sets
-from spherefunc_bullet.method import METHODS
-from spherefunc_bullet.validation import quality, radius_weights, validation_splits
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier, as_sets
+from spherefunc_bullet.learning.inverse_distance import InverseDistanceClassifier, inverse_distance_scores
+from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
 
 RADII = (0.01, 0.02)
 

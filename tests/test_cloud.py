@@ -10,9 +10,9 @@ import pytest
 from cloud_files import CLOUD_ENDINGS, MESH_ENDINGS, cloud_bytes, mesh_bytes, mug, pcd_bytes
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.cloud import MAX_GAP, Cloud, cloud_from_mesh, cloud_from_points, load_cloud
+from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, cloud_from_mesh, cloud_from_points, load_cloud
+from spherefunc_bullet.clouds.orientation import likely_unit, turned_up
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.orientation import likely_unit, turned_up
 
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
 FLOAT32 = 1e-6  # metres: what coordinates near one metre lose in files of float32

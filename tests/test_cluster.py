@@ -19,11 +19,11 @@ import pytest
 from batch_runs import SCRIPT, arrays, results, rows, scraps, small_objects
 from mishaps import MishapSimulator
 
-from spherefunc_bullet.batch import Batch, Limits, run_batch
-from spherefunc_bullet.cluster import on_executor, on_scheduler
-from spherefunc_bullet.dataset import Dataset, DatasetObject, open_dataset
+from spherefunc_bullet.batch.batch import Batch, Limits, run_batch
+from spherefunc_bullet.batch.cluster import on_executor, on_scheduler
+from spherefunc_bullet.batch.folder import RunFolder
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.run_folder import RunFolder
 from spherefunc_bullet.simulator import make_simulator
 
 RADII = (0.01, 0.02)
@@ -130,7 +130,7 @@ def test_dask_gives_the_same_bit_for_bit_with_workers_that_come_and_go(data, exp
 
 def test_no_scheduler_is_one_line(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install -e '.[cluster]'")
-    monkeypatch.setattr("spherefunc_bullet.cluster.PATIENCE", "1s")
+    monkeypatch.setattr("spherefunc_bullet.batch.cluster.PATIENCE", "1s")
     with pytest.raises(InputError, match="expected a Dask scheduler that answers"):
         with on_scheduler("tcp://127.0.0.1:9", RunFolder(tmp_path), Limits()):
             pass

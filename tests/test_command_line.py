@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from spherefunc_bullet.command_line import application
+from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.lengths import parse_lengths
+from spherefunc_bullet.quantities import parse_lengths
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SIMULATE_FIELDS = {

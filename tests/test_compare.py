@@ -12,21 +12,29 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+import spherefunc_bullet.compare.comparison.experiment as experiments
+from spherefunc_bullet.compare.commands.compare import compare
+from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
+from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated
+from spherefunc_bullet.compare.comparison.experiment import (
+    Contestant,
+    Experiment,
+    as_toml,
+    contestants,
+    parse_radii,
+    read_experiment,
+)
+from spherefunc_bullet.compare.comparison.significance import answer, paired_difference
+from spherefunc_bullet.compare.comparison.tables import Table
 
-import compare.experiment as experiments
-from compare.agreement import histograms_agree, median_ratio
-from compare.compare_command import compare
-from compare.comparison_tables import Table
-from compare.contest import Entry, evenly, repeated
-from compare.experiment import Contestant, Experiment, as_toml, contestants, parse_radii, read_experiment
-from compare.verdict import answer, paired_difference
-from spherefunc_bullet.cache import cache_home, read_entry, write_entry
-from spherefunc_bullet.dataset import DatasetObject
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.method import find_method
-from spherefunc_bullet.simulation import ObjectRecord, simulate_objects
+from spherefunc_bullet.formats.writing import cache_home
+from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.settling.cache import read_entry, write_entry
+from spherefunc_bullet.settling.records import ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator
-from spherefunc_bullet.training import Simulated
 
 COMMAND = Path(sys.executable).with_name("spherefunc")
 QUALITIES = {"f_measure", "f_measure_std", "f_measure_fair", "precision", "recall", "accuracy", "radius"}

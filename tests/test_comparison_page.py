@@ -10,11 +10,10 @@ import clouds
 import numpy as np
 import pytest
 from browser import draw, needs_browser
-
-from compare.advice import advice, prices, recommendation
-from compare.compare_command import compare
-from compare.comparison_charts import Mark, front, median_line
-from compare.disagreements import chosen, disagreements
+from spherefunc_bullet.compare.commands.compare import compare
+from spherefunc_bullet.compare.comparison.advice import advice, prices, recommendation
+from spherefunc_bullet.compare.comparison.charts import Mark, front, median_line
+from spherefunc_bullet.compare.comparison.disagreements import chosen, disagreements
 
 STEADY, HIGHER, ASTRAY = [0.80, 0.81, 0.79, 0.80, 0.80], [0.90, 0.91, 0.89, 0.90, 0.91], [0.70, 0.92, 0.75, 0.85, 0.80]
 BYTES = 8_000_000  # that a report may have

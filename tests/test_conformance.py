@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropSettings, Simulator, Stop, backend_entry_points, make_simulator
 

@@ -11,10 +11,10 @@ from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, thre
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from spherefunc_bullet import limits
-from spherefunc_bullet.cloud import Cloud, load_cloud
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.reading import READERS
+from spherefunc_bullet.formats import limits
+from spherefunc_bullet.formats.reading import READERS
 
 SECONDS = 20_000  # milliseconds: a damaged file of 20 kB takes 0.01 s; a machine under load some seconds more
 KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"]

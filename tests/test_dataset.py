@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from spherefunc_bullet.dataset import open_dataset, parse_functions
+from spherefunc_bullet.datasets.dataset import open_dataset, parse_functions
 from spherefunc_bullet.errors import InputError
 
 

@@ -11,19 +11,20 @@ import clouds
 import numpy as np
 import pytest
 from PIL import Image
+from spherefunc_bullet.compare.evaluation.protocol import Labels, Run
+from spherefunc_bullet.compare.evaluation.sizes import fitting_sizes
+from spherefunc_bullet.compare.figures.confusion_matrices import pooled_confusion
+from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
+from spherefunc_bullet.compare.figures.study import Protocol, Study, ladder
+from spherefunc_bullet.compare.pages.plates import look
 from typer.testing import CliRunner
 
-from compare.confusion_matrices import pooled_confusion
-from compare.histogram_slice import cut_slice
-from compare.journal import look
-from compare.protocol import Labels, Run
-from compare.study import Protocol, Study, fitting_sizes, ladder
-from spherefunc_bullet.command_line import application
-from spherefunc_bullet.dataset import open_dataset
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.method import find_method
-from spherefunc_bullet.simulation import Loading, ObjectRecord
-from spherefunc_bullet.training import Simulated
+from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.settling.records import Loading, ObjectRecord
 
 STEMS = {
     "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fuzzing import KINDS, MEMORY, SECONDS, damaged, fuzz, good, load
 
-from spherefunc_bullet.reading import READERS
+from spherefunc_bullet.formats.reading import READERS
 
 
 def test_every_reader_is_a_target():

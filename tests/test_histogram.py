@@ -12,8 +12,14 @@ from sklearn.exceptions import NotFittedError
 from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.heading import quarter_turns, turned
-from spherefunc_bullet.histogram import CubeHistogram, SphereHistogram, cube_indices, cube_keys, widened
+from spherefunc_bullet.learning.heading import quarter_turns, turned
+from spherefunc_bullet.learning.histogram import (
+    CubeHistogram,
+    SphereHistogram,
+    cube_indices,
+    cube_keys,
+    widened,
+)
 
 RADIUS = 0.02
 SIDE = 3.5 * 2 * RADIUS

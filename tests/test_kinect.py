@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from spherefunc_bullet.scenes.virtual_rooms.kinect import (
+    NOTHING,
+    Kinect,
+    Surfaces,
+    depth_noise,
+    look_at,
+    photograph,
+)
 
-from scenes.kinect import NOTHING, Kinect, Surfaces, depth_noise, look_at, photograph
-from spherefunc_bullet.cloud import Mesh
+from spherefunc_bullet.clouds.cloud import Mesh
 
 IDEAL = Kinect(noise=0.0, dropouts=False)
 SQUARE = np.array([[0, 1, 2], [1, 3, 2]])

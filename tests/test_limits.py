@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from cloud_files import mesh_bytes, mug, npz_bytes, pcd_bytes
 
-from spherefunc_bullet import limits
-from spherefunc_bullet.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.memory import forget_peak, peak_bytes
-from spherefunc_bullet.model_file import load_model
-from spherefunc_bullet.simulation import Loading, content_hash
+from spherefunc_bullet.formats import limits
+from spherefunc_bullet.learning.model_file import load_model
+from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
+from spherefunc_bullet.settling.records import Loading, content_hash
 
 MANY = 100_000_000  # triangles
 

@@ -10,7 +10,7 @@ import pytest
 from test_classifier import collection, fitted
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.model_file import load_model, save_model
+from spherefunc_bullet.learning.model_file import load_model, save_model
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from spherefunc_bullet.compare.demo.gallery import captioned, tiled
+from spherefunc_bullet.compare.pages.pictures import (
+    CUT_COLOUR,
+    OBJECT_COLOUR,
+    View,
+    camera_rays,
+    render,
+    scene_box,
+)
 
-from compare.captions import captioned, tiled
-from compare.pictures import CUT_COLOUR, OBJECT_COLOUR, View, camera_rays, render, scene_box, sphere_colours
+from spherefunc_bullet.viewer.colours import sphere_colours
 
 FROM_ABOVE = View(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)
 

@@ -5,8 +5,8 @@ import pytest
 from clouds import chair, cloud, level, mug, plate, sheet, table
 from scipy.spatial import ConvexHull, cKDTree
 
-from spherefunc_bullet.bullet.pieces import convex_pieces
-from spherefunc_bullet.bullet.triangulation import faces_between
+from spherefunc_bullet.bullet.collision.pieces import convex_pieces
+from spherefunc_bullet.bullet.collision.triangulation import faces_between
 
 RADIUS = 0.02  # metres
 TOLERANCE = 0.02  # radii

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from compare.baselines import baseline_distances, bounding_box_distances, height_map, voxel_centers
-from compare.evaluate_command import wanted_sizes
-from compare.evaluation import labels_of
-from compare.protocol import (
+from spherefunc_bullet.compare.evaluation.baselines import (
+    baseline_distances,
+    bounding_box_distances,
+    height_map,
+    voxel_centers,
+)
+from spherefunc_bullet.compare.evaluation.evaluation import labels_of
+from spherefunc_bullet.compare.evaluation.protocol import (
     Labels,
     Split,
     leave_one_group_out,
@@ -21,12 +24,14 @@ from compare.protocol import (
     split_scores,
     trials_measured,
 )
-from spherefunc_bullet.dataset import DatasetObject
+from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.histogram import cube_indices
-from spherefunc_bullet.method import METHODS
-from spherefunc_bullet.simulation import VOXEL, ObjectRecord
-from spherefunc_bullet.training import Simulated
+from spherefunc_bullet.learning.histogram import cube_indices
+from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 PAPER = replace(METHODS["paper"], neighbors=(1,))  # answers known by hand
 

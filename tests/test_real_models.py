@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"

@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 
 import pytest
+from spherefunc_bullet.compare.commands.rooms import conditions
+from spherefunc_bullet.compare.rooms.curves import curve_rows, room_curves, write_report
+from spherefunc_bullet.compare.rooms.lessons import Lesson, learnt_model, told_by
+from spherefunc_bullet.compare.rooms.trials import Condition
 from things import write_things
 from typer.testing import CliRunner
 
-from compare.room_curves import curve_rows, room_curves, write_report
-from compare.room_learning import Lesson, learnt_model, told_by
-from compare.room_trials import Condition
-from compare.rooms_command import conditions
-from spherefunc_bullet.command_line import application
-from spherefunc_bullet.dataset import open_dataset
+from spherefunc_bullet.batch.simulated import simulate_dataset
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.model_file import shipped_model
+from spherefunc_bullet.learning.model_file import shipped_model
 from spherefunc_bullet.simulator import make_simulator
-from spherefunc_bullet.training import simulate_dataset
 
 
 @pytest.fixture

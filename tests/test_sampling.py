@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.sampling import sample_surface
-from spherefunc_bullet.thinning import thin
+from spherefunc_bullet.clouds.sampling import sample_surface
+from spherefunc_bullet.clouds.thinning import thin
 
 MAX_GAP = 0.005
 ROUNDING = 1e-9  # metres: coordinates of a few metres in float64, with room to spare

@@ -6,9 +6,11 @@ import clouds
 import numpy as np
 import pytest
 
-from spherefunc_bullet.cache import cache_home, read_entry
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulation import Loading, settle, simulate_objects
+from spherefunc_bullet.formats.writing import cache_home
+from spherefunc_bullet.settling.cache import read_entry
+from spherefunc_bullet.settling.records import Loading, simulate_objects
+from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
 RADII = (0.01, 0.02)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-from scenes.smoothing import smoothed
+from spherefunc_bullet.scenes.recognition.smoothing import smoothed
 
 
 def noisy_cylinder(radius: float, scatter: float) -> np.ndarray:

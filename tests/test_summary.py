@@ -7,10 +7,9 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
-
-from compare.confusion import count_confusion
-from compare.protocol import Labels
-from compare.summary import ClassifiedObject, Summary, page, standing
+from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page, standing
+from spherefunc_bullet.compare.evaluation.confusion import count_confusion
+from spherefunc_bullet.compare.evaluation.protocol import Labels
 
 PICTURE = Image.fromarray(np.random.default_rng(0).integers(0, 255, (280, 320, 3), dtype=np.uint8))
 LARGEST = 3_000_000  # bytes

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
+from spherefunc_bullet.scenes.sweethome3d import library as sweethome3d
+from spherefunc_bullet.scenes.sweethome3d.library import CATALOGUE, import_library, parse_properties
+from spherefunc_bullet.scenes.sweethome3d.purposes import Purpose, purpose_of
 
-from scenes import sweethome3d
-from scenes.functions import Purpose, purpose_of
-from scenes.sweethome3d import CATALOGUE, import_library, parse_properties
 from spherefunc_bullet.errors import InputError
 
 INSTALLED = Path("/usr/share/sweethome3d/furniture")

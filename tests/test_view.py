@@ -14,15 +14,15 @@ import pytest
 from browser import draw, needs_browser
 from typer.testing import CliRunner
 
-from compare.scene_data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
-from compare.scene_page import page_html, scene_html
-from compare.view_command import fitting_radius
-from spherefunc_bullet.cloud import Cloud, Mesh
-from spherefunc_bullet.command_line import application
+from spherefunc_bullet.clouds.cloud import Cloud, Mesh
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.commands.view import fitting_radius
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.evidence import cube_evidence, strongest_cubes
-from spherefunc_bullet.function_classifier import FunctionClassifier
-from spherefunc_bullet.method import Method
+from spherefunc_bullet.learning.evidence import cube_evidence, strongest_cubes
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.viewer.data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
+from spherefunc_bullet.viewer.page import page_html, scene_html
 
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.

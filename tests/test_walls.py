@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from clouds import level, sheet
 from room_shapes import box, moved
-
-from scenes.segmentation import WALL, segment
-from scenes.walls import filled
+from spherefunc_bullet.scenes.segmentation.segmentation import WALL, segment
+from spherefunc_bullet.scenes.segmentation.walls import filled
 
 
 def test_a_wall_is_filled_and_a_cut_across_a_room_is_not():

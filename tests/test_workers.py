@@ -16,8 +16,8 @@ import pytest
 from mishaps import MishapSimulator, happen, surroundings
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulation import simulate_objects
-from spherefunc_bullet.workers import run_tasks
+from spherefunc_bullet.processes.tasks import run_tasks
+from spherefunc_bullet.settling.records import simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 DEATHS = {

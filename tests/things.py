@@ -6,7 +6,7 @@ from pathlib import Path
 
 import trimesh
 
-from spherefunc_bullet.catalogue import COLUMNS, write_manifest
+from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 
 THINGS = {  # name: extents in metres, label; a table's top is a slab on four posts
     "desk": ((0.9, 0.6, 0.74), "table"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict, dataclass
 
+from ..compilation import prepare
 from ..errors import InputError
 from ..simulator import DropResult, DropSettings, require_fitting
 from .engine import engine_version
@@ -56,8 +57,8 @@ class BulletSimulator(Physics):
         InputError
             If the sphere is larger than the object, or no collision shape can be made of it.
         """
+        from .collision.shape import collision_shape
         from .dropping import DropRun
-        from .shapes import collision_shape, prepare_kernels
         from .world import World
 
         prepare_kernels(self.shape)
@@ -77,3 +78,21 @@ class BulletSimulator(Physics):
             "shape": shape.facts(settings.radius),
         }
         return run.result(time.perf_counter() - started, provenance)
+
+
+def prepare_kernels(kind: str):
+    """Make sure that the kernels that a kind of shape needs are compiled from today's sources."""
+    from .collision.cuts import bare_centers, chain, count_inside, of_faces, standing_out
+    from .collision.sides import bending, grow
+    from .collision.triangulation import span_faces
+    from .collision.voxels import represent
+    from .columns import column_height
+    from .flights import first_apart, judge_flights
+
+    kernels = [column_height, first_apart, judge_flights]
+    if kind != "mesh":
+        kernels += [span_faces, represent]
+    if kind == "compound":
+        kernels += [grow, bending, chain, standing_out, bare_centers, of_faces, count_inside]
+    for kernel in kernels:
+        prepare(kernel)

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ..cloud import Cloud
+from ..clouds.cloud import Cloud
 from ..simulator import DropResult, DropSettings, Outcome, Stop
+from .collision.shape import CollisionShape
 from .columns import Columns
 from .flights import ON_ITS_WAY, TOUCH, Flights, first_apart
-from .shapes import CollisionShape
 from .world import World
 
 CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more than a face rises between its points

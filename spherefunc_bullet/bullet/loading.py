@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from ..errors import InputError
+from .collision.shape import CollisionShape
 from .engine import pybullet, quiet
-from .shapes import CollisionShape
 
 RAYS = 2_000  # that look whether a shape has arrived
 SHORT = 0.05  # radii: half the length of a ray through a face

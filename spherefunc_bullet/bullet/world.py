@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from .collision.shape import CollisionShape
 from .engine import pybullet, quiet
 from .loading import load_shape, require_arrived
 from .physics import Physics
-from .shapes import CollisionShape
 
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
 TWINS = 64  # spheres at rest that are bodies of their own before they are baked into compounds

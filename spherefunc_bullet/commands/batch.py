@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..lengths import parse_lengths
+from ..quantities import parse_lengths
 from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, simulator_options
 
 INTERRUPTED = 130  # what shells expect after Ctrl-C
@@ -65,8 +65,8 @@ def run(
         return
     if data is None:
         raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
-    from ..amounts import parse_duration, parse_memory
-    from ..batch import Limits
+    from ..batch.batch import Limits
+    from ..quantities import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
     batch = described(data, folder, backend, shape, radii, seed, up, units, shard)
@@ -78,18 +78,18 @@ def workplace(scheduler: str | None, shared_path: bool, folder, limits):
     """Return a context with what does the work, None for this machine."""
     if scheduler is None:
         return nullcontext()
-    from ..cluster import on_scheduler
+    from ..batch.cluster import on_scheduler
 
     return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
 
 
 def described(data, folder, backend, shape, radii, seed, up, units, shard):
     """Return the batch that options describe."""
-    from ..batch import Batch
-    from ..dataset import open_dataset
-    from ..run_folder import RunFolder
-    from ..shards import parse_shard, shard_of
-    from ..simulation import Loading
+    from ..batch.batch import Batch
+    from ..batch.folder import RunFolder
+    from ..datasets.dataset import open_dataset
+    from ..datasets.shards import parse_shard, shard_of
+    from ..settling.records import Loading
     from ..simulator import make_simulator
 
     part = parse_shard(shard)
@@ -105,7 +105,7 @@ def described(data, folder, backend, shape, radii, seed, up, units, shard):
 
 def work_through(batch, json: bool, **options):
     """Run a batch and say what became of it; Ctrl-C ends it at once and keeps what is done."""
-    from ..batch import run_batch
+    from ..batch.batch import run_batch
 
     started, failures = time.perf_counter(), Failures()
     counts = {"done": 0, "failed": 0, "skipped": 0}
@@ -128,9 +128,9 @@ def work_through(batch, json: bool, **options):
 
 def show_status(folder: Path, json: bool):
     """Print how far a run is."""
-    from ..amounts import format_duration, format_memory
-    from ..batch_status import status
-    from ..run_folder import RunFolder
+    from ..batch.folder import RunFolder
+    from ..batch.status import status
+    from ..quantities import format_duration, format_memory
 
     with RunFolder(folder).ledger() as ledger:
         about = status(ledger)
@@ -153,8 +153,8 @@ def merge(
     json: Json = False,
 ):
     """Join the ledgers and results of several runs in one."""
-    from ..merging import merge_runs
-    from ..run_folder import RunFolder
+    from ..batch.folder import RunFolder
+    from ..batch.merging import merge_runs
 
     failures = Failures()
     merged = merge_runs([RunFolder(each) for each in shards], RunFolder(folder), failed=failures.add)

@@ -10,7 +10,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..lengths import format_length
+from ..quantities import format_length
 from .options import Json, Units, Up
 
 CUBES = 3  # that speak for a function, and as many that speak against it
@@ -26,9 +26,9 @@ def classify(
     json: Json = False,
 ):
     """Say what each object is for."""
-    from ..model_file import load_model, shipped_model
+    from ..learning.model_file import load_model, shipped_model
+    from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
-    from ..workers import run_tasks
 
     classifier = load_model(model or shipped_model(backend or "fast"), backend)
     failures, rows = Failures(), []
@@ -55,8 +55,8 @@ def settling(file: Path, classifier, up: str, units: str) -> tuple:
 
 def settled_on(file: Path, simulator, radii: list[float], seed: int, up: str, units: str) -> tuple[dict, float]:
     """Return the settled centres on one file's object for each radius, and the seconds that it took."""
-    from ..cloud import load_cloud
-    from ..simulation import settle
+    from ..clouds.cloud import load_cloud
+    from ..settling.settling import settle
 
     started = time.perf_counter()
     cloud = load_cloud(file, up=up, units=units, report=say)
@@ -65,7 +65,7 @@ def settled_on(file: Path, simulator, radii: list[float], seed: int, up: str, un
 
 def scored(file: Path, settled: dict, seconds: float, classifier, explain: bool) -> dict:
     """Return the scores of one file's object, on which the spheres have settled."""
-    from ..validation import THRESHOLD
+    from ..learning.validation import THRESHOLD
 
     started = time.perf_counter()
     scores = classifier.score_settled([settled])[0]
@@ -75,7 +75,7 @@ def scored(file: Path, settled: dict, seconds: float, classifier, explain: bool)
     }
     row = {"file": str(file), "functions": functions, "seconds": round(seconds + time.perf_counter() - started, 3)}
     if explain:
-        from ..evidence import strongest_cubes
+        from ..learning.evidence import strongest_cubes
 
         row["neighbors"] = {name: classifier.neighbors(settled, name) for name in classifier.functions_}
         row["cubes"] = {name: strongest_cubes(classifier, settled, name, CUBES) for name in classifier.functions_}

@@ -9,7 +9,8 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..lengths import format_length, parse_lengths
+from ..formats.writing import prepare_folder
+from ..quantities import format_length, parse_lengths
 from .options import Backend, Json, Seed, Shape, Units, Up, simulator_options
 
 
@@ -26,8 +27,8 @@ def simulate(
     json: Json = False,
 ):
     """Drop spheres on each object and say how many settle."""
+    from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated, make_simulator
-    from ..workers import run_tasks
 
     simulator = make_simulator(backend, **simulator_options(shape))
     runs = [DropSettings(radius=each, max_spheres=max_spheres) for each in parse_lengths(radius)]
@@ -50,7 +51,7 @@ def simulate(
 
 def simulated(file, simulator, runs, seed, up, units) -> tuple[list[tuple], InputError | None]:
     """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
-    from ..cloud import load_cloud
+    from ..clouds.cloud import load_cloud
 
     done = []
     try:
@@ -61,19 +62,6 @@ def simulated(file, simulator, runs, seed, up, units) -> tuple[list[tuple], Inpu
     except InputError as error:
         return done, error
     return done, None
-
-
-def prepare_folder(folder: Path | None):
-    """Make a folder for results, or say why it cannot be."""
-    if folder is None:
-        return
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"{folder}: expected a folder that can be written to; {error.strerror}") from error
 
 
 def unused_name(folder: Path, file: Path, result, written: set) -> Path:

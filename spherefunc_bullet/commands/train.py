@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..console import Failures, print_json, say
 from ..errors import InputError
-from ..lengths import format_length, parse_lengths
+from ..quantities import format_length, parse_lengths
 from .options import (
     DEFAULT_RADII,
     Backend,
@@ -25,6 +25,10 @@ from .options import (
     Up,
     simulator_options,
 )
+
+if TYPE_CHECKING:
+    from ..batch.simulated import Simulated
+    from ..learning.function_classifier import FunctionClassifier
 
 
 def train(
@@ -44,11 +48,11 @@ def train(
     json: Json = False,
 ):
     """Learn every function's radius and examples, and write the model."""
-    from ..dataset import joined_datasets, open_dataset
-    from ..model_file import save_model
-    from ..simulation import Loading
+    from ..batch.simulated import simulate_dataset
+    from ..datasets.dataset import joined_datasets, open_dataset
+    from ..learning.model_file import save_model
+    from ..settling.records import Loading
     from ..simulator import make_simulator
-    from ..training import simulate_dataset, train_on
 
     check_place(out)
     failures = Failures()
@@ -75,3 +79,15 @@ def check_place(out: Path):
     if out.is_dir() or not out.absolute().parent.is_dir() or not os.access(out.absolute().parent, os.W_OK):
         came = "a folder" if out.is_dir() else "a folder that is missing or read-only"
         raise InputError(f"{out}: expected a file that can be written, got {came}")
+
+
+def train_on(simulated: Simulated, simulator, radii, *, method="default", seed=0) -> FunctionClassifier:
+    """Return a classifier that has learnt all objects of a data set."""
+    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.method import find_method
+
+    model = FunctionClassifier(simulator, radii=tuple(radii), method=find_method(method), seed=seed)
+    labels = [each.functions for each in simulated.objects]
+    if not any(labels):
+        raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
+    return model.fit_settled(simulated.settled, labels, [each.path.name for each in simulated.objects])

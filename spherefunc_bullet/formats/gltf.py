@@ -13,8 +13,8 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
 from . import FormatError
+from .limits import MAX_FILE_BYTES, MAX_TRIANGLES
 
 MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
 MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each as often as the scene shows it

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..limits import require_counts, require_text_size
 from . import FormatError
+from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
 
 

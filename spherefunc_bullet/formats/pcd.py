@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..limits import require_counts, require_text_size, require_unpacked
 from . import FormatError
+from .limits import require_counts, require_text_size, require_unpacked
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..limits import require_counts, require_text_size
 from . import FormatError
+from .limits import require_counts, require_text_size
 
 
 def _count_facets(data: bytes) -> int | None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..orientation import turned_up
 from . import FormatError
 
 _MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
@@ -76,4 +75,5 @@ def read_3ds(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     starts = np.cumsum([0] + [len(part) for part in vertices])
     faces = [np.array(mesh.indices, dtype=np.int64).reshape(-1, 3) for mesh in meshes]
     joined = np.concatenate([part + start for part, start in zip(faces, starts[:-1], strict=True)])
-    return turned_up(np.concatenate(vertices), "y"), joined  # assimp turns 3DS, which is z up, to y up
+    x, z, y = np.concatenate(vertices).T  # assimp turns 3DS, which is z up, to y up
+    return np.column_stack([x, -y, z]), joined

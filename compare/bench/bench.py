@@ -1,0 +1,252 @@
+"""The simulators' speed on one core, beside a naive PyBullet script.
+
+    python -m spherefunc_bullet.compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
+
+Loading and compilation are not counted. Every object runs in a process of its own, so that peak memory is its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from spherefunc_bullet.console import print_json, print_table, progress, say
+from spherefunc_bullet.datasets.catalogue import built_catalogue
+from spherefunc_bullet.quantities import format_length, parse_length
+
+from ..machine import machine, usable_backends
+from .peer import peer_mug
+from .timing import (
+    Growth,
+    PeerTiming,
+    StageTiming,
+    Timing,
+    time_growth,
+    time_peer,
+    time_simulation,
+    time_stages,
+)
+
+OBJECTS = {  # of the catalogue: title, name, radius
+    "fast": [
+        ("mug", "mug_01", "5mm"),
+        ("chair", "shell_chair_01", "5mm"),
+        ("sofa", "sofa_02", "5mm"),
+        ("table", "dining_table_02", "1cm"),
+    ],
+    "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
+}
+PLAIN_TABLE = "table of 1.2 x 0.8 m"
+STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
+PEER_RADIUS = parse_length("5mm")
+TABLE_RADIUS = parse_length("1cm")
+PEER_SECONDS = 30.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One object to be measured."""
+
+    title: str
+    path: Path
+    radius: float  # metres
+
+
+def cases(backend: str, table: Path, quick: bool) -> list[Case]:
+    """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
+    folder = built_catalogue("household").parent
+    chosen = [
+        Case(title=f"{title} ({name})", path=folder / f"{name}.ply", radius=parse_length(radius))
+        for title, name, radius in OBJECTS.get(backend, OBJECTS["fast"])
+        if not (quick and title == "sofa")
+    ]
+    chosen.append(Case(title=PLAIN_TABLE, path=table, radius=TABLE_RADIUS))
+    mug = peer_mug()
+    return chosen if mug is None else [Case(title="mug (PyBullet's)", path=mug, radius=PEER_RADIUS), *chosen]
+
+
+def write_plain_table(folder: Path) -> Path:
+    """Write a table of 1.2 x 0.8 m on four legs, and return its path."""
+    from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
+
+    legs = [shift(box(0.05, 0.05, 0.72), x, y) for x in (-0.56, 0.56) for y in (-0.36, 0.36)]
+    path = folder / "plain_table.ply"
+    join(shift(box(1.2, 0.8, 0.03), z=0.72), *legs).export(path)
+    return path
+
+
+def apart(function, *arguments):
+    """Return what a function returns in a fresh process."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def use_one_core():
+    """Keep this process and those it starts to one core."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        os.environ[name] = "1"
+    if hasattr(os, "sched_setaffinity"):  # Linux; elsewhere the variables have to do
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def measure(chosen: list[Case], backend: str, repeats: int) -> list[Timing]:
+    """Return the simulation's timing of every case."""
+    doing = progress(chosen, len(chosen), f"timing {backend}")
+    return [apart(time_simulation, each.title, each.path, each.radius, backend, repeats) for each in doing]
+
+
+def measure_stages(chosen: list[Case], backend: str, repeats: int) -> list[StageTiming]:
+    """Return the timing of sampling, simulation and histogram, each file once."""
+    doing = progress(chosen, len(chosen), "timing the stages")
+    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    return [apart(time_stages, each.title, each.path, radius, backend, repeats) for each in doing]
+
+
+def measure_peer() -> PeerTiming | None:
+    """Return the naive script's timing on PyBullet's mug, or None where PyBullet is not installed."""
+    mug = peer_mug()
+    if mug is None:
+        say("The naive PyBullet script is left out: PyBullet is not installed (pip install spherefunc-bullet[bullet]).")
+        return None
+    say(f"Running the naive PyBullet script for up to {PEER_SECONDS:g} s …")
+    return apart(time_peer, mug, PEER_RADIUS, PEER_SECONDS)
+
+
+def print_timings(timings: Iterable[Timing], backend: str):
+    """Print the simulations' table."""
+    head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
+    rows = [
+        [
+            each.title,
+            format_length(each.radius),
+            *(f"{count:,}" for count in (each.points, each.settled, each.drops)),
+            *(f"{seconds:.3f}" for seconds in (each.best, each.median)),
+            *(f"{rate:,.0f}" for rate in (each.drops / each.best, each.settled / each.best)),
+            f"{each.peak_bytes / 2**20:,.0f}",
+        ]
+        for each in timings
+    ]
+    print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
+
+
+def print_stages(stages: Iterable[StageTiming], backend: str):
+    """Print what an object costs before and after its simulation."""
+    rows = [
+        [
+            each.title,
+            f"{each.points:,}",
+            *(f"{1000 * seconds:.1f}" for seconds in (each.sampling, each.simulation, each.histogram)),
+            f"{(each.sampling + each.histogram) / each.simulation:.2f}" if each.simulation else "",
+        ]
+        for each in stages
+    ]
+    head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
+    radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
+    print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
+
+
+def print_growth(growth: Growth, backend: str):
+    """Print how much dearer a drop gets as spheres settle."""
+    print(
+        f"\n{backend}, {growth.title}, {growth.settled:,} settled: {1e3 * growth.first:.3f} ms a drop during the first "
+        f"500 settled, {1e3 * growth.last:.3f} ms during the last 500: {growth.last / growth.first:.2f} times"
+    )
+
+
+def print_peer(peer: PeerTiming, ours: dict[str, Timing]):
+    """Print the naive script beside the same mesh in the backends."""
+    end = "to the miss limit" if peer.finished else "stopped by the clock"
+    naive = peer.drops / peer.seconds
+    rows = [
+        [
+            "naive PyBullet script",
+            f"{peer.drops:,}",
+            f"{peer.settled:,}",
+            f"{peer.seconds:.1f}",
+            f"{naive:,.1f}",
+            "1",
+            end,
+        ]
+    ]
+    for backend, timing in ours.items():
+        rate = timing.drops / timing.best
+        rows.append([backend, f"{timing.drops:,}", f"{timing.settled:,}", f"{timing.best:.4f}", f"{rate:,.0f}"])
+        rows[-1] += [f"{rate / naive:,.0f}", "to the miss limit"]
+    radius = format_length(PEER_RADIUS)
+    head = [f"the same mug, r = {radius}", "drops", "settled", "seconds", "drops/s", "times naive", "ended"]
+    print_table("\nThe peer", head, rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BackendBench:
+    """What was measured of one backend."""
+
+    simulation: list[Timing]
+    stages: list[StageTiming]
+    growth: Growth | None
+
+    def print(self, backend: str):
+        """Print its tables."""
+        print_timings(self.simulation, backend)
+        print_stages(self.stages, backend)
+        if self.growth is not None:
+            print_growth(self.growth, backend)
+
+
+def bench(backend: str, chosen: list[Case], repeats: int) -> BackendBench:
+    """Measure one backend."""
+    simulation = measure(chosen, backend, repeats)
+    stages = measure_stages(chosen, backend, repeats)
+    tables = [each for each in chosen if each.title == PLAIN_TABLE]
+    growth = [apart(time_growth, each.title, each.path, each.radius, backend, repeats) for each in tables]
+    return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
+
+
+def arguments() -> argparse.Namespace:
+    """Return the command's options."""
+    parser = argparse.ArgumentParser(
+        prog="python -m spherefunc_bullet.compare.bench", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--quick", action="store_true", help="one run of each, without the sofa and the peer")
+    parser.add_argument("--backends", default="fast,bullet", help="which simulators are measured")
+    parser.add_argument("--file", type=Path, help="measure this file instead")
+    parser.add_argument("--radius", default="5mm", help="of the spheres on --file")
+    parser.add_argument("--json", action="store_true", help="print JSON on stdout instead of tables")
+    return parser.parse_args()
+
+
+def main():
+    """Measure and print."""
+    options = arguments()
+    use_one_core()
+    repeats = 1 if options.quick else 3
+    found = {}
+    with TemporaryDirectory() as folder:
+        table = write_plain_table(Path(folder))
+        for backend in usable_backends(options.backends.split(",")):
+            chosen = cases(backend, table, options.quick)
+            if options.file is not None:
+                chosen = [Case(title=options.file.name, path=options.file, radius=parse_length(options.radius))]
+            found[backend] = bench(backend, chosen, repeats)
+    peer = None if options.quick or options.file is not None else measure_peer()
+    if options.json:
+        print_json(
+            {
+                "machine": machine(),
+                "repeats": repeats,
+                "backends": {name: asdict(each) for name, each in found.items()},
+                "peer": None if peer is None else asdict(peer),
+            }
+        )
+        return
+    for backend, each in found.items():
+        each.print(backend)
+    if peer is not None:
+        print_peer(peer, {backend: each.simulation[0] for backend, each in found.items()})
+    print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

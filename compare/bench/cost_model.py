@@ -1,0 +1,98 @@
+"""What a batch would cost on larger data: measured seconds and bytes per object and radius, extrapolated.
+
+``python -m spherefunc_bullet.compare.bench.cost_model --run DIR`` reads a finished run's ledger and prints the tables
+of docs/batch.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from spherefunc_bullet.batch.folder import RunFolder
+from spherefunc_bullet.batch.ledger import Ledger
+from spherefunc_bullet.console import print_table
+from spherefunc_bullet.quantities import format_duration, format_length, format_memory
+
+COLLECTIONS = {"ShapeNet": 51_300, "Objaverse": 800_000, "ten million": 10_000_000}
+CORES = (1, 64, 4096)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What one radius of one backend cost in a run, an object on average."""
+
+    backend: str
+    radius: float  # metres
+    objects: int
+    seconds: float  # of simulation
+    bytes: float  # of the file of the centres
+    drops: float
+
+
+def costs(ledger: Ledger) -> list[Cost]:
+    """Return the mean costs by backend and radius, of the runs that were done."""
+    sql = """SELECT backend, radius, count(*), avg(seconds), avg(bytes), avg(drops)
+        FROM runs JOIN ways USING (way) WHERE outcome = 'done' GROUP BY backend, radius ORDER BY backend, radius"""
+    names = ("backend", "radius", "objects", "seconds", "bytes", "drops")
+    return [Cost(**dict(zip(names, row, strict=True))) for row in ledger.query(sql)]
+
+
+def bytes_per_row(ledger: Ledger) -> float:
+    """Return what a row takes in the ledger, its index included."""
+    ((rows,),) = ledger.query("SELECT count(*) FROM runs")
+    ((pages, size),) = ledger.query("SELECT page_count, page_size FROM pragma_page_count, pragma_page_size")
+    return pages * size / max(rows, 1)
+
+
+def cost_rows(found: Iterable[Cost]) -> list[list[str]]:
+    """Return the table of measured costs."""
+    return [
+        [each.backend, format_length(each.radius), str(each.objects), f"{each.seconds:.3f}", f"{each.drops:,.0f}"]
+        + [format_memory(each.bytes)]
+        for each in found
+    ]
+
+
+def extrapolated(found: list[Cost], overhead: float, row_bytes: float) -> list[list[str]]:
+    """Return the table of larger collections, by backend, all radii of the run together.
+
+    Parameters
+    ----------
+    overhead : float
+        Seconds an object takes beside its simulations: reading, sampling, hashing.
+    """
+    rows = []
+    for backend in dict.fromkeys(each.backend for each in found):
+        mine = [each for each in found if each.backend == backend]
+        seconds, size = sum(each.seconds for each in mine) + overhead, sum(each.bytes for each in mine)
+        for name, count in COLLECTIONS.items():
+            times = [format_duration(count * seconds / cores) for cores in CORES]
+            files, ledger = format_memory(count * size), format_memory(count * len(mine) * row_bytes)
+            rows.append([f"{backend}, {name}", f"{count:,}", *times, files, f"{count * len(mine):,}", ledger])
+    return rows
+
+
+def main():
+    """Print the cost model of one run or several."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--run", type=Path, required=True, action="append", help="may be repeated")
+    parser.add_argument("--overhead", type=float, default=0.0, help="seconds an object takes beside its simulations")
+    given = parser.parse_args()
+    found, sizes = [], []
+    for run in given.run:
+        with RunFolder(run).ledger() as ledger:
+            found += costs(ledger)
+            sizes.append(bytes_per_row(ledger))
+    columns = ["backend", "radius", "objects", "s/object", "drops", "file"]
+    print_table("Measured, the mean of an object", columns, cost_rows(found))
+    cores = [f"{count:,} core{'s' * (count > 1)}" for count in CORES]
+    columns = ["collection", "objects", *cores, "centres", "files", "ledger"]
+    larger = extrapolated(found, given.overhead, max(sizes))
+    print_table(f"\nExtrapolated, {max(sizes):.0f} bytes a ledger row", columns, larger)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,115 @@
+"""``spherefunc compare``: simulators on the same objects, splits and seeds, accuracy against cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spherefunc_bullet.commands.options import Jobs, Json, RunDir
+from spherefunc_bullet.console import Failures, print_json, print_table
+from spherefunc_bullet.errors import InputError
+
+
+def compare(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder, a catalogue's name, or an experiment.toml.")],
+    backends: Annotated[str | None, typer.Option(help="Default: fast,bullet, those that are installed.")] = None,
+    shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
+    radii: Annotated[
+        list[str] | None,
+        typer.Option(help="Such as 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: 2cm,3cm,5cm."),
+    ] = None,
+    trials: Annotated[int | None, typer.Option(min=1, help="Random equal splits. Default: 10.")] = None,
+    methods: Annotated[
+        str | None, typer.Option("--methods", "--method", help="default, paper or both; the first is in the tables.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of spheres and splits. Default: 0.")] = None,
+    repeated: Annotated[
+        int | None,
+        typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
+    ] = None,
+    up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
+    units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
+    jobs: Jobs = -1,
+    run: RunDir = None,
+    json: Json = False,
+):
+    """Compare simulators on the same objects: how well they tell functions, at what cost, and whether they agree."""
+    from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.formats.writing import prepare_folder
+
+    from ..comparison.comparison import compare_entries
+    from ..comparison.entries import hold, require_splittable, settled_experiment
+    from ..comparison.experiment import contestants, read_experiment
+    from ..comparison.files import write_report
+
+    given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
+    given |= {"seed": seed, "repeated": repeated, "up": up, "units": units}
+    given = {name: value for name, value in given.items() if value not in (None, [])}
+    if data.endswith(".toml"):
+        refuse_options(data, given)
+        experiment = read_experiment(Path(data))
+    else:
+        experiment = experiment_of(data, given)
+    compared, dataset = contestants(experiment), open_dataset(experiment.data)
+    require_splittable(dataset.name, dataset.objects)
+    prepare_folder(report)
+    failures = Failures()
+    contest = hold(dataset, compared, experiment, jobs, failures, run)
+    experiment = settled_experiment(experiment, contest)
+    found = compare_entries(contest, experiment)
+    if report is not None:
+        write_report(report, found, contest, experiment)
+    print_json({name: value for name, value in found.items() if name != "per_object"}) if json else show(found)
+    failures.exit()
+
+
+def refuse_options(data: str, given: dict):
+    """Raise InputError if an experiment's file is given options as well, which would make it another experiment."""
+    if given:
+        raise InputError(f"{data}: expected no --{' or --'.join(given)} beside an experiment; write it into the file")
+
+
+def experiment_of(data: str, given: dict):
+    """Return the experiment that options describe.
+
+    A backend that is named has to be installed; of the default ones those that are not are said and left out.
+    """
+    from ..comparison.experiment import BACKENDS, Experiment, parse_radii, read_methods
+
+    options = {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
+    for name in ("backends", "shapes", "methods"):
+        if name in given:
+            options[name] = names(name, given[name])
+    if "methods" in options:
+        read_methods(list(options["methods"]))
+    if "seed" in given:
+        options["seeds"] = (given["seed"], given["seed"] + 1)
+    if "radii" in given:
+        options["radii"] = parse_radii(given["radii"])
+    from ..machine import usable_backends
+
+    return Experiment(data=data, **{"backends": options.pop("backends", None) or usable_backends(BACKENDS)} | options)
+
+
+def names(option: str, text: str) -> tuple[str, ...]:
+    """Return the different names of a comma-separated list."""
+    found = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not found:
+        raise InputError(f"--{option} {text!r}: expected at least one name")
+    return found
+
+
+def show(found: dict):
+    """Print the tables and the answer."""
+    from ..comparison.tables import tables
+
+    for table in tables(found):
+        print_table(f"{table.title}\n", table.columns, table.rows)
+        print()
+    print("\n".join(f"{name}: {value}" for name, value in found["machine"].items()))
+    print(f"\n{found['answer']}")

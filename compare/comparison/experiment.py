@@ -1,0 +1,249 @@
+"""An experiment as data: what is compared on what, in a small TOML file that repeats it exactly."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.quantities import parse_lengths
+from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.simulator import Simulator, make_simulator
+
+ALL = "all"  # the key of radii that are for every backend without its own
+RADII = {ALL: (0.02, 0.03, 0.05)}  # metres
+KINDS = {
+    "data": "a folder or a catalogue's name",
+    "backends": "a list of names",
+    "shapes": "a list of names",
+    "radii": "a list of lengths, or a table of such lists by backend",
+    "options": "a table of tables by backend",
+    "methods": "a list of names",
+    "seeds": "two whole numbers from 0, the second for what is dropped again",
+    "trials": "a whole number from 1",
+    "repeated": "a whole number from 1",
+    "up": "z, y, x or auto",
+    "units": "m, cm, mm, in or auto",
+}
+BACKENDS = ("fast", "bullet")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contestant:
+    """One simulator in the comparison."""
+
+    name: str  # in the tables: the backend, and its shape where several are compared
+    backend: str
+    simulator: Simulator
+    radii: tuple[float, ...]  # metres, ascending
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """What is compared, on what, and how."""
+
+    data: str
+    backends: tuple[str, ...]
+    shapes: tuple[str, ...] = ()  # for backends that have such an option
+    radii: Mapping[str, tuple[float, ...]] = field(default_factory=lambda: RADII)  # metres, by backend or ALL
+    options: Mapping[str, dict] = field(default_factory=dict)  # of the simulators, by backend
+    methods: tuple[str, ...] = ("default",)
+    seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
+    trials: int = 10
+    repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
+    up: str = "z"
+    units: str = "m"
+
+    @property
+    def loading(self) -> Loading:
+        return Loading(up=self.up, units=self.units)
+
+
+def contestants(experiment: Experiment) -> list[Contestant]:
+    """Return the simulators that an experiment compares.
+
+    Raises
+    ------
+    InputError
+        If a backend is unknown or not installed, or something is given for one that is not compared or has no use
+        for it.
+    """
+    made = [each for backend in experiment.backends for each in simulators(experiment, backend)]
+    names = {each for name, backend, _ in made for each in (name, backend)}
+    for what, keys in (("radii", set(experiment.radii) - {ALL}), ("options", set(experiment.options))):
+        if unknown := sorted(keys - names):
+            raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
+    if experiment.shapes and not any("shape" in simulator.options() for _, _, simulator in made):
+        raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
+    return [
+        Contestant(name=name, backend=backend, simulator=simulator, radii=radii_of(experiment, name, backend))
+        for name, backend, simulator in made
+    ]
+
+
+def simulators(experiment: Experiment, backend: str) -> list[tuple[str, str, Simulator]]:
+    """Return name, backend and simulator for each shape of a backend, or once for one without shapes."""
+    options = experiment.options.get(backend, {})
+    plain = make_simulator(backend, **options)
+    if not experiment.shapes or "shape" not in plain.options():
+        return [(backend, backend, plain)]
+    several = len(experiment.shapes) > 1
+    return [
+        (f"{backend} {shape}" if several else backend, backend, make_simulator(backend, **options | {"shape": shape}))
+        for shape in experiment.shapes
+    ]
+
+
+def radii_of(experiment: Experiment, name: str, backend: str) -> tuple[float, ...]:
+    """Return a contestant's radii in metres: its own, its backend's, those for all, or the default."""
+    given = [experiment.radii[key] for key in (name, backend, ALL) if key in experiment.radii]
+    return given[0] if given else RADII[ALL]
+
+
+def parse_radii(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """Return radii in metres by backend from texts such as ``2cm,3cm`` or ``fast=1cm,2cm``.
+
+    Raises
+    ------
+    InputError
+        If one is no list of lengths, or two are for the same.
+
+    Examples
+    --------
+    >>> parse_radii(["2cm,3cm", "fast=1cm"])
+    {'all': (0.02, 0.03), 'fast': (0.01,)}
+    """
+    radii: dict[str, tuple[float, ...]] = {}
+    for text in texts:
+        name, found, lengths = text.rpartition("=")
+        key = name.strip() if found else ALL
+        if key in radii:
+            raise InputError(f"--radii {text}: expected radii for {key} once, got them twice")
+        radii[key] = parse_lengths(lengths)
+    return radii
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an experiment; a folder of data is looked for beside the file.
+
+    Raises
+    ------
+    InputError
+        If it is not readable, no TOML, or something in it is unknown, missing or of another kind.
+    """
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: expected an experiment in TOML; {error}") from error
+    if unknown := sorted(set(found) - set(KINDS)):
+        raise InputError(f"{path}: expected the keys {', '.join(KINDS)}; got {', '.join(unknown)}")
+    if missing := [name for name in ("data", "backends") if name not in found]:
+        raise InputError(f"{path}: expected the keys data and backends; {', '.join(missing)} missing")
+    values = {}
+    for name, value in found.items():
+        try:
+            values[name] = READERS[name](value)
+        except (TypeError, ValueError, AttributeError) as error:
+            reason = f"; {error}" if isinstance(error, InputError) else ""
+            raise InputError(f"{path}: {name}: expected {KINDS[name]}, got {value!r}{reason}") from error
+    return Experiment(**values | {"data": data_beside(values["data"], path.parent)})
+
+
+def data_beside(data: str, folder: Path) -> str:
+    """Return a data set's name, or its path where it is a folder beside the experiment or an absolute one."""
+    beside = folder / data
+    return str(beside) if beside.exists() or data not in catalogue_entry_points() else data
+
+
+def text(value) -> str:
+    """Return a text as it is."""
+    if not isinstance(value, str) or not value:
+        raise ValueError
+    return value
+
+
+def texts(value) -> tuple[str, ...]:
+    """Return a list of different texts."""
+    found = tuple(text(each) for each in require(value, list))
+    if not found or len(set(found)) < len(found):
+        raise ValueError
+    return found
+
+
+def whole(value, least: int = 1) -> int:
+    """Return a whole number."""
+    if isinstance(value, bool) or require(value, int) < least:
+        raise ValueError
+    return value
+
+
+def require(value, kind: type):
+    """Return a value of a kind."""
+    if not isinstance(value, kind):
+        raise TypeError
+    return value
+
+
+def lengths(value) -> tuple[float, ...]:
+    """Return lengths in metres."""
+    return parse_lengths(",".join(str(each) for each in require(value, list)))
+
+
+def read_radii(value) -> dict[str, tuple[float, ...]]:
+    """Return radii in metres by backend."""
+    return {name: lengths(each) for name, each in (value.items() if isinstance(value, dict) else [(ALL, value)])}
+
+
+def read_seeds(value) -> tuple[int, int]:
+    """Return two different seeds; of one alone the next is the second."""
+    found = tuple(whole(each, 0) for each in require(value, list))
+    if not 1 <= len(set(found)) == len(found) <= 2:
+        raise ValueError
+    return (found[0], found[-1] if len(found) == 2 else found[0] + 1)
+
+
+def read_methods(value) -> tuple[str, ...]:
+    """Return the names of methods that there are."""
+    return tuple(find_method(each).name for each in texts(value))
+
+
+READERS = {
+    "data": text,
+    "backends": texts,
+    "shapes": texts,
+    "radii": read_radii,
+    "options": lambda value: {name: require(each, dict) for name, each in require(value, dict).items()},
+    "methods": read_methods,
+    "seeds": read_seeds,
+    "trials": whole,
+    "repeated": whole,
+    "up": text,
+    "units": text,
+}
+
+
+def as_toml(experiment: Experiment) -> str:
+    """Return an experiment as TOML that `read_experiment` reads; lengths in metres."""
+    values = {name: value for name, value in asdict(experiment).items() if value not in (None, (), {})}
+    return "".join(f"{name} = {toml_value(value)}\n" for name, value in values.items())
+
+
+def toml_value(value) -> str:
+    """Return a value as TOML.
+
+    Examples
+    --------
+    >>> toml_value({"bullet voxel": (0.02, 0.03), "on": True})
+    '{"bullet voxel" = [0.02, 0.03], "on" = true}'
+    """
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(key)} = {toml_value(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(toml_value(each) for each in value) + "]"
+    # TOML writes texts, numbers and booleans as JSON does.
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,211 @@
+"""The comparison as one page of HTML: which simulator to use for what, and everything that the answer rests on.
+
+Every number on it comes from the report (`comparison.compare_entries`) and the contest that it is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from spherefunc_bullet.datasets.dataset import NONE
+from spherefunc_bullet.learning.validation import THRESHOLD
+from spherefunc_bullet.viewer.page import scene_html, viewer_html
+
+from ..pages.html import document, drawing, table
+from .advice import advice, advice_table, prices, recommendation
+from .charts import accuracy_chart, cost_chart
+from .disagreements import Disagreement, Shown, chosen, disagreements, shown
+from .entries import Contest
+from .experiment import Experiment, as_toml
+from .significance import listed
+from .tables import Table, cost_table, histogram_table, label_table, quality_table, radius_table
+
+COARSE = 0.1  # a difference of F-measures that readers expect to be told of
+LISTED = 60  # disagreements in the list; all are in report.json
+
+
+def comparison_page(report: dict, contest: Contest, experiment: Experiment) -> str:
+    """Return the page."""
+    names = list(report["backends"])
+    parts = [
+        introduction(report, names),
+        accuracy_section(report),
+        cost_section(report, contest),
+        *([agreement_section(report), disagreement_section(report, contest, experiment)] if len(names) > 1 else []),
+        quality_section(report),
+        making_section(report, experiment),
+    ]
+    return document(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts)
+
+
+def introduction(report: dict, names: Sequence[str]) -> str:
+    """Return the answer, what was done, and which simulator to use for what."""
+    left = f" {len(report['left_out'])} more were left out: see below." if report["left_out"] else ""
+    title = f"{' or '.join(names)}?" if len(names) > 1 else f"What {names[0]} can tell"
+    return f"""<header><h1>{escape(title)}</h1>
+<p class="lead"><b>{escape(recommendation(report))}</b> {escape(report["answer"])}</p>
+<p>Small spheres are dropped on a 3D object. Where they come to rest, counted in cubes of space, tells what the object
+is for: a cup fills up, a table collects one flat layer, a chair holds a slope. Who drops them is a choice between
+simulators: <b>fast</b> rolls spheres over the points by geometry, one at a time; <b>bullet</b> moves rigid bodies by
+the laws of physics. Here they did it on the same {report["objects"]} objects of <b>{escape(report["data"])}</b>
+({escape(counted(report))}), with the same classifier, splits and seeds.{left}</p>
+{advice_table(report)}
+<p class="note">The cheapest simulator stands unless another is better by more than the trials spread (95 %, corrected
+for trials that share objects). F-measure: 1 is perfect, 0 is useless.{escape(blind_spot(report))}
+{escape(price_note(report))}</p></header>"""
+
+
+def counted(report: dict) -> str:
+    """Return how many objects have each function."""
+    return ", ".join(f"{count} {name}" for name, count in report["functions"].items())
+
+
+def price_note(report: dict) -> str:
+    """Return what a thousand objects take by each simulator."""
+    said = listed([f"{time} by {name}" for name, time in prices(report).items()])
+    return f"A thousand such objects take {said}, on one core."
+
+
+def blind_spot(report: dict) -> str:
+    """Return how large a difference would not show, where that is much."""
+    margins = [row["margin"] or 0.0 for pair in report["agreement"] for row in pair["f_measures"].values()]
+    widest = max(margins, default=0.0)
+    return f" With so few objects, differences of up to {widest:.2f} do not show." if widest > COARSE else ""
+
+
+def accuracy_section(report: dict) -> str:
+    """Return F-measures against seconds, and in words where spheres are not worth their time."""
+    behind = [each.function for each in advice(report) if each.baseline_f >= each.f_measure]
+    words = f" For {listed(behind)} the best baseline, which takes no spheres at all, is not beaten." if behind else ""
+    return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
+together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres.
+Nothing beats what lies on the grey line in both.{escape(words)}</p>
+{drawing(accuracy_chart(report), "F-measure against seconds per object, one panel per function")}
+<details><summary>The numbers: each radius alone</summary>{html_table(radius_table(report))}</details></section>"""
+
+
+def cost_section(report: dict, contest: Contest) -> str:
+    """Return what each simulator costs."""
+    return f"""<section><h2>What it costs</h2><div class="columns">
+{drawing(cost_chart(contest), "Seconds of a run against the spheres dropped")}
+<p>Each point is one run: one object, one radius. Lines join medians. A simulator whose line is steeper than the
+number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>
+{html_table(cost_table(report))}
+<p class="note">Times of the median object and of the 95th percentile are over all radii. Peak memory is that of one
+whole process with interpreter and libraries.</p></section>"""
+
+
+def agreement_section(report: dict) -> str:
+    """Return whether simulators say the same, beside two seeds of one."""
+    return f"""<section><h2>Do they agree?</h2><p>Each object is judged with all others learnt. <b>Same label</b>: the
+share of objects of which both say the same; the share for two seeds of one simulator says how much of the rest is
+chance. <b>Right alone</b>: objects that only the first, or only the second, has right.</p>
+{html_table(label_table(report))}
+<p>How far their histograms lie apart, beside two seeds of one simulator: a ratio of 1 would mean that changing the
+simulator is no more than changing the seed. <b>Settled</b>: the share of all spheres dropped; a run that ends at its
+limit of settled spheres lacks the last ones, which miss.</p>{html_table(histogram_table(report))}</section>"""
+
+
+def disagreement_section(report: dict, contest: Contest, experiment: Experiment) -> str:
+    """Return the objects of which simulators say different things, with their spheres side by side."""
+    found = disagreements(report["per_object"])
+    differ = [each for each in found if each.labels_differ]
+    scenes = shown(contest, chosen(differ or found), experiment.loading)
+    lead = (
+        f"They differ about {len(differ)} of {report['objects']} objects."
+        if differ
+        else "They give every object the same labels; these are the largest differences of scores."
+    )
+    parts = "\n".join(scene_part(each, report) for each in scenes)
+    return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(scenes)} of the clearest, with the spheres
+of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
+{listing(differ, report)}</section>{viewer_html()}"""
+
+
+def scene_part(each: Shown, report: dict) -> str:
+    """Return one object with its label, what was said of it, and its spheres."""
+    item, function = report["per_object"][each.disagreement.row], each.disagreement.function
+    said = "; ".join(f"{name} says {said_of(scores['scores'])}" for name, scores in item["backends"].items())
+    scores = ", ".join(f"{name} {row['scores'][function]:.2f}" for name, row in item["backends"].items())
+    return f"""<article><h3>{escape(item["file"])} <span class="label">labelled {escape(labelled(item))}</span></h3>
+<p>{escape(said)}. Scores of {escape(function)}: {escape(scores)}; above {THRESHOLD} it is.</p>
+{scene_html(each.scene)}</article>"""
+
+
+def said_of(scores: dict[str, float]) -> str:
+    """Return the functions that scores amount to."""
+    return ", ".join(name for name, score in scores.items() if score > THRESHOLD) or NONE
+
+
+def labelled(item: dict) -> str:
+    """Return an object's label, and what is true of it as well."""
+    also = f" (also {', '.join(item['also'])})" if item["also"] else ""
+    return (", ".join(item["functions"]) or NONE) + also
+
+
+def listing(differ: Sequence[Disagreement], report: dict) -> str:
+    """Return all objects of which simulators say different things, as a table to open."""
+    if not differ:
+        return ""
+    items = [report["per_object"][each.row] for each in differ[:LISTED]]
+    rows = [
+        [item["file"], labelled(item), *(said_with_scores(row["scores"]) for row in item["backends"].values())]
+        for item in items
+    ]
+    more = f", the first {LISTED}" if len(differ) > LISTED else ""
+    head = ["file", "label", *(f"{name} says" for name in report["backends"])]
+    return f"<details><summary>All {len(differ)} in a list{more}</summary>{table(head, rows, 'text')}</details>"
+
+
+def said_with_scores(scores: dict[str, float]) -> str:
+    """Return what scores amount to, and the highest."""
+    return f"{said_of(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
+
+
+def quality_section(report: dict) -> str:
+    """Return one table per function, simulators and baselines."""
+    whole = quality_table(report)
+    place = whole.columns.index("function")
+    parts = []
+    for function in report["functions"]:
+        rows = [[*row[:place], *row[place + 1 :]] for row in whole.rows if row[place] == function]
+        head = [*whole.columns[:place], *whole.columns[place + 1 :]]
+        parts.append(f"<h3>{escape(function)}</h3>{table(head, rows)}")
+    return f"""<section><h2>Function by function</h2><p>{report["train_size"]} objects learnt at random,
+{report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
+spheres and have the same classifier; <b>always no</b> says no to everything. F fair does not count what is true as
+well. The paper's numbers are its authors' on their own 200 models, half of them learnt.</p>
+{"".join(parts)}</section>"""
+
+
+def making_section(report: dict, experiment: Experiment) -> str:
+    """Return the configuration, versions, the machine, and what was left out."""
+    options = [
+        [name, f"{each['backend']} {each['version']}", f"{each['sphere_limit']:,}", options_said(each["options"])]
+        for name, each in report["backends"].items()
+    ]
+    return f"""<section><h2>How this was made</h2>{left_out(report)}
+{table(["on", ""], list(report["machine"].items()), "text")}
+{table(["simulator", "version", "settled spheres at most", "options"], options, "text")}
+<p>This file repeats it, from the cache where it can: <code>spherefunc compare experiment.toml</code></p>
+<pre>{escape(as_toml(experiment))}</pre></section>"""
+
+
+def options_said(options: dict) -> str:
+    """Return a simulator's options as words."""
+    return ", ".join(f"{name} = {value}" for name, value in options.items()) or "none"
+
+
+def left_out(report: dict) -> str:
+    """Return which objects no mean is over, and why."""
+    reasons = [f"{name}: {reason}" for name, each in report["backends"].items() for reason in each["reasons"]]
+    if not reasons:
+        return "<p>No object failed.</p>"
+    rows = "".join(f"<li>{escape(each)}</li>" for each in reasons)
+    return f"<p>Failed, and left out of every simulator's figures:</p><ul>{rows}</ul>"
+
+
+def html_table(each: Table) -> str:
+    """Return a table of the report as HTML."""
+    return table(each.columns, each.rows)

@@ -1,0 +1,172 @@
+"""The comparison as tables: on the terminal, and in Markdown with its answer and how it was made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from spherefunc_bullet.quantities import format_length
+
+from ..evaluation.protocol import PAPER
+from .significance import spoken
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A title, the columns' names, and rows of texts."""
+
+    title: str
+    columns: list[str]
+    rows: list[list[str]]
+
+    def markdown(self) -> str:
+        """Return the table in Markdown, below its title."""
+        lines = [self.columns, ["---"] + ["---:"] * (len(self.columns) - 1), *self.rows]
+        return "\n".join([f"## {self.title}", "", *(f"| {' | '.join(line)} |" for line in lines)])
+
+
+def tables(report: dict) -> list[Table]:
+    """Return all tables of a comparison."""
+    found = [quality_table(report), cost_table(report), radius_table(report)]
+    if report["agreement"]:
+        found += [label_table(report), histogram_table(report)]
+    return found
+
+
+def quality_table(report: dict) -> Table:
+    """Return how well each function is told, by simulators and baselines, over trials and leaving one out."""
+    rows = [
+        [
+            name.replace("_", " "),
+            function,
+            with_spread(row),
+            *(number(row[key]) for key in ("precision", "recall", "accuracy", "f_measure_fair")),
+            number(each["leave_one_out"][function]["f_measure"]),
+            "" if row["radius"] is None else format_length(row["radius"]),
+        ]
+        for function in report["functions"]
+        for name, each in (report["backends"] | report["baselines"]).items()
+        for row in [each["functions"][function]]
+    ]
+    known = [name for name in report["functions"] if name in PAPER]
+    rows += [["the paper, its 200 models", name, f"{PAPER[name]:.2f}", *[""] * 6] for name in known]
+    trials = report["experiment"]["trials"]
+    title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
+    head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]
+    return Table(title=title, columns=head, rows=rows)
+
+
+def cost_table(report: dict) -> Table:
+    """Return what each simulator costs."""
+    rows = [
+        [
+            name,
+            ", ".join(format_length(radius) for radius in each["radii"]),
+            spoken(each["seconds_per_object"]),
+            spoken(each["seconds_per_object_p95"]),
+            spoken(each["seconds_total"]),
+            rate(each["drops_per_second"]),
+            mebibytes(each["peak_memory"]),
+            str(each["failed"]),
+        ]
+        for name, each in report["backends"].items()
+    ]
+    head = ["backend", "radii", "median object", "95th percentile", "all objects", "drops/s", "peak memory", "failed"]
+    return Table(title="Cost", columns=head, rows=rows)
+
+
+def radius_table(report: dict) -> Table:
+    """Return what each radius alone gives and costs."""
+    functions = list(report["functions"])
+    rows = [
+        [
+            name,
+            format_length(row["radius"]),
+            *(with_spread(row["functions"][function]) for function in functions),
+            spoken(row["seconds_per_object"]),
+            rate(row["drops_per_second"]),
+            number(row["settled_share"]),
+        ]
+        for name, each in report["backends"].items()
+        for row in each["by_radius"]
+    ]
+    head = ["backend", "radius", *(f"F {name}" for name in functions), "median object", "drops/s", "settled"]
+    return Table(title="One radius alone", columns=head, rows=rows)
+
+
+def label_table(report: dict) -> Table:
+    """Return on how many objects two simulators agree, and whose trials are better."""
+    rows = [
+        [
+            " / ".join(pair["backends"]),
+            function,
+            number(row["same"]),
+            " / ".join(number(pair["labels_of_two_seeds"][name][function]) for name in pair["backends"]),
+            " / ".join(str(count) for count in row["right_alone"].values()),
+            f"{difference['difference']:+.3f}",
+            number(difference["margin"]),
+            difference["verdict"],
+        ]
+        for pair in report["agreement"]
+        for function, row in pair["labels"].items()
+        for difference in [pair["f_measures"][function]]
+    ]
+    head = ["backends", "function", "same label", "two seeds", "right alone", "F second - first", "margin", "second is"]
+    return Table(title="Agreement of labels, every object left out once", columns=head, rows=rows)
+
+
+def histogram_table(report: dict) -> Table:
+    """Return how far two simulators' histograms lie apart, beside two seeds of one."""
+    rows = [
+        [
+            " / ".join(pair["backends"]),
+            format_length(row["radius"]),
+            number(row["between"]),
+            " / ".join(number(each) for each in row["within"].values()),
+            number(row["ratio"]),
+            number(row["norm"]),
+            " / ".join(number(each) for each in settled["share"].values()),
+        ]
+        for pair in report["agreement"]
+        for row, settled in zip(pair["histograms"], pair["settled"], strict=True)
+    ]
+    head = ["backends", "radius", "apart", "two seeds apart", "ratio", "norm", "settled"]
+    title = f"Agreement of histograms, medians over {report['objects_again']} objects, spheres"
+    return Table(title=title, columns=head, rows=rows)
+
+
+def markdown(report: dict) -> str:
+    """Return the comparison in Markdown."""
+    return "\n\n".join(["# Comparison of simulators", report["answer"], *sections(report)]) + "\n"
+
+
+def sections(report: dict) -> Iterator[str]:
+    """Yield what follows the answer."""
+    for table in tables(report):
+        yield table.markdown()
+    yield "## How it was made"
+    yield report["timing"]
+    if report["left_out"]:
+        yield f"Left out of every backend, since one at least failed: {', '.join(report['left_out'])}."
+    yield "\n".join(f"- {name}: {value}" for name, value in report["machine"].items())
+
+
+def number(value: float | None) -> str:
+    """Return a number to three places; nothing for what is unknown."""
+    return "" if value is None else f"{value:.3f}"
+
+
+def with_spread(row: dict) -> str:
+    """Return an F-measure with its standard deviation over trials."""
+    spread = "" if row["f_measure_std"] is None else f" ± {row['f_measure_std']:.3f}"
+    return f"{row['f_measure']:.3f}{spread}"
+
+
+def rate(value: float | None) -> str:
+    """Return drops per second."""
+    return "" if value is None else f"{value:,.0f}"
+
+
+def mebibytes(value: int | None) -> str:
+    """Return bytes as mebibytes."""
+    return "unknown" if value is None else f"{value / 2**20:,.0f} MiB"

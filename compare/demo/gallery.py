@@ -1,0 +1,177 @@
+"""The paper's Fig. 1, settled spheres on a cup, a table, a chair and a sofa; and two backends side by side.
+
+    python -m spherefunc_bullet.compare.demo.gallery --out docs/images
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh, placed
+from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.datasets.catalogue import make_catalogue
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.quantities import format_length, parse_length
+from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
+from spherefunc_bullet.viewer.colours import sphere_colours
+
+from ..pages.pictures import CUT_COLOUR, GROUND_COLOUR, View, render
+
+COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
+INK, GREY = (25, 25, 30), (90, 90, 100)
+BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under the objects
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exhibit:
+    """One picture: which object of the catalogue, how large the spheres are, and from where it is seen."""
+
+    title: str
+    name: str  # in the catalogue
+    radius: float  # metres
+    view: View
+
+
+SIDE = View(azimuth_deg=180.0, elevation_deg=10.0, cut=True)
+EXHIBITS = {
+    "cup": Exhibit(title="Cup, cut open", name="mug_01", radius=parse_length("4mm"), view=View(cut=True)),
+    "table": Exhibit(title="Table", name="dining_table_02", radius=parse_length("2cm"), view=View()),
+    "chair": Exhibit(title="Chair", name="shell_chair_01", radius=parse_length("15mm"), view=View()),
+    "chair_side": Exhibit(
+        title="Chair from the side, cut open", name="shell_chair_01", radius=parse_length("15mm"), view=SIDE
+    ),
+    "sofa": Exhibit(title="Sofa", name="sofa_02", radius=parse_length("2cm"), view=View()),
+}
+SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
+
+
+def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0, title: str | None = None):
+    """Return an object of the catalogue with the spheres that settle on it, captioned, as a PIL image."""
+    cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
+    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
+    image = render(placed(mesh.vertices), mesh.faces, result.centers, exhibit.radius, exhibit.view)
+    detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
+    return captioned(image, title or exhibit.title, detail)
+
+
+def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:
+    """Write one PNG for each exhibit, and ``settling.png`` with all of them; return their paths.
+
+    Raises
+    ------
+    InputError
+        If there is no such backend, or the folder cannot be written.
+    """
+    simulator = make_simulator(backend)
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    images = {}
+    for name, exhibit in progress(EXHIBITS.items(), len(EXHIBITS), "drawing"):
+        images[name] = draw_exhibit(exhibit, meshes[exhibit.name], simulator, seed)
+    key = colour_key(View().size)
+    images["settling"] = tiled([*images.values(), key], columns=3, width=480)
+    return [write_png(image, out / f"{name}.png") for name, image in images.items()]
+
+
+def write_side_by_side(out: Path, backends: list[str], seed: int = 0) -> Path:
+    """Write ``backends.png``, a row of the same objects for each backend; return its path.
+
+    Raises
+    ------
+    InputError
+        If a backend is missing, or the folder cannot be written.
+    """
+    simulators = {name: make_simulator(name) for name in backends}
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    exhibits = [EXHIBITS[name] for name in SIDE_BY_SIDE]
+    images = [
+        draw_exhibit(each, meshes[each.name], simulator, seed, f"{name}: {each.title.lower()}")
+        for name, simulator in simulators.items()
+        for each in progress(exhibits, len(exhibits), f"drawing {name}")
+    ]
+    return write_png(tiled(images, columns=len(exhibits), width=480), out / "backends.png")
+
+
+def write_png(image, path: Path) -> Path:
+    """Write an image as a small PNG, and return its path."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        image.quantize(COLOURS).save(path, optimize=True)
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+    return path
+
+
+def main():
+    """Write the pictures and say where they are."""
+    parser = argparse.ArgumentParser(
+        prog="python -m spherefunc_bullet.compare.demo.gallery", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG files")
+    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
+    parser.add_argument("--beside", default="bullet", help="which one is shown beside it")
+    options = parser.parse_args()
+    side_by_side = write_side_by_side(options.out, [options.backend, options.beside])
+    for path in [*write_gallery(options.out, options.backend), side_by_side]:
+        say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
+
+
+def captioned(image, title: str, detail: str):
+    """Return an image with a title and a line below it."""
+    from PIL import Image, ImageDraw
+
+    width, height = image.size
+    large, small = font(height // 20), font(height // 26)
+    canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
+    canvas.paste(image, (0, 0))
+    pen = ImageDraw.Draw(canvas)
+    pen.text((width / 2, height + height * 0.02), title, INK, large, anchor="mm")
+    pen.text((width / 2, height + height * 0.08), detail, GREY, small, anchor="mm")
+    return canvas
+
+
+def font(size: int):
+    """Return Pillow's own typeface at a size in pixels: it is there on every machine."""
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)
+
+
+def colour_key(size: tuple[int, int]):
+    """Return an image that says what the colours mean, as large as a captioned picture of ``size`` pixels."""
+    from PIL import Image, ImageDraw
+
+    width, height = size
+    canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
+    pen = ImageDraw.Draw(canvas)
+    left, top, bar = int(width * 0.28), int(height * 0.2), (int(width * 0.08), int(height * 0.5))
+    ramp = sphere_colours(np.linspace(1, 0, bar[1]))[:, None].repeat(bar[0], axis=1)
+    canvas.paste(Image.fromarray((ramp * 255).astype(np.uint8)), (left, top))
+    words, beside = font(height // 22), left + bar[0] + width // 30
+    pen.text((beside, top), "highest sphere", INK, words, anchor="lt")
+    pen.text((beside, top + bar[1]), "lowest sphere", INK, words, anchor="lb")
+    below = top + bar[1] + height // 12
+    pen.rectangle((left, below, left + bar[0], below + height // 20), tuple(int(255 * c) for c in CUT_COLOUR))
+    pen.text((beside, below + height // 40), "cut through the object", INK, words, anchor="lm")
+    return canvas
+
+
+def tiled(images: Sequence, columns: int, width: int):
+    """Return images of one size in rows, each ``width`` pixels wide."""
+    from PIL import Image
+
+    height = round(images[0].height * width / images[0].width)
+    rows = -(-len(images) // columns)
+    canvas = Image.new("RGB", (columns * width, rows * height), BACKGROUND)
+    for index, image in enumerate(images):
+        small = image.resize((width, height), Image.Resampling.LANCZOS)
+        canvas.paste(small, (index % columns * width, index // columns * height))
+    return canvas
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,32 @@
+"""What is taken for what (paper, Fig. 4): labels against predicted functions, of which an object may have several."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.datasets.dataset import NONE
+from spherefunc_bullet.learning.validation import THRESHOLD
+
+from .protocol import Labels
+
+
+@dataclass(frozen=True, eq=False)
+class Confusion:
+    """Counts of objects by label and by predicted function; the last of either is none."""
+
+    labels: tuple[str, ...]  # (F + 1,)
+    objects: np.ndarray  # (F + 1,) how many objects have the label
+    counts: np.ndarray  # (F + 1, F + 1) of those, how many were said to have the function
+
+
+def count_confusion(labels: Labels, scores: np.ndarray) -> Confusion:
+    """Count who was taken for what, from scores (N, F) of objects that were tested once each."""
+    true, said = with_none(labels.members), with_none(scores > THRESHOLD)
+    return Confusion((*labels.functions, NONE), true.sum(axis=0), true.T.astype(int) @ said.astype(int))
+
+
+def with_none(members: np.ndarray) -> np.ndarray:
+    """Return memberships (N, F) with one more column: true of objects with no function."""
+    return np.column_stack([members, ~members.any(axis=1)])

@@ -1,0 +1,224 @@
+"""Pictures of settled spheres on an object, ray-traced on the CPU without a display (paper, Fig. 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
+
+OBJECT_COLOUR = np.array([0.80, 0.77, 0.72])
+CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut lays open
+GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
+LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
+MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Where the picture is taken from, and how large it is."""
+
+    azimuth_deg: float = -120.0  # of the camera about z, 0 from +x; fronts face -y, so this is the front left
+    elevation_deg: float = 25.0
+    size: tuple[int, int] = (640, 520)  # pixels
+    cut: bool = False  # take away the half in front of the vertical plane through the centre, to look inside
+    supersample: int = 2
+
+    @property
+    def toward(self) -> np.ndarray:
+        """Unit vector (3,) from the scene to the camera."""
+        azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
+        level = np.cos(elevation)
+        return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+
+    @property
+    def facing(self) -> np.ndarray:
+        """Level unit vector (3,) to the camera, the normal of the cut."""
+        azimuth = np.radians(self.azimuth_deg)
+        return np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What rays can hit: a scene of triangles, or of balls made of triangles."""
+
+    scene: object  # open3d RaycastingScene
+    colours: np.ndarray  # (1, 3), or (S, 3) of balls
+    centers: np.ndarray | None = None  # (S, 3) of balls, metres; their normals come from the centres
+    faces_per_ball: int = 1
+    solid: bool = False  # closed: a cut shows material where a ray starts inside
+
+    def surface(self, triangle: np.ndarray, normals: np.ndarray, where: np.ndarray):
+        """Return colours and normals (..., 3) of the places (..., 3) where rays hit."""
+        if self.centers is None:
+            return np.broadcast_to(self.colours[0], where.shape), normals
+        ball = np.where(triangle < len(self.centers) * self.faces_per_ball, triangle // self.faces_per_ball, 0)
+        outward = where - self.centers[ball]
+        return self.colours[ball], outward / np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-12)
+
+
+def render(vertices, faces, centers, radius: float, view: View | None = None):
+    """Draw an object and the spheres that settled on it.
+
+    Parameters
+    ----------
+    vertices, faces : (N, 3) float, (M, 3) int
+        The object, metres, z up. Without faces it is a cloud, and its points are drawn as little balls.
+    centers : (S, 3) float
+        Settled spheres, metres; coloured by height.
+    radius : float
+        Of the spheres, metres.
+    view : View
+
+    Returns
+    -------
+    PIL.Image.Image
+    """
+    from PIL import Image
+
+    view = view or View()
+    vertices = np.asarray(vertices, float)
+    centers = np.asarray(centers, float).reshape(-1, 3)
+    low, high = scene_box(vertices, centers, radius)
+    origins, directions = camera_rays(view, low, high)
+    parts = [object_part(vertices, faces)]
+    shown = kept_behind(centers, view, low, high)
+    if shown.any():
+        parts.append(ball_part(centers[shown], radius, sphere_colours(centers[:, 2], FLAT * radius)[shown]))
+    image = ground_image(origins, directions, parts, view)
+    nearest = np.full(origins.shape[:2], np.inf)
+    for part in parts:
+        # Balls are whole, so that none is seen cut; the object begins behind the plane.
+        starts = origins if part.centers is not None else clipped(origins, directions, view, (low + high) / 2)
+        draw_part(image, nearest, part, parts, origins, starts, directions, view)
+    picture = Image.fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
+    return picture.resize(view.size, Image.Resampling.LANCZOS)
+
+
+def draw_part(image, nearest, part: Part, parts: list[Part], origins, starts, directions, view: View):
+    """Paint the pixels of the image (H, W, 3) where a part is nearer than what ``nearest`` (H, W) has, metres."""
+    distance, triangle, normals = first_hits(part.scene, starts, directions)
+    inside = part.solid & view.cut & ((normals * directions).sum(-1) > 0)
+    distance = np.where(inside, 0.0, distance) + np.linalg.norm(starts - origins, axis=-1)
+    seen = np.isfinite(distance) & (distance < nearest)
+    where = origins + directions * np.where(seen, distance, 0)[..., None]
+    colours, normals = part.surface(triangle, normals, where)
+    colours = np.where(inside[..., None], CUT_COLOUR, colours)
+    normals = np.where(inside[..., None], view.facing, normals)
+    lit = ~shadowed(parts, where, normals, view)
+    image[seen] = shade(colours, normals, directions, lit)[seen]
+    nearest[seen] = distance[seen]
+
+
+def scene_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest corner (3,) of object and spheres, down to the ground, metres."""
+    reach = [vertices, centers - radius, centers + radius]
+    low, high = (edge([edge(each, axis=0) for each in reach if len(each)], axis=0) for edge in (np.min, np.max))
+    return np.minimum(low, [np.inf, np.inf, 0.0]), high
+
+
+def kept_behind(centers: np.ndarray, view: View, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Tell which spheres (S,) are not taken away by the cut."""
+    return np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)
+
+
+def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return origins and unit directions (H, W, 3) of orthographic rays that frame the box [low, high]."""
+    toward = view.toward
+    right = np.array([-view.facing[1], view.facing[0], 0.0])
+    up = np.cross(toward, right)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    centre = (low + high) / 2
+    across, along = (corners - centre) @ right, (corners - centre) @ up
+    width, height = (n * view.supersample for n in view.size)
+    scale = 1.12 * max(np.ptp(across) / width, np.ptp(along) / height)
+    u = (np.arange(width) - width / 2 + 0.5) * scale + (across.max() + across.min()) / 2
+    v = -(np.arange(height) - height / 2 + 0.5) * scale + (along.max() + along.min()) / 2
+    distance = 4 * np.linalg.norm(high - low)
+    origins = centre + toward * distance + u[None, :, None] * right + v[:, None, None] * up
+    return origins, np.broadcast_to(-toward, origins.shape)
+
+
+def object_part(vertices: np.ndarray, faces) -> Part:
+    """Return an object as a part: its mesh, or the points of a cloud as balls that touch their neighbours."""
+    import trimesh
+
+    if faces is None or len(faces) == 0:
+        from scipy.spatial import cKDTree
+
+        points = vertices[:: -(-len(vertices) // MAX_POINTS)]
+        distances, _ = cKDTree(points).query(points, k=2)
+        colours = np.broadcast_to(OBJECT_COLOUR, points.shape)
+        return ball_part(points, 0.9 * float(np.median(distances[:, 1])), colours)
+    mesh = trimesh.Trimesh(vertices, faces)  # merges equal vertices, without which nothing is closed
+    return Part(raycasting_scene(vertices, faces), OBJECT_COLOUR[None], solid=mesh.is_watertight)
+
+
+def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
+    """Return balls as a part, coarser the more there are."""
+    import trimesh
+
+    subdivisions = 3 if len(centers) < 2000 else 2 if len(centers) < 8000 else 1 if len(centers) < 30_000 else 0
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
+    vertices = (centers[:, None, :] + ball.vertices[None]).reshape(-1, 3)
+    faces = (np.arange(len(centers))[:, None, None] * len(ball.vertices) + ball.faces[None]).reshape(-1, 3)
+    return Part(raycasting_scene(vertices, faces), colours, centers, len(ball.faces))
+
+
+def raycasting_scene(vertices: np.ndarray, faces: np.ndarray):
+    """Return an Open3D scene of one triangle mesh."""
+    import open3d as o3d
+
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(
+        o3d.core.Tensor(np.ascontiguousarray(vertices, dtype=np.float32)),
+        o3d.core.Tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
+    )
+    return scene
+
+
+def first_hits(scene, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return distance (inf for none), triangle and unit normal of what each ray hits first."""
+    import open3d as o3d
+
+    rays = np.concatenate([origins, directions], axis=-1).astype(np.float32)
+    hit = scene.cast_rays(o3d.core.Tensor(rays))
+    return hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_normals"].numpy()
+
+
+def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit: np.ndarray) -> np.ndarray:
+    """Return Lambert-shaded colours, two-sided, darker where ``lit`` is False."""
+    facing = np.where((normals * directions).sum(-1, keepdims=True) > 0, -normals, normals)
+    diffuse = np.clip(facing @ LIGHT, 0, 1) * np.where(lit, 1.0, 0.35)
+    return colours * (0.42 + 0.58 * diffuse[..., None])
+
+
+def clipped(origins: np.ndarray, directions: np.ndarray, view: View, centre: np.ndarray) -> np.ndarray:
+    """Return origins moved to the cut's plane through the centre, if there is a cut."""
+    if not view.cut:
+        return origins
+    travel = ((centre - origins) @ view.facing) / (directions @ view.facing)
+    return origins + directions * travel[..., None]
+
+
+def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: View) -> np.ndarray:
+    """Tell which places the light does not reach; into a cut object it does."""
+    import open3d as o3d
+
+    offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
+    start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
+    rays = np.concatenate([start, np.broadcast_to(LIGHT, start.shape)], axis=-1).astype(np.float32)
+    blocked = np.zeros(where.shape[:2], bool)
+    for part in parts[1:] if view.cut else parts:
+        blocked |= part.scene.test_occlusions(o3d.core.Tensor(rays)).numpy()
+    return blocked
+
+
+def ground_image(origins, directions, parts: list[Part], view: View) -> np.ndarray:
+    """Return the ground plane with the shadows on it as an image (H, W, 3)."""
+    travel = -origins[..., 2] / directions[..., 2]
+    where = origins + directions * travel[..., None]
+    upward = np.broadcast_to([0.0, 0.0, 1.0], where.shape)
+    dark = shadowed(parts, where, upward, replace(view, cut=False))
+    return np.where(dark[..., None], GROUND_COLOUR * 0.82, GROUND_COLOUR)

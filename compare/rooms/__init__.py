@@ -1,0 +1,4 @@
+"""Rooms: how well scans are taken apart and labelled, virtual rooms with their truth and real ones (§IV-C).
+
+May import `evaluation`, `pages` and `scenes`.
+"""

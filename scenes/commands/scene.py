@@ -1,0 +1,139 @@
+"""``spherefunc scene``: find the objects of a scanned room and say what each is for (paper, §IV-C, Fig. 6)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spherefunc_bullet.commands.options import Json, Units
+from spherefunc_bullet.console import print_json, print_table, say
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.quantities import format_length, parse_length
+
+
+def scene(
+    file: Annotated[Path, typer.Argument(help="A point cloud, a fused mesh, or a depth image.")],
+    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    backend: Annotated[str | None, typer.Option(help="The backend whose shipped model to use.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the JSON, a labelled PLY, a picture and a page to turn about.")
+    ] = None,
+    up: Annotated[str, typer.Option(help="auto (by the floor), an axis (z, -y), or numbers x,y,z.")] = "auto",
+    units: Units = "auto",
+    intrinsics: Annotated[
+        Path | None, typer.Option(help="The depth camera as Open3D writes it (JSON); for depth images.")
+    ] = None,
+    color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
+    depth_scale: Annotated[float, typer.Option(help="A depth image's steps to the metre, of whole numbers.")] = 1000.0,
+    complete: Annotated[
+        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
+    ] = None,
+    cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
+    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
+    min_cluster_size: Annotated[int, typer.Option(help="Voxels that an object has at least.")] = 60,
+    max_cluster_size: Annotated[int | None, typer.Option(help="Voxels that an object has at most.")] = None,
+    leaf_size: Annotated[str, typer.Option(help="Side of the voxels that thin the scan.")] = "1cm",
+    json: Json = False,
+):
+    """Find and label the objects in a scanned room."""
+    from spherefunc_bullet.learning.model_file import load_model, shipped_model
+
+    from ..recognition.completion import steps_of
+    from ..recognition.recognition import recognise
+    from ..segmentation.segmentation import Segmentation
+
+    classifier = load_model(model or shipped_model(backend or "fast", scans=True), backend)
+    settings = Segmentation(
+        leaf_size=parse_length(leaf_size),
+        cluster_tolerance=parse_length(cluster_tolerance),
+        large_tolerance=parse_length(large_tolerance),
+        min_cluster_size=min_cluster_size,
+        **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
+    )
+    steps = steps_of(complete)
+    scan = read_scan(file, units, intrinsics, color, depth_scale)
+    prepare(classifier)
+    room = recognise(scan, classifier, up=up, settings=settings, completion=steps)
+    say_remarks(scan, room)
+    if out is not None:
+        write(scan, room, out, file)
+    if json:
+        from ..report.files import room_json
+
+        print_json(room_json(scan, room) | {"file": str(file)})
+    else:
+        print_room(scan, room)
+
+
+def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float):
+    """Return the scan of a cloud's or of a depth image's file."""
+    from ..scans.depth_image import IMAGES, load_depth_image
+    from ..scans.scan import load_scan
+
+    if file.suffix.lower() in IMAGES:
+        return load_depth_image(file, intrinsics=intrinsics, color=color, depth_scale=depth_scale, report=say)
+    for option, value in (("--intrinsics", intrinsics), ("--color", color)):
+        if value is not None:
+            raise InputError(f"{option}: expected with a depth image ({', '.join(IMAGES)}), got {file.name}")
+    return load_scan(file, units=units, report=say)
+
+
+def prepare(classifier):
+    """Have the simulator compile or load its code, so that the stages are timed without that."""
+    from spherefunc_bullet.settling.settling import warm_up
+    from spherefunc_bullet.simulator import isolated, make_simulator
+
+    from ..recognition.recognition import compile_kernels
+
+    compile_kernels()
+    simulator = make_simulator(classifier.simulator)
+    if not isolated(simulator):
+        warm_up(simulator)
+
+
+def say_remarks(scan, room):
+    """Say on stderr what the user may not expect."""
+    from ..recognition.recognition import FINE, MANY
+
+    remarks = {
+        "table top": "no floor is seen; the table top that carries the scene serves as ground",
+        "assumed": "neither floor nor one table top carries the scene; the lowest point serves as ground",
+        "given": "no floor is seen; the lowest point along --up serves as ground",
+    }
+    if len(scan) > MANY:
+        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(FINE)}")
+    if room.levelling.source in remarks:
+        say(f"{scan.name}: {remarks[room.levelling.source]}")
+    if not room.objects:
+        say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
+
+
+def write(scan, room, out: Path, file: Path):
+    """Write the files, and say which."""
+    from ..report.files import write_room
+
+    for path in write_room(scan, room, out, file.stem):
+        say(f"wrote {path}")
+
+
+def print_room(scan, room):
+    """Print the objects with a function, and the seconds of each stage."""
+    from ..recognition.recognition import main_function
+
+    names = list(room.objects[0].functions) if room.objects else []
+    table = [
+        [str(item.id), name, *[f"{item.functions[each]['score']:.2f}" for each in names]]
+        + [" × ".join(f"{100 * each:.0f}" for each in item.box.size)]
+        + [" ".join(f"{each:.2f}" for each in room.box_in_scan(item.box).center), f"{len(item.points)}"]
+        for item in room.objects
+        if (name := main_function(item)) is not None
+    ]
+    none = len(room.objects) - len(table)
+    if table:
+        columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
+        print_table(f"{scan.name}: what objects are for (scores; above 0.5 it is)", columns, table)
+    print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
+    stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
+    print(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")

@@ -1,0 +1,190 @@
+"""Devices: screens, computers, radios, fans and what stands on a kitchen counter."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ..parts.family import Family
+from ..parts.solids import beam, box, circle, cushion, join, lathe, loft, prism, shift, sweep, tube, turn
+from .cups import handle
+
+
+def screen(rng, *, width: float = 1.0):
+    """Return a television or monitor on a foot; ``width`` is its middle width, metres."""
+    width = width * rng.uniform(0.85, 1.15)
+    height, gap = 0.58 * width, 0.06 + 0.05 * rng.uniform()
+    panel = cushion(width, 0.05, height, z=gap, rounding=0.01, corner=0.01)
+    foot = box(0.45 * width, 0.3 * width, 0.015, y=0.03)
+    return join(panel, foot, box(0.12 * width, 0.04, gap + 0.2 * height, y=0.03))
+
+
+def laptop(rng):
+    """Return an open laptop."""
+    width, depth = rng.uniform(0.3, 0.38), rng.uniform(0.21, 0.26)
+    lid = turn(box(width, depth, 0.008, y=depth / 2), "x", rng.uniform(65, 80))
+    return join(box(width, depth, 0.018), shift(lid, y=depth / 2, z=0.012))
+
+
+def keyboard(rng):
+    """Return a keyboard with rows of keys."""
+    width, depth = rng.uniform(0.38, 0.46), rng.uniform(0.13, 0.16)
+    parts = [cushion(width, depth, 0.018, rounding=0.006, corner=0.01)]
+    for y in np.linspace(-0.36, 0.36, 5) * depth:
+        parts += [box(0.022, 0.017, 0.008, x=x, y=y, z=0.016) for x in np.linspace(-0.45, 0.45, 12) * width]
+    return join(parts)
+
+
+def telephone(rng):
+    """Return a desk telephone with its handset on the cradle."""
+    width, depth = rng.uniform(0.16, 0.2), rng.uniform(0.18, 0.22)
+    wedge = sweep(
+        [[-width / 2, 0, 0], [width / 2, 0, 0]],
+        [[-depth / 2, 0], [depth / 2, 0], [depth / 2, 0.07], [-depth / 2, 0.03]],
+    )
+    x = -0.3 * width
+    receiver = [box(0.045, 0.05, 0.04, x=x, y=y * 0.34 * depth, z=0.045 + y * 0.01) for y in (-1, 1)]
+    return join(wedge, receiver, beam([x, -0.4 * depth, 0.08], [x, 0.4 * depth, 0.095], 0.035, 0.02))
+
+
+def radio(rng):
+    """Return a portable radio with a handle and an aerial."""
+    width, depth, height = rng.uniform(0.24, 0.34), rng.uniform(0.08, 0.12), rng.uniform(0.15, 0.2)
+    grip = [
+        [-0.4 * width, 0, height - 0.01],
+        [-0.38 * width, 0, height + 0.05],
+        [0.38 * width, 0, height + 0.05],
+        [0.4 * width, 0, height - 0.01],
+    ]
+    dial = turn(lathe([(0, 0), (0.022, 0), (0.02, 0.015), (0, 0.015)], sections=16), "x", 90)
+    aerial = tube(
+        [[0.42 * width, 0.3 * depth, height - 0.01], [0.3 * width, 0.3 * depth, height + 0.2]],
+        0.003,
+        sections=6,
+    )
+    body = cushion(width, depth, height, rounding=0.012, corner=0.015)
+    return join(
+        body,
+        tube(grip, 0.007, sections=6),
+        aerial,
+        shift(dial, 0.3 * width, -depth / 2 + 0.003, 0.6 * height),
+    )
+
+
+def speaker(rng):
+    """Return a loudspeaker: a bookshelf box or a floor-standing tower."""
+    height = rng.choice([rng.uniform(0.28, 0.4), rng.uniform(0.85, 1.1)])
+    width, depth = 0.2 * rng.uniform(0.85, 1.2), 0.26 * rng.uniform(0.85, 1.2)
+    cone = turn(
+        lathe(
+            [(0, -0.01), (0.07, -0.01), (0.075, 0.006), (0.06, 0.006), (0.02, -0.006), (0, -0.004)],
+            sections=20,
+        ),
+        "x",
+        90,
+    )
+    return join(box(width, depth, height), [shift(cone, 0, -depth / 2, height - drop) for drop in (0.1, 0.2)])
+
+
+def fan(rng):
+    """Return a standing fan: a caged propeller on a column."""
+    height, reach = rng.uniform(0.9, 1.25), rng.uniform(0.18, 0.23)
+    parts = [lathe([(0, 0), (0.19, 0), (0.19, 0.02), (0.02, 0.05), (0.015, height), (0, height)])]
+    parts.append(cushion(0.1, 0.2, 0.11, z=height - 0.03, rounding=0.03))
+    ring = np.column_stack(
+        [circle(reach, 24)[:, 0], np.full(24, -0.13), circle(reach, 24)[:, 1] + height + 0.025]
+    )
+    parts.append(tube(ring, 0.006, loop=True, sections=6))
+    hub = np.array([0, -0.16, height + 0.025])
+    parts += [tube([hub, rim], 0.002, sections=4) for rim in ring]
+    parts += [tube([[0, -0.08, height + 0.025], rim], 0.002, sections=4) for rim in ring]
+    for angle in np.radians([20, 140, 260]):
+        tip = hub + [0.85 * reach * np.cos(angle), 0.03, 0.85 * reach * np.sin(angle)]
+        parts.append(beam(hub + [0, 0.03, 0], tip, 0.05, 0.004, taper=2.0))
+    return join(
+        parts, turn(prism(circle(0.03, 12), 0.09), "x", 90).apply_translation([0, -0.08, height + 0.025])
+    )
+
+
+def printer(rng):
+    """Return an office printer with a paper tray at the back and one in front."""
+    width, depth, height = rng.uniform(0.38, 0.46), rng.uniform(0.32, 0.4), rng.uniform(0.18, 0.28)
+    parts = [
+        cushion(width, depth, height, rounding=0.02, corner=0.03),
+        box(0.24, 0.16, 0.012, y=-depth / 2 - 0.06, z=0.05),
+    ]
+    return join(parts, beam([0, 0.38 * depth, height - 0.02], [0, 0.55 * depth, height + 0.16], 0.25, 0.01))
+
+
+def coffee_maker(rng):
+    """Return a filter machine with its jug under the brewer."""
+    width, depth, height = rng.uniform(0.16, 0.2), rng.uniform(0.2, 0.26), rng.uniform(0.28, 0.35)
+    jug = lathe(
+        [(0, 0.03), (0.055, 0.03), (0.062, 0.08), (0.045, 0.14), (0.045, 0.15), (0, 0.15)], sections=20
+    )
+    parts = [
+        box(width, depth, 0.035),
+        box(width, 0.08, height, y=depth / 2 - 0.04),
+        cushion(width, depth, height - 0.19, z=0.19, rounding=0.015),
+    ]
+    ear = turn(handle(0.06, 0.05, 0.05, 0.13, 0.035, 0.006), "z", -90)
+    return join(parts, shift(jug, y=-0.2 * depth), shift(ear, y=-0.2 * depth))
+
+
+def blender(rng):
+    """Return a kitchen blender with its lid on."""
+    height = rng.uniform(0.34, 0.42)
+    base = lathe([(0, 0), (0.085, 0), (0.08, 0.05), (0.055, 0.14), (0, 0.14)], sections=24)
+    jug = lathe(
+        [
+            (0, 0.135),
+            (0.045, 0.135),
+            (0.07, height - 0.03),
+            (0.072, height - 0.01),
+            (0.03, height),
+            (0, height),
+        ],
+        sections=16,
+    )
+    return join(base, jug, handle(0.055, 0.068, 0.18, height - 0.05, 0.05, 0.008))
+
+
+def iron(rng):
+    """Return a clothes iron lying on its sole."""
+    length = rng.uniform(0.24, 0.29)
+    t = np.linspace(0, 1, 12)
+    half = 0.055 * np.sqrt(1 - t**2) ** 0.9
+    outline = np.concatenate(
+        [np.column_stack([half, t * length]), np.column_stack([-half, t * length])[-2::-1]]
+    )
+    outline -= [0, 0.4 * length]
+    body = loft(
+        [
+            np.column_stack([outline * s, np.full(len(outline), z)])
+            for s, z in ((1, 0), (1, 0.015), (0.9, 0.03), (0.55, 0.07))
+        ]
+    )
+    grip = [
+        [0, -0.28 * length, 0.05],
+        [0, -0.3 * length, 0.12],
+        [0, 0.15 * length, 0.12],
+        [0, 0.24 * length, 0.06],
+    ]
+    return join(body, tube(grip, 0.015))
+
+
+DEVICES = [
+    Family("tv", partial(screen, width=1.0), 1),
+    Family("monitor", partial(screen, width=0.52), 1),
+    Family("laptop", laptop),
+    Family("keyboard", keyboard),
+    Family("telephone", telephone),
+    Family("radio", radio),
+    Family("speaker", speaker),
+    Family("fan", fan),
+    Family("printer", printer),
+    Family("coffee_maker", coffee_maker),
+    Family("blender", blender),
+    Family("iron", iron),
+]

@@ -1,0 +1,104 @@
+"""Kitchen ware that nobody drinks from: kettles, pans, plates and a pot of utensils."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ..parts.family import Family
+from ..parts.solids import cushion, join, lathe, shift, tube, turn
+from .cups import handle, vessel, wall_profile
+
+
+def utensil_pot(rng):
+    """Return a pot crowded with spoons and spatulas."""
+    radius, height = rng.uniform(0.05, 0.065), rng.uniform(0.13, 0.16)
+    parts = [vessel(wall_profile(radius, radius, height), 0.005, 0.008)]
+    for angle in np.linspace(0, 2 * np.pi, 7)[:-1] + rng.uniform(0, 1):
+        x, y = np.cos(angle), np.sin(angle)
+        tip = np.array([0.085 * x, 0.085 * y, rng.uniform(0.28, 0.34)])
+        parts.append(tube([[-0.5 * radius * x, -0.5 * radius * y, 0.009], tip], 0.006, sections=6))
+        parts.append(shift(cushion(0.05, 0.01, 0.07, rounding=0.004, corner=0.004), *(tip - [0, 0, 0.02])))
+    return join(parts)
+
+
+def kettle(rng, *, tea: bool = False):
+    """Return a kettle or teapot with its lid on, a spout and a handle."""
+    radius, height = rng.uniform(0.07, 0.09), rng.uniform(0.15, 0.2) * (0.75 if tea else 1)
+    t = np.linspace(0, 1, 9)
+    belly = radius * (np.sin(np.pi * (0.2 + 0.7 * t)) if tea else 1 - 0.3 * t**2)
+    profile = [
+        (0, 0),
+        *zip(belly, 0.004 + t * 0.85 * height, strict=True),
+        (0.3 * radius, 0.92 * height),
+        (0.015, 0.94 * height),
+        (0.018, height),
+        (0, height + 0.004),
+    ]
+    spout = tube(
+        [
+            [-0.8 * radius, 0, 0.35 * height],
+            [-1.3 * radius, 0, 0.55 * height],
+            [-1.7 * radius, 0, 0.85 * height],
+        ],
+        0.018,
+        scale=[1.2, 0.9, 0.6],
+    )
+    ear = handle(0.85 * radius, 0.7 * radius, 0.2 * height, 0.75 * height, 0.06, 0.009)
+    return join(lathe(profile), spout, ear)
+
+
+def pan(rng, *, deep: bool = False, lid: bool = False):
+    """Return a frying pan, or a pot, with a long handle or two ears; a lid closes it."""
+    radius = rng.uniform(0.1, 0.15)
+    height = rng.uniform(0.11, 0.15) if deep else rng.uniform(0.035, 0.05)
+    low = 0.98 if deep else 0.75
+    parts = [vessel([(low * radius - 0.004, 0), (low * radius, 0.004), (radius, height)], 0.003, 0.005)]
+    if lid:
+        parts.append(
+            lathe(
+                [
+                    (0, height - 0.003),
+                    (1.02 * radius, height - 0.003),
+                    (1.02 * radius, height + 0.002),
+                    (0.6 * radius, height + 0.02),
+                    (0.02, height + 0.028),
+                    (0.022, height + 0.05),
+                    (0, height + 0.052),
+                ]
+            )
+        )
+        ear = handle(radius, radius, 0.7 * height, 0.85 * height, 0.04, 0.006)
+        return join(parts, ear, turn(ear, "z", 180))
+    return join(
+        parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011)
+    )
+
+
+def plate(rng, *, oval: bool = False):
+    """Return a dinner plate with a raised rim."""
+    reach, rise = rng.uniform(0.09, 0.14), rng.uniform(0.016, 0.026)
+    profile = [
+        (0, 0),
+        (0.55 * reach, 0),
+        (0.68 * reach, 0.005),
+        (reach, rise),
+        (reach, rise + 0.003),
+        (0.66 * reach, 0.01),
+        (0.55 * reach, 0.005),
+        (0, 0.005),
+    ]
+    dish = lathe(profile, sections=40)
+    return dish.apply_scale([1.0, 0.72 if oval else 1.0, 1.0])
+
+
+DISHES = [
+    Family("utensil_pot", utensil_pot),
+    Family("kettle", partial(kettle, tea=False), 1),
+    Family("teapot", partial(kettle, tea=True), 1),
+    Family("frying_pan", partial(pan, deep=False), 1),
+    Family("cooking_pot", partial(pan, deep=True, lid=True), 1),
+    Family("plate", partial(plate, oval=False), 1),
+    Family("plate", partial(plate, oval=True), 1),
+]

@@ -1,0 +1,161 @@
+"""What a scan did not see of an object, added by guesses that can be chosen (paper, §IV-C: cups lack their bottom)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from ..segmentation.box import bounding_box
+from .smoothing import smoothed
+
+STEPS = ("smooth", "bottom", "sides", "mirror")
+DEFAULT = ("smooth", "bottom", "mirror")
+_SLICE = 0.015  # metres: the least height of an object's lower part
+_LOWER = 0.25  # of its height
+_VESSEL = 0.5  # metres: what is larger holds no drink
+_CUT = 0.06  # metres above the support: what begins higher does not stand on it
+_CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
+_RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
+_NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
+_NEARBY = 0.025  # metres
+_DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
+
+
+def steps_of(text: str | None) -> tuple[str, ...]:
+    """Return the steps of a comma-separated list, none of ``none``, the default ones without a list.
+
+    Raises
+    ------
+    InputError
+        If one of them is none.
+
+    Examples
+    --------
+    >>> steps_of("bottom,mirror"), steps_of("none")
+    (('bottom', 'mirror'), ())
+    """
+    if text is None:
+        return DEFAULT
+    steps = () if text.strip() in ("", "none") else tuple(part.strip() for part in text.split(","))
+    unknown = [step for step in steps if step not in STEPS]
+    if unknown:
+        raise InputError(f"completion {unknown[0]!r}: expected some of {', '.join(STEPS)}, or none")
+    return steps
+
+
+def complete(
+    points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0, spacing: float = 0.005
+) -> np.ndarray:
+    """Return an object's points with those that its scan has not seen, as far as they can be guessed.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of one object.
+    steps : sequence of {"smooth", "bottom", "sides", "mirror"}
+        ``smooth`` takes the sensor's scatter off what is small enough to be a vessel, which it would fill;
+        ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
+        ``sides`` continues upright outlines down to the support; ``mirror`` adds a large object's mirror images
+        about the middle planes of its box, those that it mostly agrees with.
+    support : float
+        The height that the object stands on, metres.
+    spacing : float
+        Of the points that are added, metres.
+
+    Returns
+    -------
+    (M, 3) float64, metres
+        The points, smoothed if asked, then those added.
+    """
+    small = np.ptp(points, axis=0).max() <= _VESSEL
+    if "smooth" in steps and small:
+        points = smoothed(points)
+    if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
+        points = np.vstack([points, mirrored(points, spacing)])
+    if "sides" in steps:
+        points = np.vstack([points, continued_down(points, support, spacing)])
+    if "bottom" in steps:
+        points = np.vstack([points, closed_bottom(points, support, spacing)])
+    return points
+
+
+def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+    """Return a flat sheet (K, 3) at the support below a vessel's outline, and a skirt that its walls reach it by.
+
+    Only for what is small, stands on sides and not on legs, and has a rim, or a top, all around: a slice of something
+    flat would else become a vessel. The outline is that of the whole object: of a cup seen
+    from one side the lower part of the far wall is hidden, but its rim is seen all around. What the sheet adds beyond
+    a narrower foot lies below the walls, out of reach. The lowest centimetre or two of the walls went with the floor.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    (*_, lowest), (*_, highest) = points.min(axis=0), points.max(axis=0)
+    if np.ptp(points, axis=0).max() > _VESSEL or lowest > support + _CUT:
+        return np.empty((0, 3))
+    if bounding_box(points).size[1] < _NARROWEST:
+        return np.empty((0, 3))
+    try:
+        hull = ConvexHull(points[:, :2])
+    except (QhullError, ValueError):
+        return np.empty((0, 3))
+    slice_height = max(_SLICE, _LOWER * (highest - lowest))
+    outline = points[hull.vertices, :2]
+    lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
+    if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _RIM:
+        return np.empty((0, 3))
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
+    sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
+    sheet = np.column_stack([sheet[inside], np.full(inside.sum(), support)])
+    return np.vstack([sheet, continued_down(points, support, spacing)])
+
+
+def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
+    """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
+    from scipy.spatial import cKDTree
+
+    ends = np.roll(outline, -1, axis=0)
+    counts = np.maximum(np.ceil(np.linalg.norm(ends - outline, axis=1) / 0.01).astype(int), 1)
+    places = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(outline, ends, counts, strict=True)]
+    return float(np.mean(cKDTree(points).query(np.vstack(places))[0] < _NEARBY))
+
+
+def continued_down(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+    """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
+    column = np.floor(points[:, :2] / (2 * spacing)).astype(np.int64)
+    order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
+    first = np.ones(len(order), bool)
+    first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
+    lowest = points[order[first]]
+    edge = lowest[on_outline(column[order[first]])]
+    levels = np.arange(support, points[:, 2].max(), spacing)
+    rows = [np.column_stack([np.tile(p[:2], (n, 1)), levels[:n]]) for p in edge if (n := int((levels < p[2]).sum()))]
+    return np.vstack(rows) if rows else np.empty((0, 3))
+
+
+def on_outline(columns: np.ndarray) -> np.ndarray:
+    """Return which of an object's columns (C, 2) have a side without a neighbour, (C,) bool."""
+    keys = columns[:, 0] << 32 | (columns[:, 1] & 0xFFFFFFFF)
+    covered = np.ones(len(columns), bool)
+    for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        near = columns + step
+        covered &= np.isin(near[:, 0] << 32 | (near[:, 1] & 0xFFFFFFFF), keys)
+    return ~covered
+
+
+def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
+    """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
+    from scipy.spatial import cKDTree
+
+    box = bounding_box(points)
+    own = box.to_own(points)
+    tree, added = cKDTree(own), [np.empty((0, 3))]
+    for sign in ((-1, 1, 1), (1, -1, 1)):
+        apart = np.isinf(tree.query(own * sign, distance_upper_bound=2 * spacing)[0])
+        if apart.mean() <= _DISAGREES:
+            added.append((own * sign)[apart])
+    return np.vstack(added) @ box.axes + box.center

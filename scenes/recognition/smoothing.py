@@ -1,0 +1,86 @@
+"""A depth sensor's scatter taken off a surface: points moved onto planes through their neighbours (PCL: MLS)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..scans.cells import cells
+
+RADIUS = 0.02  # metres: half of a cup's; wider planes cut its bend
+PASSES = 2
+FINE = 0.004  # metres, side of the voxels that the points are thinned to; clouds of whole models are no finer
+
+
+def smoothed(points: np.ndarray, radius: float = RADIUS, passes: int = PASSES) -> np.ndarray:
+    """Return the thinned points (M, 3), each moved along the normal onto the plane through its neighbours, metres.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+    radius : float
+        Of the neighbourhood, metres; the farther a neighbour, the less it counts.
+    passes : int
+        How often.
+    """
+    thinned = cells(points, FINE)
+    places, counts = thinned.means, thinned.counts.astype(float)
+    for _ in range(passes):
+        grid = cells(places, radius)
+        order = np.argsort(grid.cell_of, kind="stable")
+        start = np.concatenate([[0], np.cumsum(grid.counts)])
+        moved = np.empty_like(places)
+        project(np.ascontiguousarray(places[order]), counts[order], grid.keys, start, radius, moved)
+        places[order] = moved
+    return places
+
+
+@njit(cache=True, error_model="numpy")
+def project(points, counts, keys, start, radius, moved):
+    """Move points onto the weighted planes through their neighbours.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+        Sorted by the cell of a grid as wide as the radius.
+    counts : (N,) float64
+        How much each point counts.
+    keys : (C,) int64
+        Of the cells, ascending, as `cells` packs them.
+    start : (C + 1,) int64
+        The first point of each cell, and the number of all.
+    radius : float
+        Metres.
+    moved : (N, 3) float64, metres
+        Receives the points.
+    """
+    for cell in range(len(keys)):
+        for i in range(start[cell], start[cell + 1]):
+            mean, spread = moments(points, counts, keys, start, radius, keys[cell], i)
+            normal = np.linalg.eigh(spread)[1][:, 0]
+            moved[i] = points[i] + np.dot(mean, normal) * normal
+
+
+@njit(cache=True, error_model="numpy")
+def moments(points, counts, keys, start, radius, key, i):
+    """Return the weighted mean (3,) of a point's neighbours, relative to it, and their covariance (3, 3)."""
+    total, x, y, z = 0.0, 0.0, 0.0, 0.0
+    xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for dx in range(-1, 2):
+        for dy in range(-1, 2):
+            column = key + (dx << 42) + (dy << 21)
+            # The three cells along z follow one another.
+            cell = np.searchsorted(keys, column - 1)
+            while cell < len(keys) and keys[cell] <= column + 1:
+                for j in range(start[cell], start[cell + 1]):
+                    a, b, c = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+                    nearness = 1.0 - (a * a + b * b + c * c) / (radius * radius)
+                    if nearness > 0:
+                        weight = counts[j] * nearness * nearness
+                        total, x, y, z = total + weight, x + weight * a, y + weight * b, z + weight * c
+                        xx, xy, xz = xx + weight * a * a, xy + weight * a * b, xz + weight * a * c
+                        yy, yz, zz = yy + weight * b * b, yz + weight * b * c, zz + weight * c * c
+                cell += 1
+    mean = np.array([x, y, z]) / total
+    spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / total
+    return mean, spread - np.outer(mean, mean)

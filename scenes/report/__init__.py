@@ -1,0 +1,4 @@
+"""Report: what was recognised in a scan, as JSON, labelled PLY, picture and page.
+
+May import `recognition`, and the shared stack's viewer.
+"""

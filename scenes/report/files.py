@@ -1,0 +1,106 @@
+"""A recognised room as files: JSON, a labelled PLY, a picture, and a page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from ..recognition.recognition import Room, SceneObject, main_function
+from ..scans.scan import Scan
+from .colours import function_colour, point_colours
+
+_PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
+
+
+def room_json(scan: Scan, room: Room) -> dict:
+    """Return what was found, for JSON; all of it in metres and in the scan's own frame."""
+    levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
+    return {
+        "file": scan.name,
+        "points": len(scan),
+        "dropped": scan.dropped,
+        "floor": {
+            "normal": levelling.up.round(6).tolist(),
+            "height": round(levelling.height, 4),
+            "seen": levelling.floor_seen,
+            "from": levelling.source,
+        },
+        "up": levelling.up.round(6).tolist(),
+        "T_level_scan": levelling.T_level_scan.round(6).tolist(),
+        "objects": [object_json(item, room, int(counts[item.id])) for item in room.objects],
+        "stages": {name: round(seconds, 4) for name, seconds in room.stages.items()},
+        "seconds": round(sum(room.stages.values()), 3),
+    }
+
+
+def object_json(item: SceneObject, room: Room, points: int) -> dict:
+    """Return one object for JSON."""
+    box = room.box_in_scan(item.box)
+    axes = item.box.axes @ room.levelling.T_level_scan[:3, :3]
+    return {
+        "id": item.id,
+        "points": points,
+        "box": {
+            "center": box.center.round(4).tolist(),
+            "size": box.size.round(4).tolist(),
+            "yaw": round(box.yaw, 4),
+            "axes": axes.round(6).tolist(),
+            "corners": room.levelling.to_scan(item.box.corners).round(4).tolist(),
+        },
+        "support": round(item.support, 4),
+        "fragment": item.fragment,
+        "functions": item.functions,
+    }
+
+
+def labelled_ply(scan: Scan, room: Room) -> bytes:
+    """Return the scan as a binary PLY in its own frame, with colour, label, and the function's own colour beside.
+
+    ``label`` is an object's id, -1 the floor, -2 a wall or the ceiling, -3 what is left over; ``function`` is the
+    place of the object's best function in the header's comment, from 1, and 0 for none.
+    """
+    names = list(room.objects[0].functions) if room.objects else []
+    best = [main_function(item) for item in room.objects]
+    function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)
+    tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
+    of = np.where(room.labels >= 0, room.labels, len(best))
+    own = point_colours(scan, room, room.levelling.to_level(scan.points))
+    kinds = [(axis, "<f4") for axis in "xyz"] + [(each, "u1") for each in ("red", "green", "blue")]
+    rows = np.empty(len(scan), kinds + [("label", "<i4"), ("function", "u1")])
+    for k, axis in enumerate("xyz"):
+        rows[axis] = scan.points[:, k]
+    shown = np.where((function[of] > 0)[:, None], tints[of], own)
+    for k, channel in enumerate(("red", "green", "blue")):
+        rows[channel] = shown[:, k]
+    rows["label"], rows["function"] = room.labels, function[of]
+    types = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
+    header = ["ply", "format binary_little_endian 1.0", f"comment functions {' '.join(names)}"]
+    header += [f"element vertex {len(scan)}"] + [f"property {types[kind]} {name}" for name, kind in rows.dtype.descr]
+    return "\n".join([*header, "end_header", ""]).encode("utf-8", "replace") + rows.tobytes()
+
+
+def write_room(scan: Scan, room: Room, folder: Path, stem: str) -> list[Path]:
+    """Write ``STEM.json``, ``STEM_labelled.ply``, ``STEM.png`` and ``STEM.html`` to a folder, and return them.
+
+    Raises
+    ------
+    InputError
+        If they cannot be written.
+    """
+    from .page import room_page
+    from .picture import room_picture
+
+    paths = [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        paths[0].write_text(json.dumps(room_json(scan, room), indent=2) + "\n", encoding="utf-8")
+        paths[1].write_bytes(labelled_ply(scan, room))
+        room_picture(scan, room).save(paths[2])
+        paths[3].write_text(room_page(scan, room), encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+    return paths

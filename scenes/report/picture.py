@@ -1,0 +1,134 @@
+"""A picture of a room: its points, and a box in the function's colour around each object that has one (Fig. 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..recognition.recognition import Room, main_function
+from ..scans.scan import Scan
+from .colours import function_colour, point_colours
+
+_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+_FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
+_MAX_POINTS = 400_000  # more add nothing to a picture of that size
+_PAPER = 252
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """Looks at a point from a distance."""
+
+    eye: np.ndarray  # (3,) metres, level frame
+    axes: np.ndarray  # (3, 3) rows: right, down, forward
+    size: tuple[int, int]  # pixels
+
+    @property
+    def focal(self) -> float:
+        """Focal length, pixels."""
+        return self.size[1] / _FIELD
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Return pixels and distances (N, 3) of points (N, 3): to the right, down, and forward in metres."""
+        seen = (points - self.eye) @ self.axes.T
+        depth = np.maximum(seen[:, 2], 1e-3)
+        return np.column_stack([seen[:, :2] / depth[:, None] * self.focal + np.array(self.size) / 2, depth])
+
+
+def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, elevation_deg: float, size) -> Camera:
+    """Return a camera from which the whole box (low, high) is seen."""
+    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+    toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    axes = np.stack([right, np.cross(right, toward) * -1.0, -toward])
+    axes[1] = np.cross(axes[2], axes[0])
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij")).reshape(3, -1).T - (low + high) / 2
+    across = np.abs(corners @ axes[0]) / (size[0] / size[1])
+    distance = (np.maximum(across, np.abs(corners @ axes[1])) * 2 / _FIELD + corners @ toward).max()
+    return Camera(eye=(low + high) / 2 + 1.02 * distance * toward, axes=axes, size=size)
+
+
+def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), azimuth_deg: float | None = None):
+    """Draw a scan and the boxes of its functional objects.
+
+    Parameters
+    ----------
+    scan : Scan
+    room : Room
+        What was found in it.
+    size : (int, int)
+        Pixels.
+    azimuth_deg : float, optional
+        Of the camera about the vertical; by default the one of eight from which most of the objects is seen.
+
+    Returns
+    -------
+    PIL.Image.Image
+    """
+    from PIL import Image
+
+    points = room.levelling.to_level(scan.points)
+    step = max(1, len(points) // _MAX_POINTS)
+    colours = point_colours(scan, room, points)[::step]
+    points, labels = points[::step], room.labels[::step]
+    shown = points[labels != -2] if (labels >= 0).any() else points
+    low, high = np.percentile(shown, [0.5, 99.5], axis=0)
+    inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
+    points, colours, labels = points[inside], colours[inside], labels[inside]
+    fine = (2 * size[0], 2 * size[1])
+    if azimuth_deg is None:
+        azimuth_deg = best_azimuth(points, labels, low, high)
+    camera = look_at(low, high, azimuth_deg, 32.0, fine)
+    image = Image.fromarray(splatted(camera, points, colours))
+    draw_boxes(image, camera, room)
+    return image.resize(size, Image.Resampling.LANCZOS)
+
+
+def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
+    """Return the direction, in degrees, from which most points of objects are seen."""
+    chosen = slice(None, None, max(1, len(points) // 60_000))
+    points, labels = points[chosen], labels[chosen]
+    marks = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8)
+    seen = []
+    for azimuth in range(0, 360, 45):
+        camera = look_at(low, high, azimuth, 32.0, (160, 120))
+        seen.append((splatted(camera, points, marks, paper=0)[..., 0]).sum())
+    return 45.0 * int(np.argmax(seen))
+
+
+def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int = _PAPER) -> np.ndarray:
+    """Return an image (H, W, 3) uint8 of points as squares, the nearest in front."""
+    width, height = camera.size
+    at = camera.project(points)
+    image = np.full((height * width, 3), paper, np.uint8)
+    order = np.argsort(-at[:, 2], kind="stable")  # the nearest is painted last
+    x, y = np.floor(at[order, :2]).astype(np.int64).T
+    colours = colours[order]
+    reach = int(np.clip(np.sqrt(width * height / max(len(points), 1)) * 0.9, 1, 4))
+    for dx in range(-(reach // 2), reach - reach // 2):
+        for dy in range(-(reach // 2), reach - reach // 2):
+            inside = (x + dx >= 0) & (x + dx < width) & (y + dy >= 0) & (y + dy < height)
+            # Of equal pixels numpy keeps the last, which is the nearest; outer squares go below what is there.
+            image[(y[inside] + dy) * width + x[inside] + dx] = colours[inside]
+    return image.reshape(height, width, 3)
+
+
+def draw_boxes(image, camera: Camera, room: Room):
+    """Draw the box of every object that has a function, with its name and score."""
+    from PIL import ImageDraw, ImageFont
+
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)
+    for item in room.objects:
+        name = main_function(item)
+        if name is None:
+            continue
+        colour = function_colour(name, item.functions)
+        at = camera.project(item.box.corners)
+        for a, b in _EDGES:
+            draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=colour, width=max(3, image.size[1] // 270))
+        top = at[np.argmin(at[:, 1]), :2]
+        text = f"{name} {item.functions[name]['score']:.2f}"
+        box = draw.textbbox(tuple(top), text, font=font, anchor="mb")
+        draw.rectangle([box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3], fill=(255, 255, 255))
+        draw.text(tuple(top), text, fill=colour, font=font, anchor="mb")

@@ -1,0 +1,4 @@
+"""Scans: what depth sensors saw, from files and depth images, turned level by floor and walls (paper, §IV-C).
+
+May import the shared stack's `formats` and `clouds`; knows nothing of objects.
+"""

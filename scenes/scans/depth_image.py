@@ -1,0 +1,155 @@
+"""Depth images, alone or with their colour image, as scans in the camera's frame: z forward, y down."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError, one_line
+
+from .scan import Report, Scan, scan_from_points
+
+IMAGES = (".png", ".tif", ".tiff", ".npy")
+_FARTHEST = 15.0  # metres: beyond, a depth is a sensor's mark for nothing seen, such as 65535
+_KINECT_FOCAL = 525 / 640  # of the image's width: PrimeSense's, Open3D's default
+
+
+@dataclass(frozen=True, kw_only=True)
+class Intrinsics:
+    """A pinhole camera."""
+
+    width: int
+    height: int
+    fx: float  # pixels
+    fy: float
+    cx: float
+    cy: float
+
+    def rays(self) -> np.ndarray:
+        """Return the point (H, W, 3) at depth one that each pixel sees."""
+        u, v = np.meshgrid(np.arange(self.width), np.arange(self.height))
+        return np.stack([(u - self.cx) / self.fx, (v - self.cy) / self.fy, np.ones_like(u, float)], axis=-1)
+
+
+def read_intrinsics(path: Path) -> Intrinsics:
+    """Return the camera of a JSON file as Open3D writes it: PinholeCameraIntrinsic, or PinholeCameraParameters.
+
+    Raises
+    ------
+    InputError
+        If it is no such file.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        data = data.get("intrinsic", data)
+        matrix = np.array(data["intrinsic_matrix"], float).reshape(3, 3, order="F")  # Open3D writes column by column
+        width, height = int(data["width"]), int(data["height"])
+    except OSError as error:
+        raise InputError(f"{path}: expected a camera's JSON that can be read; {error.strerror}") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        wanted = "width, height and intrinsic_matrix, as Open3D writes it"
+        raise InputError(f"{path}: expected a camera's JSON with {wanted}; could not read it") from error
+    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and np.isfinite(matrix).all()):
+        raise InputError(f"{path}: expected focal lengths above zero, got {matrix[0, 0]:g} and {matrix[1, 1]:g}")
+    return Intrinsics(
+        width=width, height=height, fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2]
+    )
+
+
+def kinect_like(width: int, height: int) -> Intrinsics:
+    """Return the intrinsics of a Kinect of the first generation for an image of any size, in pixels."""
+    focal = _KINECT_FOCAL * width
+    return Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
+
+
+def load_depth_image(
+    path: Path,
+    *,
+    intrinsics: Path | None = None,
+    color: Path | None = None,
+    depth_scale: float = 1000.0,
+    report: Report | None = None,
+) -> Scan:
+    """Return the scan of a depth image, in metres, z forward and y down.
+
+    Parameters
+    ----------
+    path : Path
+        PNG, TIFF or NPY. Whole numbers are divided by ``depth_scale``; others are metres. 0 and NaN are unseen.
+    intrinsics : Path, optional
+        The camera; without it a first Kinect's is taken, and that is reported.
+    color : Path, optional
+        An image of the same size, registered to the depth.
+    depth_scale : float
+        Steps to the metre: 1000 for millimetres, as Open3D's default.
+    report : callable, optional
+        Takes one line of text for each guess.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be used, or the sizes differ.
+    """
+    name = one_line(path.name)
+    if not (np.isfinite(depth_scale) and depth_scale > 0):
+        raise InputError(f"--depth-scale {depth_scale:g}: expected more than zero steps to the metre")
+    depth = read_depth(path)
+    depth = depth / depth_scale if depth.dtype.kind in "iu" else depth.astype(np.float64)
+    if intrinsics is not None:
+        camera = read_intrinsics(intrinsics)
+    else:
+        camera = kinect_like(depth.shape[1], depth.shape[0])
+        if report:
+            report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
+    require_same_size(name, (camera.width, camera.height), depth, "a camera")
+    points = np.where((depth > 0) & (depth < _FARTHEST), depth, np.nan)[..., None] * camera.rays()
+    colors = None if color is None else read_color(color, depth)
+    return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
+
+
+def require_same_size(name: str, size: tuple[int, int], depth: np.ndarray, what: str):
+    """Raise InputError if something is not as large, width and height, as the depth image (H, W)."""
+    if size != depth.shape[::-1]:
+        found = f"got {what} of {size[0]} x {size[1]}"
+        raise InputError(f"{name}: expected {what} of {depth.shape[1]} x {depth.shape[0]} as the depth, {found}")
+
+
+def read_depth(path: Path) -> np.ndarray:
+    """Return a depth image (H, W) as the file has it."""
+    from PIL import Image, UnidentifiedImageError
+
+    name = one_line(path.name)
+    try:
+        if path.suffix.lower() == ".npy":
+            depth = np.load(path, allow_pickle=False)
+        else:
+            with Image.open(path) as image:
+                mode, depth = image.mode, np.asarray(image)
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: expected a file, found none; check the path") from error
+    except (OSError, ValueError, EOFError, SyntaxError, UnidentifiedImageError) as error:
+        raise InputError(f"{name}: expected a depth image, could not read it; is it damaged?") from error
+    if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
+        found = f"got one of mode {mode}; is it the colour image?"
+        raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {found}")
+    if depth.ndim != 2 or depth.dtype.kind not in "iuf":
+        raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
+    return depth
+
+
+def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
+    """Return the colours (H * W, 3) uint8 of an image that is registered to a depth image (H, W)."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(path) as image:
+            colors = np.asarray(image.convert("RGB"))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: expected a file, found none; check the path") from error
+    except (OSError, ValueError, SyntaxError, UnidentifiedImageError) as error:
+        raise InputError(f"{path.name}: expected a colour image, could not read it; is it damaged?") from error
+    require_same_size(path.name, (colors.shape[1], colors.shape[0]), depth, "a colour image")
+    return colors.reshape(-1, 3)

@@ -1,0 +1,119 @@
+"""Scans: what a depth sensor saw, as points in the sensor's or the room's own frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.reading import read_attributes, read_geometry
+from spherefunc_bullet.quantities import METRES
+
+Report = Callable[[str], None]
+
+MIN_POINTS = 100
+LARGEST = 60.0  # metres: what is larger in metres is no room but written in millimetres
+_MESH_GAP = 0.01  # metres: largest distance from a fused mesh to its nearest sample
+UNITS = (*METRES, "auto")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scan:
+    """A point cloud of a room or a table top, in metres, in its own frame: tilted, maybe, and full of holes."""
+
+    name: str
+    points: np.ndarray  # (N, 3) float64, metres, finite
+    colors: np.ndarray | None = None  # (N, 3) uint8
+    dropped: int = 0  # points that were not finite: where the sensor saw nothing
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def scan_from_points(
+    points, name: str = "scan", *, colors=None, units: str = "m", report: Report | None = None
+) -> Scan:
+    """Return the scan of points, without those that are not finite.
+
+    Parameters
+    ----------
+    points : (N, 3) array_like, in ``units``
+    name : str
+        What messages call it.
+    colors : (N, 3) uint8, optional
+    units : {"m", "cm", "mm", "in", "auto"}
+        ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and reports that.
+    report : callable, optional
+        Takes one line of text for each guess; by default nobody is told.
+
+    Raises
+    ------
+    InputError
+        If fewer than 100 points are finite, or the unit is none.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
+    seen = np.isfinite(points).all(axis=1)
+    if seen.sum() < MIN_POINTS:
+        found = f"got {int(seen.sum())}; is it empty or cut off?"
+        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {found}")
+    if not seen.all():
+        points, colors = points[seen], None if colors is None else colors[seen]
+    return Scan(
+        name=name,
+        points=in_metres(points, units, name, report or (lambda line: None)),
+        colors=colors,
+        dropped=int(len(seen) - seen.sum()),
+    )
+
+
+def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.ndarray:
+    """Return finite points (N, 3) in metres."""
+    if units not in UNITS:
+        raise InputError(f"--units {units!r}: expected one of {', '.join(UNITS)}")
+    low, high = np.percentile(points, [1, 99], axis=0)
+    extent = float((high - low).max())
+    if units == "auto":
+        units = "mm" if extent > LARGEST else "m"
+        if units == "mm":
+            report(f"{name}: {extent:.3g} large, so taken to be in millimetres; --units says otherwise")
+    if not 0.05 <= extent * METRES[units] <= LARGEST:
+        found = f"got {extent * METRES[units]:.3g} m"
+        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {found}; set --units")
+    return points * METRES[units]
+
+
+def load_scan(path: str | Path, *, units: str = "auto", report: Report | None = None) -> Scan:
+    """Return the scan of a point cloud's file, or of a mesh fused from depth images, in the file's own axes.
+
+    Parameters
+    ----------
+    path : str or Path
+        PLY, PCD (organised or not), XYZ, NPZ, or any other format that clouds and meshes are read from.
+    units, report
+        See `scan_from_points`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used; the message is one line and begins with the file's name.
+    """
+    name = one_line(Path(path).name)
+    geometry = read_geometry(path)
+    if len(geometry.faces):
+        return scan_from_points(surface_points(geometry), name, units=units, report=report)
+    colors = read_attributes(Path(path)).get("color")
+    return scan_from_points(geometry.vertices, name, colors=colors, units=units, report=report)
+
+
+def surface_points(geometry) -> np.ndarray:
+    """Return samples (N, 3) of a mesh's surface, in its own unit, a hundredth of a metre apart if that is metres."""
+    from spherefunc_bullet.clouds.sampling import sample_surface
+
+    extent = np.ptp(geometry.vertices, axis=0).max()
+    gap = _MESH_GAP if extent <= LARGEST else _MESH_GAP * extent / 5
+    return sample_surface(geometry.vertices, geometry.faces, gap)

@@ -1,0 +1,129 @@
+"""Euclidean clusters: points that a chain of neighbours within a tolerance connects (PCL, paper §IV-C)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from ..scans.cells import cells
+
+# Metres by which a depth camera's steps grow with the square of the distance; the first Kinect's are 0.0029.
+_STEP = 0.0043
+_LARGE = 0.5  # metres: the least of furniture
+_WIDEST = 0.06  # metres: beyond, neighbouring objects run together
+
+
+def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarray | None = None) -> np.ndarray:
+    """Return the cluster (N,) int64 of each point, numbered from 0 in the order of their first points.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+    tolerance : float
+        Largest distance between neighbours, metres.
+    distances : (N,) float64, optional
+        From the camera, metres. A depth camera's steps grow with their square, and from about two metres on they are
+        wider than 2 cm: the tolerance then grows with them, to 6 cm at most.
+    """
+    if not len(points):
+        return np.empty(0, np.int64)
+    reach = np.full(len(points), tolerance)
+    if distances is not None:
+        reach = np.clip(_STEP * distances**2, tolerance, max(tolerance, _WIDEST))
+    grid = cells(points, float(reach.max()))
+    order = np.argsort(grid.cell_of, kind="stable")
+    start = np.concatenate([[0], np.cumsum(grid.counts)])
+    roots = np.arange(len(points))
+    connect(np.ascontiguousarray(points[order]), reach[order], grid.keys, start, roots)
+    cluster = np.empty(len(points), np.int64)
+    cluster[order] = roots
+    return numbered_anew(cluster)
+
+
+def numbered_anew(found: np.ndarray) -> np.ndarray:
+    """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
+    _, first, member = np.unique(found, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[member.ravel()]
+
+
+def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
+
+    Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+    found : (N,) int64
+        Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
+    tolerance : float
+        The gap that is bridged, metres.
+    """
+    wide = euclidean_clusters(points, tolerance)
+    has_large = np.zeros(len(points), bool)
+    has_large[wide[is_large(points, found)]] = True
+    first = np.unique(wide, return_index=True)[1]
+    return numbered_anew(np.where(has_large[wide], found[first][wide], found))
+
+
+def is_large(points: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) belong to a cluster as large as furniture, (N,) bool."""
+    count = found.max(initial=-1) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, found, points)
+    np.maximum.at(high, found, points)
+    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[found]
+
+
+@njit(cache=True, error_model="numpy")
+def connect(points, reach, keys, start, roots):
+    """Give all points of a cluster one root.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+        Sorted by the cell of a grid as wide as the widest reach.
+    reach : (N,) float64, metres
+        Two points are neighbours where neither is farther than the other's reach.
+    keys : (C,) int64
+        Of the cells, ascending, as `cells` packs them.
+    start : (C + 1,) int64
+        The first point of each cell, and the number of all.
+    roots : (N,) int64
+        Each its own index; receives its cluster's smallest.
+    """
+    for cell in range(len(keys)):
+        for dx in range(0, 2):
+            for dy in range(-1, 2):
+                key = keys[cell] + (dx << 42) + (dy << 21)
+                # The three cells along z follow one another.
+                other = np.searchsorted(keys, key - 1)
+                while other < len(keys) and keys[other] <= key + 1:
+                    if other >= cell:
+                        connect_cells(points, reach, start, cell, other, roots)
+                    other += 1
+    for i in range(len(points)):
+        roots[i] = root_of(roots, i)
+
+
+@njit(cache=True, error_model="numpy")
+def connect_cells(points, reach, start, a, b, roots):
+    """Unite neighbours of two cells, which may be the same."""
+    for i in range(start[a], start[a + 1]):
+        for j in range(max(start[b], i + 1), start[b + 1]):
+            dx, dy, dz = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
+            limit = min(reach[i], reach[j])
+            if dx * dx + dy * dy + dz * dz <= limit * limit:
+                one, other = root_of(roots, i), root_of(roots, j)
+                roots[max(one, other)] = min(one, other)
+
+
+@njit(cache=True, error_model="numpy")
+def root_of(roots, i):
+    """Return the root of a point, and shorten the way to it."""
+    while roots[i] != i:
+        roots[i] = roots[roots[i]]
+        i = roots[i]
+    return i

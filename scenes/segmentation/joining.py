@@ -1,0 +1,212 @@
+"""Pieces of one object that the sensor saw apart, joined again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .box import bounding_box
+
+_FEWEST = 10  # voxels: what is smaller is noise
+_REACH = 0.12  # metres: the widest gap that is bridged
+_STANDS = 0.06  # metres above the ground: what begins lower stands on it
+_BASE = 0.15  # metres: what stands on something lower stands on its own base, such as a lamp's
+_SLENDER = 0.08  # of a top's footprint: a leg, or a pillar; a chair below a table is larger
+_REACHES = 0.4  # of the height of a top that its legs are seen to reach at least
+_LEG, _UPRIGHT = 0.2, 2.0  # metres: the widest leg; how many times as high as wide a piece of it is at least
+_SEAT = 0.75  # metres: what is wider is no chair
+_UNDER = 0.05  # metres below a piece in which something carries it
+_FOOT = 0.01  # metres around what is seen of a foot: a stemmed glass's went with the top that it stands on
+_WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
+_MARGIN = 0.03  # metres that the outline is widened by
+_PROBES = 100  # points of a piece that are looked at for that
+_HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs on it
+_VESSEL = 0.35  # metres: the largest vessel
+_LEVEL_RIM = 0.02  # metres by which the rim of two pieces of a vessel may differ
+_SAME_WIDTH = 1.25  # of the wider piece's width: both sides of one vessel are as wide as it is
+_HIDDEN = 0.06  # metres: how much more of the near side is hidden, behind what stands in front
+_OPEN = 0.3  # of the middle between two pieces: as much ground seen there parts them
+_BOTTOM = 0.003  # metres above the ground: a vessel's own bottom, seen within it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """A cluster."""
+
+    number: int
+    points: np.ndarray  # (N, 3) float64, metres, level frame
+    low: np.ndarray  # (3,) metres
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, number: int, points: np.ndarray) -> Piece:
+        return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
+
+
+def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
+    """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
+
+    What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
+    the far side of a cup, whose bottom is not seen, belong together.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    found : (N,) int32
+        Clusters, numbered from 0.
+    wall, ground : (W, 3), (G, 3) float64, metres
+        Voxels of walls and of the ground.
+    """
+    pieces = pieces_of(points, found)
+    links, hanging = vessel_sides(pieces, ground), []
+    walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
+    x = points[along_x, 0]
+    lows, highs = (np.array([getattr(each, end) for each in pieces]).reshape(-1, 3) for end in ("low", "high"))
+    for piece in pieces:
+        if len(piece.points) < _FEWEST:
+            continue
+        if piece.low[2] < _STANDS:
+            links += [(piece.number, whole) for whole in whole_of_leg(piece, pieces, lows, highs)]
+            continue
+        first, last = np.searchsorted(x, [piece.low[0] - _REACH, piece.high[0] + _REACH])
+        near = around(piece, points, along_x[first:last])
+        near = near[found[near] != piece.number]
+        carried = is_carried(piece, points[near])
+        if carried and piece.low[2] > _BASE:
+            continue
+        whole = whole_of(piece, points[near], found[near])
+        if not carried and walls(piece.points) < _HANGS:
+            hanging.append(piece.number)
+        elif whole is not None:
+            links.append((piece.number, whole))
+        if not carried:
+            links += [(piece.number, leg) for leg in legs_of(piece, lows, highs)]
+    return united(len(pieces), links, hanging)[found] if pieces else found
+
+
+def united(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
+    """Return the number of the whole (K,) int64 for each of a count of pieces, -1 for those that hang."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    pairs = np.array(links, np.int64).reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    wholes = connected_components(graph, directed=False)[1].astype(np.int64)
+    wholes[hanging] = -1
+    return wholes
+
+
+def legs_of(piece: Piece, lows: np.ndarray, highs: np.ndarray) -> list[int]:
+    """Return the slender pieces, of corners (K, 3), below one that nothing carries: its legs, or its pillar."""
+    within = (lows[:, :2] > piece.low[:2] - _MARGIN) & (highs[:, :2] < piece.high[:2] + _MARGIN)
+    below = (highs[:, 2] > _REACHES * piece.low[2]) & (highs[:, 2] < piece.low[2] + _MARGIN)
+    slender = np.prod(highs[:, :2] - lows[:, :2], axis=1) < _SLENDER * np.prod(piece.high[:2] - piece.low[:2])
+    return [int(k) for k in np.flatnonzero(within.all(axis=1) & below & slender) if k != piece.number]
+
+
+def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.ndarray) -> list[int]:
+    """Return the piece, of all those of corners (K, 3), whose leg or base one on the floor is, if there is any.
+
+    Of a table seen from above what joins a leg to the top is often hidden, or too thin to be seen. Under a table there
+    may be other things, but hardly flat ones; under a chair there is room for none.
+    """
+    size = piece.high - piece.low
+    is_leg = size[:2].max() < _LEG and size[2] > _UPRIGHT * size[:2].max()
+    around = (lows[:, :2] < piece.low[:2] + _MARGIN) & (highs[:, :2] > piece.high[:2] - _MARGIN)
+    footprints = np.prod(highs[:, :2] - lows[:, :2], axis=1)
+    larger = footprints > np.prod(size[:2]) / _SLENDER
+    if not is_leg and size[2] < _BASE:
+        larger = footprints > np.prod(size[:2])
+    elif not is_leg:
+        larger = (footprints > np.prod(size[:2])) & ((highs - lows)[:, :2].max(axis=1) < _SEAT)
+    for k in np.flatnonzero(around.all(axis=1) & larger & (highs[:, 2] > piece.high[2])):
+        above = pieces[k].points[pieces[k].points[:, 2] > piece.high[2] - _MARGIN, :2]
+        near = (above > piece.low[:2] - _MARGIN) & (above < piece.high[:2] + _MARGIN)
+        if near.all(axis=1).sum() >= _FEWEST:
+            return [int(k)]
+    return []
+
+
+def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
+    """Return the clusters of points (N, 3), by number."""
+    order = np.argsort(found, kind="stable")
+    bounds = np.searchsorted(found[order], np.arange(found.max(initial=-1) + 2))
+    spans = enumerate(zip(bounds[:-1], bounds[1:], strict=True))
+    return [Piece.of(k, points[order[first:last]]) for k, (first, last) in spans]
+
+
+def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
+    """Return what measures how near points (N, 3) come to those of walls (W, 3), metres."""
+    from scipy.spatial import cKDTree
+
+    if not len(wall):
+        return lambda points: np.inf
+    tree = cKDTree(wall)
+
+    def nearest(points: np.ndarray) -> float:
+        some = points[:: -(-len(points) // _PROBES)]
+        return float(tree.query(some, distance_upper_bound=2 * _HANGS)[0].min())
+
+    return nearest
+
+
+def around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
+    inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
+    return np.sort(chosen[inside.all(axis=1)])
+
+
+def is_carried(piece: Piece, near: np.ndarray) -> bool:
+    """Return whether something (N, 3) is right below the lowest part of a piece."""
+    bottom = piece.low[2]
+    foot = piece.points[piece.points[:, 2] < bottom + _UNDER]
+    low, high = foot[:, :2].min(axis=0) - _FOOT, foot[:, :2].max(axis=0) + _FOOT
+    below = near[(near[:, 2] < bottom + 0.01) & (near[:, 2] > bottom - _UNDER)]
+    return bool(((below[:, :2] > low) & (below[:, :2] < high)).all(axis=1).sum() >= 3)
+
+
+def whole_of(piece: Piece, near: np.ndarray, found: np.ndarray) -> int | None:
+    """Return the nearest larger cluster within reach over or under whose outline a piece lies."""
+    from scipy.spatial import cKDTree
+
+    if not len(near):
+        return None
+    distances = cKDTree(piece.points).query(near, distance_upper_bound=_REACH)[0]
+    best, nearest = None, _REACH
+    for number in np.unique(found[distances < _REACH]):
+        other = near[found == number]
+        low, high = other[:, :2].min(axis=0) - _MARGIN, other[:, :2].max(axis=0) + _MARGIN
+        within = ((piece.points[:, :2] > low) & (piece.points[:, :2] < high)).all(axis=1).mean()
+        distance = distances[found == number].min()
+        if within >= _WITHIN and distance < nearest:
+            best, nearest = int(number), distance
+    return best
+
+
+def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int]]:
+    """Return pairs of pieces that are two sides of one vessel: of one height and width, and no ground between them."""
+    small = [each for each in pieces if len(each.points) >= 10 and (each.high - each.low).max() < _VESSEL]
+    boxes = {each.number: bounding_box(each.points) for each in small}
+    pairs = []
+    for k, one in enumerate(small):
+        for other in small[:k]:
+            rims = abs(one.high[2] - other.high[2]) < _LEVEL_RIM and abs(one.low[2] - other.low[2]) < _HIDDEN
+            gap = np.maximum(one.low - other.high, other.low - one.high)[:2].max()
+            if rims and gap < _REACH and are_sides(one, other, boxes, ground):
+                pairs.append((one.number, other.number))
+    return pairs
+
+
+def are_sides(one: Piece, other: Piece, boxes: dict, ground: np.ndarray) -> bool:
+    """Return whether two pieces together are as wide as one of them, rounder than both, and closed to the ground."""
+    both = bounding_box(np.vstack([one.points, other.points]))
+    parts = [boxes[one.number], boxes[other.number]]
+    if both.size[0] > min(_SAME_WIDTH * max(part.size[0] for part in parts), _VESSEL):
+        return False
+    if both.size[1] / both.size[0] <= max(part.size[1] / part.size[0] for part in parts):
+        return False
+    radius = both.size[1] / 4
+    seen = ground[np.linalg.norm(ground[:, :2] - both.center[:2], axis=1) < radius, 2]
+    return bool(len(seen) * 1e-4 < _OPEN * np.pi * radius**2 or np.median(seen) > _BOTTOM)

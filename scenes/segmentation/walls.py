@@ -1,0 +1,142 @@
+"""Walls and ceiling: large planes that bound a room, and are not objects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scans.patches import Patches
+
+_UPRIGHT = np.sin(np.radians(12.0))  # of a patch's normal along z
+_ALIGNED = np.cos(np.radians(12.0))
+_THICK = 0.05  # metres off its plane at which a point still belongs to a wall
+_THICKEST = 0.10  # metres, however noisy
+_BEYOND = 0.15  # metres: what is farther behind is another thing
+_MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
+_MOST_BEYOND = 0.03  # share of the voxels within that stretch
+_TRIED = 300  # planes
+# Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
+_AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
+_SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
+_SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
+_FLUSH = 0.9  # of a piece's points that lie in a wall's plane for it to be of the wall
+_CEILING = 1.9  # metres: the least height
+_CEILING_SHARE = 0.9  # of the highest patch's height
+_CEILING_AREA = 0.5  # square metres
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Wall:
+    """An upright plane, and how far it reaches."""
+
+    normal: np.ndarray  # (2,) level unit vector into the room
+    offset: float  # metres: normal @ xy on the plane
+    span: tuple[float, float]  # metres along the wall, from and to
+    thickness: float = 0.05  # metres off the plane at which a point still belongs to it
+
+    def along(self, points: np.ndarray) -> np.ndarray:
+        """Return places (N,) of points (N, 3) along the wall, metres."""
+        return points[:, :2] @ np.array([-self.normal[1], self.normal[0]])
+
+    def ahead(self, points: np.ndarray) -> np.ndarray:
+        """Return distances (N,) of points (N, 3) into the room, metres, negative behind the wall."""
+        return points[:, :2] @ self.normal - self.offset
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) belong to the wall or lie behind it, (N,) bool."""
+        along = self.along(points)
+        beside = (along > self.span[0] - _MARGIN) & (along < self.span[1] + _MARGIN)
+        return beside & (self.ahead(points) < self.thickness)
+
+
+def is_flush(points: np.ndarray, found: np.ndarray, walls: list[Wall]) -> np.ndarray:
+    """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
+
+    Furniture hides the wall between, and such a piece alone is too small for a wall.
+    """
+    flush, counts = np.zeros(len(points), bool), np.bincount(found)
+    for wall in walls:
+        near = np.bincount(found, np.abs(wall.ahead(points)) < wall.thickness)
+        flush |= (near > _FLUSH * counts)[found]
+    return flush
+
+
+def ceiling_height(patches: Patches) -> float:
+    """Return the height above which there is ceiling, metres; infinity if none is seen."""
+    level = patches[np.abs(patches.normals[:, 2]) > _ALIGNED]
+    if not len(level) or level.centers[:, 2].max() < _CEILING:
+        return np.inf
+    high = level.centers[:, 2] > max(_CEILING, _CEILING_SHARE * level.centers[:, 2].max())
+    if level.areas[high].sum() < _CEILING_AREA:
+        return np.inf
+    return float(np.median(level.centers[high, 2])) - _THICK
+
+
+def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
+    """Return the walls of a room, the largest first.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        The thinned scan.
+    patches : Patches
+        Of the same points.
+    """
+    left = patches[np.abs(patches.normals[:, 2]) < _UPRIGHT]
+    found = []
+    while len(left) >= 3:
+        plane, inside = largest_plane(left)
+        if left.areas[inside].sum() < _AREA:
+            break
+        wall = bounding_wall(points, plane, left[inside])
+        if wall is not None:
+            found.append(wall)
+        left = left[~inside]
+    return found
+
+
+def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarray]:
+    """Return normal (2,) and offset of the upright plane of most area, and which patches lie in it (P,) bool."""
+    normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
+    places = patches.centers[:, :2]
+    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // _TRIED)]
+    aligned = np.abs(normals[tried] @ normals.T) > _ALIGNED
+    offsets = (normals[tried] * places[tried]).sum(axis=1)
+    near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK
+    best = int(np.argmax((aligned & near) @ patches.areas))
+    inside = aligned[best] & near[best]
+    centre = np.average(places[inside], axis=0, weights=patches.areas[inside])
+    normal = normals[tried[best]]
+    if inside.sum() >= 3:
+        normal = np.linalg.eigh(np.cov(places[inside].T, aweights=patches.areas[inside]))[1][:, 0]
+    return (normal, float(normal @ centre)), inside
+
+
+def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: Patches) -> Wall | None:
+    """Return the wall that a plane with its patches is, or None if it is an object's side."""
+    normal, offset = plane
+    into = 1.0 if np.median(points[:, :2] @ normal) >= offset else -1.0
+    wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0))
+    low, high = np.percentile(wall.along(patches.centers), [2, 98])
+    spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
+    thickness = float(np.clip(3 * spread, _THICK, _THICKEST))
+    wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
+    along, ahead = wall.along(points), wall.ahead(points)
+    own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
+    width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
+    if width < _WIDTH or top < _TOP:
+        return None
+    if width >= _SURE_WIDTH and top >= _SURE_TOP and filled(along[own] - low, points[own, 2], width, top) > _FILLED:
+        return wall
+    beside = (along > low - _MARGIN) & (along < high + _MARGIN)
+    behind = np.mean(ahead[beside] < -_BEYOND)
+    return wall if behind < _MOST_BEYOND else None
+
+
+def filled(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
+    """Return the share of a plane's squares that hold points (N,): a wall has most, a cut across a room few."""
+    columns, rows = int(width / _SQUARE), int(top / _SQUARE)
+    i, j = (along / _SQUARE).astype(int), (heights / _SQUARE).astype(int)
+    inside = (i < columns) & (j >= 0) & (j < rows)
+    return len(np.unique(i[inside] * rows + j[inside])) / (columns * rows)

@@ -1,0 +1,113 @@
+"""Virtual scans on disk: a labelled PLY and a table of its objects each, and the objects alone as a data set.
+
+The convention is that of labelled real scans: ``label`` is 1 for the floor, 0 for walls and ceiling, and from 2 on the
+number of an object in ``NAME_instances.csv``.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
+from spherefunc_bullet.errors import InputError
+
+from .furnishing import FLOOR, PlacedObject
+from .scans import VirtualScan
+
+FILE_LABELS = {"wall": 0, "floor": 1}
+FIRST_OBJECT = 2
+INSTANCES = ("label", "name", "function_label", "also", "category", "standing_on", "points", "seen")
+
+
+@dataclass
+class RoomFolder:
+    """A folder that scans are written to, with a manifest of all their objects in its folder ``objects``."""
+
+    directory: Path
+    group: str  # the source that the manifest names
+    rows: list[tuple] = field(default_factory=list)
+    scans: list[str] = field(default_factory=list)
+
+    def write(self, scan: VirtualScan, clouds: Iterable[np.ndarray]):
+        """Write one scan, and a cloud for each of its seen objects.
+
+        Parameters
+        ----------
+        clouds : iterable of (N, 3) float64, metres
+            In the order of ``scan.seen()``.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be written.
+        """
+        name = scan.room.name
+        try:
+            (self.directory / "objects").mkdir(parents=True, exist_ok=True)
+            write_labelled(self.directory / f"{name}.ply", scan.points, file_labels(scan.labels))
+            write_rows(self.directory / f"{name}_instances.csv", INSTANCES, instance_rows(scan))
+            for number, points in zip(scan.seen(), clouds, strict=True):
+                self.write_object(f"{name}_{number + FIRST_OBJECT:02d}", scan.room.objects[number], points)
+        except OSError as error:
+            raise InputError(f"{self.directory}: expected a folder that can be written; {error.strerror}") from error
+        self.scans.append(f"{name}.ply")
+
+    def write_object(self, name: str, placed: PlacedObject, points: np.ndarray):
+        """Write what a scan holds of one object, for training on partial views."""
+        item = placed.item
+        file = f"{name}_{item.path.stem}.ply"
+        write_labelled(self.directory / "objects" / file, points)
+        self.rows.append((file, label_of(item.functions), ";".join(sorted(item.also)), item.category, self.group))
+
+    def close(self) -> Path:
+        """Write the manifest of the objects and return its path."""
+        return write_manifest(self.directory / "objects", COLUMNS, self.rows)
+
+
+def label_of(functions: Iterable[str]) -> str:
+    """Return functions as a manifest has them."""
+    return ";".join(sorted(functions)) or "none"
+
+
+def file_labels(labels: np.ndarray) -> np.ndarray:
+    """Return a scan's labels (N,) as files have them, uint8."""
+    shell = np.where(labels == FLOOR, FILE_LABELS["floor"], FILE_LABELS["wall"])
+    return np.where(labels >= 0, labels + FIRST_OBJECT, shell).astype(np.uint8)
+
+
+def instance_rows(scan: VirtualScan) -> Iterator[tuple]:
+    """Yield one row for each object of the room, seen or not."""
+    counts = np.bincount(scan.labels[scan.labels >= 0], minlength=len(scan.room.objects))
+    seen = set(scan.seen().tolist())
+    for number, each in enumerate(scan.room.objects):
+        item = each.item
+        about = (number + FIRST_OBJECT, item.path.stem, label_of(item.functions), ";".join(sorted(item.also)))
+        support = "floor" if each.support == FLOOR else each.support + FIRST_OBJECT
+        yield (*about, item.category, support, int(counts[number]), int(number in seen))
+
+
+def write_labelled(path: Path, points: np.ndarray, labels: np.ndarray | None = None):
+    """Write points (N, 3) in metres, and a label (N,) uint8 each where there are any, as binary PLY."""
+    properties = [(name, "<f4") for name in "xyz"] + ([] if labels is None else [("label", "u1")])
+    table = np.empty(len(points), properties)
+    for name, column in zip("xyz", points.T, strict=True):
+        table[name] = column
+    if labels is not None:
+        table["label"] = labels
+    kinds = {"<f4": "float", "u1": "uchar"}
+    lines = ["ply", "format binary_little_endian 1.0", "comment metres, z up", f"element vertex {len(points)}"]
+    lines += [*(f"property {kinds[kind]} {name}" for name, kind in properties), "end_header", ""]
+    path.write_bytes("\n".join(lines).encode() + table.tobytes())
+
+
+def write_rows(path: Path, columns: Iterable[str], rows: Iterable[Iterable]):
+    """Write a table as CSV."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        writer.writerows(rows)

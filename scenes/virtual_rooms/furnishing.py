@@ -1,0 +1,227 @@
+"""Virtual rooms: objects of a data set on a floor between walls, small ones on table tops, with the truth known.
+
+A room's frame has z up, the floor at z = 0 and a corner at the origin. Objects keep a gap; what carries what touches
+it, and is an object of its own for all that: a cup is a cup, and the table below it a table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, Mesh, load_cloud
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.reading import read_geometry
+
+from .grounds import Ground, floor_of, top_of
+
+FLOOR, WALL = -1, -2  # labels of points that belong to no object; a ceiling is a wall
+TABLE = "table"  # the function whose tops carry small objects
+
+
+@dataclass(frozen=True, kw_only=True)
+class Furnishing:
+    """How a room is furnished."""
+
+    width: float = 4.5  # metres, along x
+    depth: float = 4.0  # metres, along y
+    height: float = 2.6  # metres
+    tables: int = 2
+    on_floor: int = 6  # besides tables: as many of each other function as of none, as far as they go
+    on_tops: int = 6  # likewise
+    gap: float = 0.1  # metres between neighbours on the floor, and to the walls
+    top_gap: float = 0.05  # metres between neighbours on a table top
+    small: float = 0.4  # metres: what is no larger in any direction stands on tops
+    lowest: float = 0.04  # metres: lower things (a spoon, a telephone) are left out
+    largest: float = 2.5  # metres
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedObject:
+    """One object in a room."""
+
+    item: DatasetObject
+    cloud: Cloud  # in the object's frame, with its mesh
+    T_room_object: np.ndarray  # (4, 4)
+    support: int = FLOOR  # number of the object that it stands on
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """The object's whole surface as points (N, 3), metres, in the room's frame."""
+        return moved(self.cloud.points, self.T_room_object)
+
+    @property
+    def mesh(self) -> Mesh:
+        """The object's mesh in the room's frame."""
+        return Mesh(moved(self.cloud.mesh.vertices, self.T_room_object), self.cloud.mesh.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualRoom:
+    """A furnished room; an object's number is its place in ``objects``."""
+
+    name: str
+    size: np.ndarray  # (3,) width, depth and height, metres
+    objects: tuple[PlacedObject, ...]
+
+    def meshes(self) -> Iterator[tuple[int, Mesh]]:
+        """Yield label and mesh of the room's shell and of every object."""
+        yield from shell(self.size)
+        for number, each in enumerate(self.objects):
+            yield number, each.mesh
+
+
+def moved(points: np.ndarray, T: np.ndarray) -> np.ndarray:
+    """Return points (N, 3) in the frame that a transform (4, 4) leads to."""
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+def shell(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
+    """Yield label and mesh of the floor, the four walls and the ceiling."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * size
+    for axis in range(3):
+        for side in (0, 1):
+            a, b, c, d = np.flatnonzero(corners[:, axis] == side * size[axis])
+            label = FLOOR if axis == 2 and side == 0 else WALL
+            yield label, Mesh(corners, np.array([[a, b, c], [b, d, c]]))
+
+
+@dataclass
+class Deck:
+    """Objects of one kind in random order, dealt one by one; when all are dealt, in a new order."""
+
+    items: Sequence
+    rng: np.random.Generator
+    left: list = field(default_factory=list)
+
+    def deal(self):
+        """Return the next object."""
+        if not self.left:
+            self.left = [self.items[i] for i in self.rng.permutation(len(self.items))]
+        return self.left.pop()
+
+
+@dataclass(frozen=True)
+class Stock:
+    """What rooms are furnished from, by function or none."""
+
+    large: dict[str, tuple[DatasetObject, ...]]
+    small: dict[str, tuple[DatasetObject, ...]]
+
+
+def take_stock(dataset: Dataset, settings: Furnishing, failed: Callable[[InputError], None]) -> Stock:
+    """Sort the objects of a data set that suit a room by function and size.
+
+    Parameters
+    ----------
+    failed : callable
+        Is given the error of each file that cannot be used; the rest goes on.
+
+    Raises
+    ------
+    InputError
+        If nothing is left.
+    """
+    kinds: dict[bool, dict[str, tuple]] = {True: {}, False: {}}
+    for item in dataset.objects:
+        try:
+            size = extents(item)
+        except InputError as error:
+            failed(error)
+            continue
+        if size[2] >= settings.lowest and size.max() <= settings.largest:
+            kind, name = kinds[bool(size.max() <= settings.small)], min(item.functions, default="none")
+            kind[name] = (*kind.get(name, ()), item)
+    if not any(kinds.values()):
+        wanted = f"at least {settings.lowest} m high and at most {settings.largest} m long"
+        raise InputError(f"{dataset.name}: expected objects {wanted}, found none")
+    return Stock(kinds[False], kinds[True])
+
+
+def extents(item: DatasetObject) -> np.ndarray:
+    """Return an object's size (3,), metres, or raise InputError if it has no mesh that a camera could see."""
+    geometry = read_geometry(item.path)
+    if not len(geometry.faces):
+        raise InputError(f"{item.path.name}: expected a mesh, got points, which hide nothing from a camera")
+    return np.ptp(geometry.vertices[np.unique(geometry.faces)], axis=0)
+
+
+def furnish(
+    dataset: Dataset,
+    count: int,
+    *,
+    settings: Furnishing | None = None,
+    seed: int = 0,
+    failed: Callable[[InputError], None],
+) -> Iterator[VirtualRoom]:
+    """Yield rooms furnished at random; every object stands in one before any stands in a second.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Meshes in metres, z up.
+    failed : callable
+        Is given the error of each file that cannot be used.
+
+    Raises
+    ------
+    InputError
+        If no object of the data set can stand in a room.
+    """
+    settings = settings or Furnishing()
+    stock = take_stock(dataset, settings, failed)
+    rng = np.random.default_rng(seed)
+    decks = {name: Deck(items, rng) for name, items in sorted(stock.large.items())}
+    tables = [decks.pop(TABLE)] if TABLE in decks else []
+    small = [Deck(stock.small[name], rng) for name in sorted(stock.small)]
+    for number in range(1, count + 1):
+        on_floor = dealt(tables, settings.tables) + dealt(list(decks.values()), settings.on_floor)
+        yield arrange(f"room_{number:02d}", on_floor, dealt(small, settings.on_tops), settings, rng)
+
+
+def dealt(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
+    """Return so many objects, from one deck after the other; none if there are no decks."""
+    return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
+
+
+def arrange(
+    name: str, on_floor: list, on_tops: list, settings: Furnishing, rng: np.random.Generator
+) -> VirtualRoom:
+    """Return a room with objects at random places and headings; what finds no place is left out."""
+    clouds = {item.path: load_cloud(item.path) for item in [*on_floor, *on_tops]}
+    floor = floor_of(settings.width, settings.depth)
+    placed: list[PlacedObject] = []
+    tops: dict[int, Ground] = {}
+    # The largest first: small ones find a place between large ones, but not the other way round.
+    for item in sorted(on_floor, key=lambda each: -np.prod(clouds[each.path].size[:2])):
+        if put(item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed) and TABLE in item.functions:
+            tops[len(placed) - 1] = top_of(placed[-1].points)
+    for item in on_tops:
+        put(item, clouds[item.path], tops, settings.top_gap, rng, placed) or put(
+            item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed
+        )
+    return VirtualRoom(name, np.array([settings.width, settings.depth, settings.height]), tuple(placed))
+
+
+def put(item, cloud: Cloud, grounds: dict[int, Ground], gap: float, rng, placed: list[PlacedObject]) -> bool:
+    """Place an object on the first of the grounds, in random order, that has room for it; say whether one had."""
+    T_room_object = heading(rng.uniform(0, 2 * np.pi))
+    points = moved(cloud.points, T_room_object)
+    for support in rng.permutation(list(grounds)):
+        place = grounds[support].place(points, gap, rng)
+        if place is not None:
+            T_room_object[:3, 3] = place
+            placed.append(PlacedObject(item, cloud, T_room_object, int(support)))
+            return True
+    return False
+
+
+def heading(angle: float) -> np.ndarray:
+    """Return the transform (4, 4) that turns by an angle in radians about z."""
+    T = np.eye(4)
+    T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    return T

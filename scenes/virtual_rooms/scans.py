@@ -1,0 +1,141 @@
+"""Scans of virtual rooms: whole surfaces, or what virtual Kinects see from one or several places."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from .furnishing import FLOOR, VirtualRoom, shell
+from .kinect import Kinect, Surfaces, look_at, photograph
+
+SHELL_PITCH = 0.01  # metres between the points of floor and walls in a whole scan
+EYE_HEIGHT = 1.5  # metres
+WALL_CLEARANCE = 0.4  # metres from the walls to a camera
+CLEARANCE = 0.3  # metres from a camera to any object
+TARGET_HEIGHT = 0.5  # metres: cameras look at the room's middle, so high
+CANDIDATES = 8  # places tried for each view
+MIN_POINTS = 100  # an object of which a scan holds fewer points is not in the scan,
+MIN_SHARE = 0.1  # nor one of which less than this share of the surface has a point within
+NEAR = 0.02  # metres; looked at in
+PROBES = 2_000  # places of the surface
+WHOLE = "whole"
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualScan:
+    """A scan whose every point is known to belong to an object, the floor or a wall."""
+
+    room: VirtualRoom
+    points: np.ndarray  # (N, 3) float64, metres, in the room's frame
+    labels: np.ndarray  # (N,) int32: an object's number, FLOOR or WALL
+    poses: tuple[np.ndarray, ...] = ()  # T_room_camera (4, 4) of each view; none for whole surfaces
+
+    def seen(self) -> np.ndarray:
+        """Return the numbers of the objects of which the scan holds enough to speak of."""
+        return np.array([number for number in range(len(self.room.objects)) if self.holds(number)], int)
+
+    def holds(self, number: int) -> bool:
+        """Return whether enough of an object's points and of its surface, inside and out, are in the scan."""
+        from scipy.spatial import cKDTree
+
+        own = self.points[self.labels == number]
+        if len(own) < MIN_POINTS:
+            return False
+        surface = self.room.objects[number].points
+        probes = surface[:: max(1, len(surface) // PROBES)]
+        near, _ = cKDTree(own).query(probes, distance_upper_bound=NEAR)
+        return bool(np.isfinite(near).mean() >= MIN_SHARE)
+
+
+def whole_scan(room: VirtualRoom) -> VirtualScan:
+    """Return the surfaces themselves, complete and without noise, as the objects' own clouds have them."""
+    parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell(room.size)]
+    parts += [(number, each.points) for number, each in enumerate(room.objects)]
+    labels = [np.full(len(points), label, np.int32) for label, points in parts]
+    return VirtualScan(room, np.concatenate([points for _, points in parts]), np.concatenate(labels))
+
+
+def lattice(corners: np.ndarray) -> np.ndarray:
+    """Return points (N, 3) a pitch apart over the axis-aligned rectangle that corners (4, 3) span."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    steps = [np.linspace(a, b, int(np.ceil((b - a) / SHELL_PITCH)) + 1) for a, b in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def seen_scan(room: VirtualRoom, views: int, kinect: Kinect, rng: np.random.Generator) -> VirtualScan:
+    """Return what Kinects see from places all round the room, fused by their true poses."""
+    surfaces = Surfaces(room.meshes())
+    poses = viewpoints(room, surfaces, views, kinect, rng)
+    seen = [photograph(surfaces, pose, kinect, rng).points() for pose in poses]
+    points, labels = (np.concatenate(parts) for parts in zip(*seen, strict=True))
+    return VirtualScan(room, points, labels, tuple(poses))
+
+
+def viewpoints(
+    room: VirtualRoom, surfaces: Surfaces, views: int, kinect: Kinect, rng: np.random.Generator
+) -> list[np.ndarray]:
+    """Return camera poses at even angles round the room's middle, each where it sees most objects.
+
+    A camera stands at eye height near a wall, away from objects, and looks at the middle. In each of the even
+    sectors a few places are tried: a person would not hold the sensor behind a wardrobe either.
+    """
+    start = rng.uniform(0, 2 * np.pi)
+    poses = []
+    for view in range(views):
+        angles = start + 2 * np.pi * (view + (np.arange(CANDIDATES) + 0.5) / CANDIDATES - 0.5) / max(views, 2)
+        candidates = [pose_at(room, angle) for angle in angles]
+        clear = surfaces.clearance(np.array([pose[:3, 3] for pose in candidates])) >= CLEARANCE
+        overviews = [overview(surfaces, pose, kinect) for pose in candidates]
+        poses.append(candidates[int(np.argmax(np.where(clear, overviews, -1)))])
+    return poses
+
+
+def pose_at(room: VirtualRoom, angle: float) -> np.ndarray:
+    """Return the pose of a camera near the wall in a direction from the room's middle, looking at the middle."""
+    middle = np.array([room.size[0] / 2, room.size[1] / 2])
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    reach = np.min((middle - WALL_CLEARANCE) / np.maximum(np.abs(direction), 1e-9))
+    eye = np.append(middle + reach * direction, EYE_HEIGHT)
+    return look_at(eye, np.append(middle, TARGET_HEIGHT))
+
+
+def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
+    """Return how many objects a pose sees at least a little of, by a coarse image."""
+    coarse = Kinect(width=64, height=48, field_of_view_deg=kinect.field_of_view_deg)
+    _, labels, _ = surfaces.first_hits(pose[:3, 3], coarse.directions() @ pose[:3, :3].T)
+    return len(np.unique(labels[labels > FLOOR]))
+
+
+def scan_room(room, views: int | None, noise: float, seed: int):
+    """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
+    import numpy as np
+
+    from .kinect import Kinect
+
+    if views is None:
+        return whole_scan(room)
+    number = int(room.name.rpartition("_")[2])
+    rng = np.random.default_rng([seed, number, views])
+    return seen_scan(room, views, Kinect(noise=noise, dropouts=noise > 0), rng)
+
+
+def parse_views(text: str) -> int | None:
+    """Return a number of views, None for whole surfaces.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if text.strip() == WHOLE:
+        return None
+    try:
+        views = int(text)
+    except ValueError:
+        views = 0
+    if views < 1:
+        raise InputError(f"--views {text}: expected a number from 1, or {WHOLE}")
+    return views

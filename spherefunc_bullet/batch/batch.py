@@ -1,0 +1,194 @@
+"""Batch runs that lose nothing: every object at every radius, each done once, whatever happens in between.
+
+A run lives in a folder (`run_folder`) with a ledger (`ledger`). Workers write settled centres to the folder and
+answer with rows; the caller syncs the files and then writes the rows. Killed at any instant, the next call finds
+either both, or a whole file without a row, which it reads instead of simulating, or nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import socket
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..datasets.dataset import Dataset
+from ..errors import InputError
+from ..processes.tasks import run_tasks
+from ..settling.records import Loading
+from ..settling.settling import drop_settings
+from ..simulator import Simulator, make_simulator
+from .folder import RunFolder
+from .freshness import standing_row
+from .ledger import Ledger, Row, Way, settings_json
+from .task import Task, kept_rows, settled_rows
+
+LEAST_MEMORY = 256 << 20
+Outcomes = Iterator[tuple[int, list[Row] | InputError]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """What is to be simulated, and where it is kept."""
+
+    dataset: Dataset
+    simulator: Simulator
+    radii: Sequence[float]  # metres
+    folder: RunFolder
+    seed: int = 0
+    loading: Loading = field(default_factory=Loading)
+
+    @property
+    def objects(self) -> dict[str, Path]:
+        """The files by what the ledger calls them."""
+        return {self.dataset.name_of(each.path): each.path for each in self.dataset.objects}
+
+    def way(self, radius: float) -> Way:
+        """Return how the ledger describes the runs of one radius."""
+        settings = asdict(drop_settings(self.simulator, radius)) | {
+            "version": self.simulator.version,
+            "options": self.simulator.options(),
+            "loading": asdict(self.loading),
+        }
+        del settings["radius"]
+        return Way(backend=self.simulator.name, settings=settings_json(settings), radius=radius, seed=self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """What an object may cost."""
+
+    seconds: float = math.inf  # all radii together, before its process is stopped
+    memory: int | None = None  # bytes of a worker process, interpreter and libraries included
+
+    def __post_init__(self):
+        if self.memory is not None and self.memory < LEAST_MEMORY:
+            least = f"at least {LEAST_MEMORY >> 20} MiB, since interpreter and libraries take most of that"
+            raise InputError(f"memory limit: expected {least}, got {self.memory >> 20} MiB")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finished:
+    """What became of one object."""
+
+    name: str
+    errors: tuple[str, ...] = ()  # why it, or some of its radii, could not be simulated
+    skipped: bool = False  # had been dealt with before
+
+
+def run_batch(
+    batch: Batch,
+    *,
+    jobs: int = -1,
+    limits: Limits | None = None,
+    retry_failed: bool = False,
+    work: Callable[[Sequence[Task]], Outcomes] | None = None,
+) -> Iterator[Finished]:
+    """Simulate every object at every radius that the run does not have yet, and keep every result.
+
+    Parameters
+    ----------
+    jobs : int
+        Worker processes on this machine; -1: one per core.
+    retry_failed : bool
+        Also those objects that failed before, though their files have not changed.
+    work : callable, optional
+        Does tasks and yields their index and outcome, elsewhere than here (`cluster.on_executor`).
+
+    Yields
+    ------
+    Finished
+        Those that were dealt with before first, then each as it is done.
+
+    Raises
+    ------
+    InputError
+        If the folder or its ledger cannot be used, or the disk is full. What was done is kept.
+    """
+    batch.folder.make()
+    with batch.folder.ledger(make=True) as ledger:
+        ledger.check()
+        ledger.begin_call(about_call(batch, jobs))
+        tasks, finished = left_to_do(batch, ledger, retry_failed)
+        yield from finished
+        work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or Limits()))
+        for index, outcome in work(tasks):  # a task left out, such as of a lost cluster, keeps waiting
+            rows = kept_rows(tasks[index], outcome, batch.folder)
+            ledger.write(rows)
+            yield finished_object(tasks[index].name, rows)
+        ledger.end_call()
+        batch.folder.sweep()
+
+
+def here(tasks: Sequence[Task], folder: RunFolder, jobs: int, limits: Limits) -> Outcomes:
+    """Do tasks in worker processes of this machine, always isolated: what happens to one costs that object."""
+    arguments = [(task.path, task, folder) for task in tasks]
+    limited = {"time_limit": limits.seconds, "memory_limit": limits.memory}
+    return run_tasks(settled_rows, arguments, jobs=jobs, isolate=True, **limited)
+
+
+def about_call(batch: Batch, jobs: int) -> dict[str, Any]:
+    """Return what the ledger notes of a call."""
+    return {"jobs": jobs, "host": socket.gethostname(), "process": os.getpid(), "data": batch.dataset.name}
+
+
+def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[Task], list[Finished]]:
+    """Return what the ledger lacks, and the objects of which it has everything."""
+    objects = batch.objects
+    ways = {ledger.number(batch.way(radius)): radius for radius in batch.radii}
+    ledger.expect(objects, tuple(ways))
+    missing: dict[str, dict[int, float]] = {name: {} for name in objects}
+    standing: dict[str, list[Row]] = {name: [] for name in objects}
+    moved = []
+    for row in ledger.rows(tuple(ways)):
+        if row.object not in objects:
+            continue  # of another data set, or another shard, in the same folder
+        now = standing_row(row, objects[row.object], batch.folder, batch.loading, retry_failed)
+        if now is None:
+            missing[row.object][row.way] = ways[row.way]
+        else:
+            standing[row.object].append(now)
+            moved += [now] if now != row else []
+    ledger.write(moved)
+    common = {"simulator": batch.simulator, "seed": batch.seed, "loading": batch.loading}
+    tasks = [
+        Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii
+    ]
+    done = [finished_object(name, standing[name], skipped=True) for name in objects if not missing[name]]
+    return tasks, done
+
+
+def known_failures(
+    run: Path, dataset: Dataset, simulator: str | Simulator, radii: Sequence[float], seed: int, loading: Loading
+) -> dict[Path, InputError]:
+    """Return the objects that failed in a run, by path, whose files have not changed since.
+
+    Raises
+    ------
+    InputError
+        If there is no such run.
+    """
+    batch = Batch(
+        dataset=dataset,
+        simulator=make_simulator(simulator),
+        radii=radii,
+        folder=RunFolder(run),
+        seed=seed,
+        loading=loading,
+    )
+    objects, failed = batch.objects, {}
+    with batch.folder.ledger() as ledger:
+        for row in ledger.failures([batch.way(radius) for radius in radii]):
+            path = objects.get(row.object)
+            if path is not None and standing_row(row, path, batch.folder, loading, retry_failed=False):
+                failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")
+    return failed
+
+
+def finished_object(name: str, rows: Iterable[Row], skipped: bool = False) -> Finished:
+    """Return what became of an object of which all rows are known."""
+    errors = tuple(dict.fromkeys(row.error for row in rows if row.error))
+    return Finished(name=name, errors=errors, skipped=skipped)

@@ -1,0 +1,177 @@
+"""A batch on other machines: on any `concurrent.futures.Executor`, such as that of a Dask cluster.
+
+Only the caller touches the run's folder. An object travels as its files' content, or by a path that all machines
+share; what its worker settled comes back as files, and is kept as if it had been settled here. In the executor's
+worker an object runs in a process of its own, so that a crash costs that object and not the worker.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..errors import Crashed, InputError, Unexpected
+from ..formats.limits import require_file
+from ..processes.tasks import finish
+from ..processes.worker import Worker
+from ..settling.records import file_parts
+from .batch import Limits, Outcomes
+from .folder import KIND, FullDisk, RunFolder
+from .ledger import Row
+from .task import Task, settled_rows
+
+IN_FLIGHT = 256  # tasks given to an executor at once: enough for as many workers, little enough to be sent
+PATIENCE = "15s"  # to find the scheduler
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parcel:
+    """A task to be sent: with the content of its files, or without, where the path is shared."""
+
+    task: Task
+    files: tuple[tuple[str, bytes], ...] = ()
+
+    @contextmanager
+    def unpacked(self, folder: Path) -> Iterator[Task]:
+        """Give the task with its files, those that travelled written to a folder."""
+        for name, content in self.files:
+            (folder / name).write_bytes(content)
+        yield replace(self.task, path=folder / self.files[0][0]) if self.files else self.task
+
+
+@dataclass(frozen=True, kw_only=True)
+class Delivery:
+    """What comes back: rows or the reason why there are none, and the files of all radii that were settled."""
+
+    outcome: list[Row] | InputError
+    settled: dict[str, bytes]  # run -> file
+
+
+def pack(task: Task, shared_path: bool) -> Parcel:
+    """Return a task as it is sent.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or is too large.
+    """
+    if shared_path:
+        return Parcel(task=replace(task, path=task.path.resolve()))
+    parts = file_parts(task.path)
+    try:
+        for part in parts:
+            require_file(part, str(part))
+        return Parcel(task=task, files=tuple((part.name, part.read_bytes()) for part in parts))
+    except OSError as error:
+        raise InputError(f"{task.path}: expected a file that can be read; {error.strerror}") from error
+
+
+def deliver(parcel: Parcel, limits: Limits) -> Delivery:
+    """Do a task in a process of this thread's own; called where the executor's workers are."""
+    with TemporaryDirectory(prefix="spherefunc-") as scratch:
+        files, folder = Path(scratch) / "object", RunFolder(Path(scratch) / "run")
+        files.mkdir()
+        folder.make()
+        with parcel.unpacked(files) as task:
+            ((_, outcome),) = finish([resident(limits)], iter([(0, (task.path, task, folder))]))
+        if isinstance(outcome, InputError):
+            kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that disk is not the run's
+            outcome = kind(str(outcome).replace(str(task.path), task.name))
+        entries = (folder.partial / KIND).rglob("*.npz")
+        return Delivery(outcome=outcome, settled={entry.stem: entry.read_bytes() for entry in entries})
+
+
+def resident(limits: Limits) -> Worker:
+    """Return this thread's worker process, which stays for the next task."""
+    workers = _residents.__dict__.setdefault("workers", {})
+    if limits not in workers:
+        multiprocessing.current_process().daemon = False  # Dask's workers are, and then may have no children
+        workers[limits] = Worker(settled_rows, limits.seconds, says=False, memory_limit=limits.memory)
+    return workers[limits]
+
+
+_residents = threading.local()
+
+
+def on_executor(
+    executor: Executor, folder: RunFolder, limits: Limits | None = None, *, shared_path: bool = False
+) -> Callable[[Sequence[Task]], Outcomes]:
+    """Return what does a batch's tasks on an executor: the ``work`` of `batch.run_batch`.
+
+    Parameters
+    ----------
+    executor : concurrent.futures.Executor
+        Of threads, processes, or a cluster; its workers have this package.
+    folder : RunFolder
+        Of the batch; on this machine alone.
+    shared_path : bool
+        Whether the workers find the objects' files at the same path; else files are sent.
+    """
+    return lambda tasks: outcomes(executor, tasks, folder, limits or Limits(), shared_path)
+
+
+def outcomes(
+    executor: Executor, tasks: Sequence[Task], folder: RunFolder, limits: Limits, shared_path: bool
+) -> Outcomes:
+    """Yield the index and outcome of each task, as they are done."""
+    left = iter(enumerate(tasks))
+    running: dict[Future, int] = {}
+    try:
+        while True:
+            for index, task in left:
+                try:
+                    running[executor.submit(deliver, pack(task, shared_path), limits)] = index
+                except InputError as error:
+                    yield index, error
+                if len(running) >= IN_FLIGHT:
+                    break
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                index = running.pop(future)
+                yield index, received(future, tasks[index], folder)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def received(future: Future, task: Task, folder: RunFolder) -> list[Row] | InputError:
+    """Return the outcome of a task that is done, its files put into the folder."""
+    try:
+        delivery = future.result()
+    except CancelledError as error:
+        raise InputError("the cluster is lost: its scheduler is gone; what is done is kept, begin again") from error
+    except Exception as error:  # of the executor: its worker was lost again and again, say
+        return Crashed(f"{task.path}: expected a result, but its worker was lost; {type(error).__name__}: {error}")
+    for run, content in delivery.settled.items():
+        folder.put_bytes(run, content)
+    return delivery.outcome
+
+
+@contextmanager
+def on_scheduler(
+    address: str, folder: RunFolder, limits: Limits, *, shared_path: bool = False
+) -> Iterator[Callable[[Sequence[Task]], Outcomes]]:
+    """Give what does a batch's tasks on a Dask cluster, whose workers may come and go.
+
+    Raises
+    ------
+    InputError
+        If `dask.distributed` is not installed, or no scheduler answers.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'") from error
+    try:
+        client = Client(address, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        raise InputError(f"--scheduler {address}: expected a Dask scheduler that answers; {error}") from error
+    with client, client.get_executor(pure=False) as executor:
+        yield on_executor(executor, folder, limits, shared_path=shared_path)

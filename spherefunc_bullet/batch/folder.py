@@ -1,0 +1,129 @@
+"""A run's folder: the ledger, and every settled sphere in a file named for all that decides it.
+
+``partial/`` holds what workers wrote and nobody has synced yet: whole, since it was renamed into place, but gone or
+garbled if the power fails. ``settled/`` holds what is on the disk for certain; only that gets its row in the ledger.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..formats.writing import write_whole
+from ..settling.cache import entry_path, packed, read_entry
+from .ledger import Ledger
+
+KIND = "settled"
+
+
+class FullDisk(InputError):
+    """Nothing more can be kept: the end of the run, and no object's failure."""
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Where a run keeps what it does; the same layout as the cache's, so that it can be one."""
+
+    path: Path
+
+    @property
+    def partial(self) -> Path:
+        return self.path / "partial"
+
+    def ledger(self, *, make: bool = False) -> Ledger:
+        """Open the ledger."""
+        return Ledger(self.path / "ledger.sqlite", make=make)
+
+    def make(self):
+        """Make the folder, without the scratch files of processes that are gone."""
+        try:
+            self.partial.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: expected a folder that can be written to; {error.strerror}") from error
+        self.sweep()
+
+    def sweep(self):
+        """Throw away the scratch files of processes that are gone.
+
+        When a call begins, a worker of one that was killed may still be on its way out; so when a call ends as well.
+        """
+        try:
+            for scratch in self.partial.rglob("*.tmp"):
+                if not is_alive(int(scratch.suffixes[-2][1:])):
+                    scratch.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"{self.path}: expected a folder that can be written to; {error.strerror}") from error
+
+    def entry(self, run: str) -> Path:
+        """Return where the settled centres of a run are kept."""
+        return entry_path(KIND, run, self.path)
+
+    def find(self, run: str) -> dict[str, np.ndarray] | None:
+        """Return a run's arrays, kept or still partial; None if there are none that are whole."""
+        kept = read_entry(self.entry(run))
+        return read_entry(entry_path(KIND, run, self.partial)) if kept is None else kept
+
+    def put(self, run: str, arrays: dict[str, np.ndarray]):
+        """Write a run's arrays, not synced."""
+        self.put_bytes(run, packed(arrays))
+
+    def put_bytes(self, run: str, content: bytes):
+        """Write the file of a run's arrays, not synced."""
+        path = entry_path(KIND, run, self.partial)
+        try:
+            write_whole(path, content)
+        except OSError as error:
+            raise FullDisk(f"{path}: expected a file that can be written; {error.strerror}") from error
+
+    def keep(self, run: str) -> os.stat_result:
+        """Sync the file of a run's arrays and move it to where it is kept; return what the system says of it."""
+        partial, kept = entry_path(KIND, run, self.partial), self.entry(run)
+        try:
+            if partial.is_file() and not (kept.is_file() and read_entry(kept)):
+                sync(partial)
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(partial, kept)
+                sync(kept.parent)
+            partial.unlink(missing_ok=True)
+            return kept.stat()
+        except OSError as error:
+            raise FullDisk(f"{kept}: expected a file that can be written; {error.strerror}") from error
+
+
+def sync(path: Path):
+    """Have the disk hold what a file or a folder holds."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def digest(centers: np.ndarray) -> str:
+    """Return the hash of settled centres (S, 3) float32, by which two runs are compared."""
+    return hashlib.sha256(f"{centers.dtype} {centers.shape}".encode() + centers.tobytes()).hexdigest()
+
+
+def is_alive(process: int) -> bool:
+    """Return whether a process of this number runs on this machine."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return not is_zombie(process)
+
+
+def is_zombie(process: int) -> bool:
+    """Return whether a process has ended and waits for its parent to notice, where the system tells: on Linux."""
+    try:
+        about = Path(f"/proc/{process}/stat").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return False
+    return about.rpartition(")")[2].split()[:1] == ["Z"]

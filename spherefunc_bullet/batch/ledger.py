@@ -1,0 +1,219 @@
+"""The ledger of a batch: one row for every object and way to simulate it, in SQLite.
+
+A row waits, is done, or failed for a reason. Rows are written in transactions that are on the disk before they
+count, so that a reader, and whoever comes after a crash, sees all of a row or nothing; and readers do not wait
+for the writer, nor it for them (write-ahead log).
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+from ..errors import InputError
+
+VERSION = 1
+SCHEMA = f"""
+PRAGMA user_version = {VERSION};
+CREATE TABLE IF NOT EXISTS ways (      -- to simulate an object
+    way INTEGER PRIMARY KEY,
+    backend TEXT NOT NULL,
+    settings TEXT NOT NULL,            -- JSON: the backend's version and options, the limits, how files are loaded
+    radius REAL NOT NULL,              -- metres
+    seed INTEGER NOT NULL,
+    UNIQUE (backend, settings, radius, seed));
+CREATE TABLE IF NOT EXISTS runs (
+    object TEXT NOT NULL,              -- the file's path below the data set's folder
+    way INTEGER NOT NULL REFERENCES ways,
+    outcome TEXT NOT NULL DEFAULT 'waiting',
+    content TEXT,                      -- hash of the file's bytes and of how it is loaded
+    run TEXT,                          -- hash of all that decides the result; names the file of the centres
+    digest TEXT,                       -- hash of the settled centres
+    settled INTEGER, drops INTEGER,
+    seconds REAL, memory INTEGER,      -- of the simulation alone; bytes of its process at most
+    bytes INTEGER, kept INTEGER,       -- size of the file of the centres, and when it was written (ns)
+    source TEXT,                       -- size and time of the object's file: another, and it is looked at again
+    error TEXT, finished REAL,
+    PRIMARY KEY (object, way)) WITHOUT ROWID;
+CREATE INDEX IF NOT EXISTS outcomes ON runs (outcome, finished, way, seconds, bytes);
+CREATE TABLE IF NOT EXISTS calls (started REAL, ended REAL, jobs INTEGER, host TEXT, process INTEGER, data TEXT);
+CREATE VIEW IF NOT EXISTS ledger AS
+    SELECT object, content, backend, settings, radius, seed, outcome, settled, drops, seconds, memory, error, run,
+        digest, datetime(finished, 'unixepoch') AS finished
+    FROM runs JOIN ways USING (way) ORDER BY object, backend, settings, radius, seed;
+"""
+WAITING, DONE = "waiting", "done"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """How an object is simulated: all that decides the result but the object."""
+
+    backend: str
+    settings: str  # JSON
+    radius: float  # metres
+    seed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One object simulated in one way, or why it could not be."""
+
+    object: str
+    way: int
+    outcome: str = WAITING
+    content: str | None = None
+    run: str | None = None
+    digest: str | None = None
+    settled: int | None = None
+    drops: int | None = None
+    seconds: float | None = None
+    memory: int | None = None
+    bytes: int | None = None
+    kept: int | None = None
+    source: str | None = None
+    error: str | None = None
+    finished: float | None = None
+
+
+NAMES = tuple(each.name for each in fields(Row))
+COLUMNS = ", ".join(NAMES)
+VALUES = ", ".join(f":{name}" for name in NAMES)
+
+
+class Ledger:
+    """An open ledger, for one thread; closed at the end of a ``with``.
+
+    Raises
+    ------
+    InputError
+        From every method, if the file is no ledger, damaged, or cannot be written.
+    """
+
+    def __init__(self, path: Path, *, make: bool = False):
+        self.path = path
+        with self.said():
+            if not make and not path.is_file():
+                raise InputError(f"{path.parent}: expected a run directory of `spherefunc batch`, found no {path.name}")
+            self.connection = sqlite3.connect(path, timeout=60.0, isolation_level=None)
+            self.prepare()
+
+    def prepare(self):
+        """Make what is missing; refuse what is damaged or of another version."""
+        with self.said():
+            version = self.connection.execute("PRAGMA user_version").fetchone()[0]
+            if version not in (0, VERSION):
+                wanted = f"expected a ledger of version {VERSION}, got {version}"
+                raise InputError(f"{self.path}: {wanted}; use another --run")
+            self.connection.execute("PRAGMA synchronous = FULL")
+            if version == 0:
+                self.connection.execute("PRAGMA journal_mode = WAL")
+                self.connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA} COMMIT;")
+
+    def check(self):
+        """Refuse a ledger with damaged pages before a night is built on it."""
+        with self.said():
+            found = self.connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if found != "ok":
+            raise InputError(f"{self.path}: {DAMAGED.format(' '.join(found.split()))}")
+
+    @contextmanager
+    def said(self) -> Iterator[None]:
+        """Turn what SQLite raises into a line for the user."""
+        try:
+            yield
+        except (sqlite3.Error, OSError) as error:
+            raise InputError(f"{self.path}: {DAMAGED.format(error)}") from error
+
+    @contextmanager
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """Make everything within one transaction."""
+        with self.said():
+            self.connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield self.connection
+                self.connection.execute("COMMIT")
+            except BaseException:
+                if self.connection.in_transaction:
+                    self.connection.execute("ROLLBACK")
+                raise
+
+    def query(self, sql: str, values: Sequence = ()) -> list[tuple]:
+        """Return the rows of a query."""
+        with self.said():
+            return self.connection.execute(sql, values).fetchall()
+
+    def number(self, way: Way) -> int:
+        """Return a way's number, which it gets the first time."""
+        names, values = ", ".join(asdict(way)), tuple(asdict(way).values())
+        with self.writing() as connection:
+            connection.execute(f"INSERT OR IGNORE INTO ways ({names}) VALUES (?, ?, ?, ?)", values)
+        (number,) = self.numbers([way])
+        return number
+
+    def numbers(self, ways: Iterable[Way]) -> list[int]:
+        """Return the numbers of those ways that have one."""
+        sql = f"SELECT way FROM ways WHERE ({', '.join(each.name for each in fields(Way))}) = (?, ?, ?, ?)"
+        return [number for way in ways for (number,) in self.query(sql, tuple(asdict(way).values()))]
+
+    def ways(self) -> dict[int, Way]:
+        """Return all ways by their number."""
+        names = [each.name for each in fields(Way)]
+        rows = self.query(f"SELECT way, {', '.join(names)} FROM ways ORDER BY way")
+        return {number: Way(**dict(zip(names, values, strict=True))) for number, *values in rows}
+
+    def expect(self, objects: Iterable[str], ways: Sequence[int]):
+        """Have a waiting row for every object and way that has none."""
+        with self.writing() as connection:
+            rows = ((name, way) for name in objects for way in ways)
+            connection.executemany("INSERT OR IGNORE INTO runs (object, way) VALUES (?, ?)", rows)
+
+    def rows(self, ways: Sequence[int]) -> Iterator[Row]:
+        """Return the rows of these ways, by object."""
+        marks = ", ".join("?" * len(ways))
+        for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
+            yield Row(**dict(zip(NAMES, values, strict=True)))
+
+    def failures(self, ways: Iterable[Way]) -> list[Row]:
+        """Return the rows that failed in one of these ways."""
+        return [row for row in self.rows(self.numbers(ways)) if row.outcome not in (WAITING, DONE)]
+
+    def write(self, rows: Iterable[Row]):
+        """Write rows in place of those of the same objects and ways, all or none of them."""
+        with self.writing() as connection:
+            connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))
+
+    def begin_call(self, about: dict):
+        """Note that a batch begins to work on this ledger."""
+        with self.writing() as connection:
+            names = ", ".join(about)
+            cursor = connection.execute(
+                f"INSERT INTO calls (started, {names}) VALUES (?, ?, ?, ?, ?)", (time.time(), *about.values())
+            )
+            self.call = cursor.lastrowid
+
+    def end_call(self):
+        """Note that it came to its end."""
+        with self.writing() as connection:
+            connection.execute("UPDATE calls SET ended = ? WHERE rowid = ?", (time.time(), self.call))
+
+    def __enter__(self) -> Ledger:
+        return self
+
+    def __exit__(self, *_):
+        self.connection.close()
+
+
+DAMAGED = (
+    "expected a ledger that can be read and written, {}; if it is damaged, move it away: what is settled is found again"
+)
+
+
+def settings_json(settings: dict) -> str:
+    """Return settings as the ledger writes them: the same settings, the same text."""
+    return json.dumps(settings, sort_keys=True, default=str)

@@ -1,0 +1,122 @@
+"""A batch's task: one object at the radii that are missing, what a worker makes of it, and what is kept of that."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..clouds.cloud import Cloud, load_cloud
+from ..errors import InputError, Unexpected
+from ..settling.records import Loading, content_hash, run_hash
+from ..settling.settling import measured_run
+from ..simulator import Simulator
+from .folder import FullDisk, RunFolder, digest
+from .freshness import source_stamp
+from .ledger import DONE, Row
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What a worker is to do: one object at the radii that are missing."""
+
+    path: Path
+    name: str
+    radii: dict[int, float]  # way in the ledger -> metres
+    simulator: Simulator
+    seed: int
+    loading: Loading
+
+    def run(self, content: str, radius: float) -> str:
+        """Return the hash that names one run's file."""
+        return run_hash(content, self.simulator, radius, self.seed)
+
+
+def settled_rows(path: Path, task: Task, folder: RunFolder) -> list[Row]:
+    """Return the rows of one object, simulating what the folder lacks; called in a worker.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used, the disk is full, or something is wrong with us or the backend.
+    """
+    try:
+        content = content_hash(path, task.loading)
+
+        @cache
+        def cloud() -> Cloud:
+            return load_cloud(path, up=task.loading.up, units=task.loading.units)
+
+        return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
+    except (InputError, MemoryError):
+        raise
+    except Exception as error:  # whatever a backend makes of this object, the others are still to be done
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(last.filename).name}, line {last.lineno}"
+        raise Unexpected(f"{path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
+
+
+def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder) -> Row:
+    """Return the row of one run, from the folder or simulated now."""
+    run = task.run(content, radius)
+    arrays = folder.find(run)
+    if arrays is None:
+        arrays = measured_run(cloud(), task.simulator, radius, task.seed)
+        folder.put(run, arrays)
+    return done_row(task, way, content, run, arrays)
+
+
+def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.ndarray]) -> Row:
+    """Return what the ledger says of settled centres."""
+    return Row(
+        object=task.name,
+        way=way,
+        outcome=DONE,
+        content=content,
+        run=run,
+        digest=digest(arrays["centers"]),
+        settled=len(arrays["centers"]),
+        drops=int(arrays["drops"]),
+        seconds=float(arrays["seconds"]),
+        memory=int(arrays["memory"]) if "memory" in arrays else None,
+    )
+
+
+def kept_rows(task: Task, outcome: list[Row] | InputError, folder: RunFolder) -> list[Row]:
+    """Return a task's rows as they are to be written, once all that they tell of is on the disk for certain."""
+    if isinstance(outcome, FullDisk):
+        raise outcome
+    stamp, now = source_stamp(task.path), time.time()
+    rows = outcome if isinstance(outcome, list) else failed_rows(task, outcome, folder)
+    return [replace(row, source=stamp, finished=now, **kept(row, folder)) for row in rows]
+
+
+def kept(row: Row, folder: RunFolder) -> dict[str, int]:
+    """Keep the centres of a row, if it has any, and return the size and time of their file."""
+    if row.outcome != DONE:
+        return {}
+    about = folder.keep(row.run)
+    return {"bytes": about.st_size, "kept": about.st_mtime_ns}
+
+
+def failed_rows(task: Task, error: InputError, folder: RunFolder) -> list[Row]:
+    """Return the rows of an object that failed: done are the radii that it had finished before."""
+    try:
+        content = content_hash(task.path, task.loading)
+    except InputError:
+        content = None
+    rows = []
+    for way, radius in task.radii.items():
+        run = content and task.run(content, radius)
+        arrays = folder.find(run) if run else None
+        if arrays is None:
+            line = " ".join(str(error).replace(str(task.path), task.name).split())
+            rows.append(Row(object=task.name, way=way, outcome=error.outcome, content=content, error=line))
+        else:
+            rows.append(done_row(task, way, content, run, arrays))
+    return rows

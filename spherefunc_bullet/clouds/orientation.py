@@ -1,0 +1,166 @@
+"""Axes and units: from a file's own to metres with z up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError, one_line
+from ..formats.reading import Geometry
+from ..quantities import METRES, format_length
+
+Report = Callable[[str], None]
+UPS = ("z", "y", "x", "auto")
+UNITS = (*METRES, "auto")
+MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: beyond, the unit must be wrong
+ODD_EXTENTS = (0.02, 20.0)  # metres: outside, it may be
+_Y_UP = (".glb", ".gltf")  # by their standard
+_LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
+_TRIED_UNITS = ("m", "mm", "cm", "in")  # the first that is likely wins
+# How much more safely an object must stand with y up for z to give way. On the 382 clear models of the
+# development set, 0.05 leaves 93 % of those with z up as they are and turns 83 % of those with y up.
+_CLEARLY = 0.05
+_TURNS = {"z": ((0, 1, 2), (1, 1, 1)), "y": ((0, 2, 1), (1, -1, 1)), "x": ((1, 2, 0), (1, 1, 1))}
+_TOUCHING = 0.02  # of the largest extent: points this low count as touching the ground
+
+
+def require_choices(up: str, units: str) -> None:
+    """Raise InputError for an axis or a unit that is none."""
+    for option, value, choices in (("--up", up, UPS), ("--units", units, UNITS)):
+        if value not in choices:
+            raise InputError(f"{option} {value!r}: expected one of {', '.join(choices)}")
+
+
+def turned_up(points: np.ndarray, up: str) -> np.ndarray:
+    """Return points turned, not mirrored, so that the axis ``up`` becomes z.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    up : {"z", "y", "x"}
+
+    Examples
+    --------
+    >>> turned_up(np.array([[1.0, 2.0, 3.0]]), "y")
+    array([[ 1., -3.,  2.]])
+    """
+    order, sign = _TURNS[up]
+    return points[:, order] * np.array(sign, dtype=np.float64)
+
+
+def likely_up(geometry: Geometry) -> tuple[str, str]:
+    """Return "z" or "y", whichever an object stands on more safely, and the reason; in doubt z.
+
+    X is never guessed: hardly any program writes it, and every axis more is one more to be wrong about.
+    """
+    margins = {up: standing_margin(turned_up(geometry.vertices, up), geometry.faces) for up in "zy"}
+    if margins["y"] > max(margins["z"], 0.0) + _CLEARLY:
+        return "y", "it stands more safely that way"
+    return "z", "it stands safely that way" if margins["z"] > 0 else "no other axis lets it stand more safely"
+
+
+def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarray:
+    """Return a geometry's vertices with z up, and report a guess or a likely mistake.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        As read.
+    up : {"z", "y", "x", "auto"}
+    path : Path
+        Where it comes from: the endings .glb and .gltf promise y up.
+    report : callable
+        Takes one line of text.
+    """
+    name = one_line(path.name)
+    promises_y = path.suffix.lower() in _Y_UP
+    if up == "auto":
+        up, reason = ("y", "glTF files are by their standard") if promises_y else likely_up(geometry)
+        report(f"{name}: took {up} to be up, because {reason}; --up says otherwise")
+    elif up == "z" and promises_y:
+        report(f"{name}: taken as z up, but glTF files are y up by their standard; --up y may be meant")
+    return turned_up(geometry.vertices, up)
+
+
+def likely_unit(extent: float) -> str:
+    """Return the unit in which the largest extent is that of a household object.
+
+    Metres win if they are likely (5 cm to 3 m); then mm, cm, in; then whichever comes nearest.
+
+    Examples
+    --------
+    >>> likely_unit(0.9), likely_unit(900), likely_unit(36)
+    ('m', 'mm', 'cm')
+    """
+    metres = {unit: max(extent * METRES[unit], 1e-300) for unit in _TRIED_UNITS}
+    excess = {unit: max(metres[unit] / _LIKELY[1], _LIKELY[0] / metres[unit], 1.0) for unit in _TRIED_UNITS}
+    return min(excess, key=excess.get)  # the first of equals
+
+
+def to_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.ndarray:
+    """Return points in metres, and report a guess.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, in ``units``
+    units : {"m", "cm", "mm", "in", "auto"}
+    """
+    if units == "auto":
+        extent = float(np.ptp(points, axis=0).max())
+        units = likely_unit(extent)
+        size = _rounded(extent * METRES[units])
+        report(f"{name}: took its unit to be {units}, so it is {size} large; --units says otherwise")
+    return points * METRES[units]
+
+
+def _rounded(metres: float) -> str:
+    return format_length(float(f"{metres:.3g}"))
+
+
+def require_size(points: np.ndarray, name: str, report: Report) -> None:
+    """Raise InputError for points, (N, 3) in metres, of impossible size; report an odd one."""
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(points, axis=0).max())
+    if not MIN_EXTENT <= extent <= MAX_EXTENT:
+        limits = f"between {_rounded(MIN_EXTENT)} and {_rounded(MAX_EXTENT)}"
+        raise InputError(f"{name}: expected an object {limits} large, got {_rounded(extent)}; set --units")
+    if not ODD_EXTENTS[0] <= extent <= ODD_EXTENTS[1]:
+        report(f"{name}: is {_rounded(extent)} large, odd for a household object; is --units right?")
+
+
+def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the centre of a surface, or of points without faces, (3,)."""
+    if not len(faces):
+        return vertices.mean(axis=0)
+    corners = vertices[faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return np.average(corners.mean(axis=1), axis=0, weights=areas + 1e-300)
+
+
+def standing_margin(vertices: np.ndarray, faces: np.ndarray) -> float:
+    """Return how far inside its support polygon an object's centroid lies, over its footprint's side.
+
+    The support polygon is the convex hull, seen from above, of the points that touch the ground.
+
+    Parameters
+    ----------
+    vertices : (N, 3) float64, z up
+    faces : (M, 3) int64; none for a cloud
+
+    Returns
+    -------
+    float
+        Below zero if the object would tip over; minus infinity if it touches the ground in a line or a point.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    heights = vertices[:, 2] - vertices[:, 2].min()
+    touching = vertices[heights <= _TOUCHING * np.ptp(vertices, axis=0).max(), :2]
+    try:
+        support, footprint = ConvexHull(touching), ConvexHull(vertices[:, :2])
+    except (QhullError, ValueError):  # too few points, or all in a line
+        return -np.inf
+    outside = support.equations[:, :2] @ centroid(vertices, faces)[:2] + support.equations[:, 2]
+    return float(-outside.max() / np.sqrt(footprint.volume))  # a polygon's "volume" is its area

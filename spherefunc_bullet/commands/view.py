@@ -1,0 +1,279 @@
+"""``spherefunc view``: an object, its settled spheres and its histogram, to turn about in a browser."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..console import Failures, print_json, progress, say
+from ..errors import InputError
+from ..quantities import format_length, parse_lengths
+from .options import Json, Seed, Shape, Units, Up, simulator_options
+
+RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres: to choose from by the object's size
+SPHERES_ACROSS = 36  # radii along the longest side, about: enough to see how they lie, few enough to see each
+
+
+@dataclass(eq=False)
+class Viewed:
+    """One file's object, and what became of the spheres on it."""
+
+    file: Path
+    cloud: object
+    radii: tuple[float, ...]  # metres
+    results: dict[str, list] = field(default_factory=dict)  # backend -> a DropResult per radius
+    settled: dict | None = None  # for the explanation: radius in metres -> centres (S, 3), metres
+
+
+def view(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    backend: Annotated[str, typer.Option(help="Simulators to show side by side, such as fast,bullet.")] = "fast",
+    radius: Annotated[
+        str | None, typer.Option(help="Such as 1cm or 1cm,2cm; without it, by the object's size.")
+    ] = None,
+    explain: Annotated[bool, typer.Option("--explain", help="Show why: neighbours, cubes for and against.")] = False,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file for --explain; without one, the one that ships.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The .html file for all, or a folder; without it, FILE.html.")
+    ] = None,
+    open: Annotated[bool | None, typer.Option(help="Open the page in a browser; without it, on a terminal.")] = None,
+    shape: Shape = None,
+    seed: Seed = 0,
+    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 20_000,
+    up: Up = "z",
+    units: Units = "m",
+    json: Json = False,
+):
+    """Show objects with settled spheres and the histogram's cubes, as pages for a browser."""
+    names = backend_names(backend)
+    radii = parse_lengths(radius) if radius else None
+    check_place(out)
+    classifier = explaining_model(model, names) if explain else None
+    failures = Failures()
+    simulators = usable_simulators(names, shape, failures)
+    objects = loaded_objects(files, radii, up, units, failures) if simulators else []
+    for simulator in simulators:
+        drop_on_all(objects, simulator, max_spheres, seed, failures)
+    if classifier is not None:
+        settle_on_all(objects, classifier, failures)
+    pages = write_pages([each for each in objects if each.results], out, classifier, failures)
+    if json:
+        print_json([str(page) for page in pages])
+    else:
+        say("\n".join(f"wrote {page}" for page in pages) if pages else "nothing to show")
+    if pages and wants_browser(open):
+        open_browser(pages[0])
+    failures.exit()
+
+
+def backend_names(text: str) -> list[str]:
+    """Return the backends of a comma-separated list, without repeats."""
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")
+    return names
+
+
+def explaining_model(model: Path | None, names: Sequence[str]):
+    """Return the model that is given, or the first that ships for one of the backends shown."""
+    from ..learning.model_file import load_model, shipped_model
+
+    for name in names if model is None else ():
+        try:
+            model = shipped_model(name)
+            break
+        except InputError as error:
+            missing = error
+    if model is None:
+        raise missing
+    return load_model(model)
+
+
+def check_place(out: Path | None):
+    """Refuse a place that cannot be written to before spheres are dropped."""
+    if out is None:
+        return
+    folder = out if out.is_dir() else out.absolute().parent
+    if not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"{out}: expected a name that ends in .html, or a folder that is there")
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        raise InputError(f"{out}: expected a file that can be written, got a folder that is missing or read-only")
+
+
+def usable_simulators(names: Sequence[str], shape: str | None, failures: Failures) -> list:
+    """Return the simulators that there are, and say of the others why not; only bullet has shapes."""
+    from ..simulator import make_simulator
+
+    found = []
+    for name in names:
+        try:
+            options = simulator_options(shape) if name == "bullet" or len(names) == 1 else {}
+            found.append(make_simulator(name, **options))
+        except InputError as error:
+            failures.add(error)
+    return found
+
+
+def loaded_objects(files: Sequence[Path], radii, up: str, units: str, failures: Failures) -> list[Viewed]:
+    """Return the objects of the files that can be used, and say of the others why not."""
+    from ..clouds.cloud import load_cloud
+
+    objects = []
+    for file in files:
+        try:
+            cloud = load_cloud(file, up=up, units=units, report=say)
+        except InputError as error:
+            failures.add(error)
+        else:
+            objects.append(Viewed(file, cloud, radii or (fitting_radius(cloud),)))
+    return objects
+
+
+def fitting_radius(cloud) -> float:
+    """Return the radius, in metres, of which the most nearly SPHERES_ACROSS make the object's longest side."""
+    return min(RADII, key=lambda each: abs(each * SPHERES_ACROSS - cloud.size.max()))
+
+
+def drop_on_all(objects: list[Viewed], simulator, max_spheres: int, seed: int, failures: Failures):
+    """Drop spheres on every object by one backend."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import DropSettings, isolated
+
+    runs = [[DropSettings(radius=each, max_spheres=max_spheres) for each in viewed.radii] for viewed in objects]
+    pairs = zip(objects, runs, strict=True)
+    tasks = [(viewed.file, viewed.cloud, simulator, settings, seed) for viewed, settings in pairs]
+    outcomes = run_tasks(dropped, tasks, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(tasks), f"dropping by {simulator.name}"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+        else:
+            objects[index].results[simulator.name] = outcome
+
+
+def dropped(file: Path, cloud, simulator, runs: list, seed: int) -> list:
+    """Return the result of each run on a cloud; the file is what errors name."""
+    return [simulator.drop(cloud, settings, seed) for settings in runs]
+
+
+def settle_on_all(objects: list[Viewed], classifier, failures: Failures):
+    """Drop the spheres that the classifier looks at on every object."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
+
+    simulator, radii = make_simulator(classifier.simulator), classifier.chosen_radii()
+    tasks = [(viewed.file, viewed.cloud, simulator, radii, classifier.seed) for viewed in objects]
+    outcomes = run_tasks(settled_on, tasks, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(tasks), "explaining"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+        else:
+            objects[index].settled = outcome
+
+
+def settled_on(file: Path, cloud, simulator, radii: list[float], seed: int) -> dict:
+    """Return the settled centres of a cloud at each radius; the file is what errors name."""
+    from ..settling.settling import settle
+
+    return settle(cloud, simulator, radii, seed)
+
+
+def write_pages(objects: list[Viewed], out: Path | None, classifier, failures: Failures) -> list[Path]:
+    """Write one page per object, or one for all where its name is given, and return those written."""
+    from ..viewer.page import page_html
+
+    together = out is not None and not out.is_dir()
+    groups = [objects] if together and objects else [[each] for each in objects]
+    written: list[Path] = []
+    for group in groups:
+        path = out if together else unused_name(out or Path(), group[0].file.stem, written)
+        title = ", ".join(each.file.name for each in group)
+        html = page_html(title, [part for each in group for part in object_parts(each, classifier)])
+        try:
+            path.write_text(html, encoding="utf-8", errors="replace")
+        except OSError as error:
+            failures.add(InputError(f"{path}: expected a file that can be written; {error.strerror}"))
+        else:
+            written.append(path)
+    return written
+
+
+def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
+    """Return a page's path, named for its object; two objects of one name get two pages."""
+    number = 1
+    while (path := folder / (f"{stem}_{number}.html" if number > 1 else f"{stem}.html")) in written:
+        number += 1
+    return path
+
+
+def object_parts(viewed: Viewed, classifier) -> list[str]:
+    """Return the HTML of one object: its title, the scene, and why where that is asked for."""
+    from html import escape
+
+    from ..viewer.data import scene
+    from ..viewer.explanation import explanation_html
+    from ..viewer.page import scene_html
+
+    size = " × ".join(f"{100 * each:.3g}" for each in viewed.cloud.size)
+    kind = "mesh" if viewed.cloud.mesh is not None else "cloud"
+    parts = [
+        f"<h1>{escape(viewed.file.name)}</h1>",
+        f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{' sampled from a mesh' if kind == 'mesh' else ''}. "
+        "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
+        scene_html(scene(viewed.cloud, backend_panels(viewed))),
+    ]
+    if viewed.settled is not None:
+        parts.append(explanation_html(classifier, viewed.cloud, viewed.settled))
+    return parts
+
+
+def backend_panels(viewed: Viewed) -> list:
+    """Return a panel for each backend, with a layer for each radius."""
+    from ..viewer.data import Layer, Panel, histogram_cubes
+
+    panels = []
+    for name, results in viewed.results.items():
+        pairs = zip(viewed.radii, results, strict=True)
+        layers = [
+            Layer(
+                radius=radius,
+                centers=result.centers,
+                cubes=histogram_cubes(result.centers, radius),
+                note=run_note(radius, result),
+            )
+            for radius, result in pairs
+        ]
+        panels.append(Panel(title=name, layers=layers))
+    return panels
+
+
+def run_note(radius: float, result) -> str:
+    """Return a run's radius, outcomes and time, for people."""
+    from ..simulator import Stop
+
+    counts = [(result.settled, "settled"), (result.rolled_off, "rolled off"), (result.rejected, "rejected")]
+    counts += [(result.timed_out, "timed out")] if result.timed_out else []
+    outcomes = ", ".join(f"{count:,} {what}" for count, what in counts)
+    cut = "; stopped at the limit of spheres" if result.stop == Stop.SPHERE_LIMIT else ""
+    return f"Spheres of radius {format_length(radius)}: {outcomes}, in {result.seconds:.3g} s{cut}."
+
+
+def wants_browser(asked: bool | None) -> bool:
+    """Return whether to open a browser: if asked to or on a terminal, and where there is a display."""
+    graphical = sys.platform in ("win32", "darwin") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    return graphical and (sys.stdout.isatty() if asked is None else asked)
+
+
+def open_browser(page: Path):
+    """Open a page, and say so where that fails."""
+    import webbrowser
+
+    if not webbrowser.open(page.absolute().as_uri()):
+        say(f"no browser could be opened; the page is {page}")

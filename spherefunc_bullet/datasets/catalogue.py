@@ -1,0 +1,108 @@
+"""Catalogues: made-up objects, found through the entry-point group ``spherefunc.catalogues``, and written once.
+
+A catalogue is a function of a seed that returns objects with ``name``, ``label``, ``also``, ``category`` and
+``mesh`` (a `trimesh.Trimesh` in metres, z up).
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import tempfile
+from collections.abc import Callable, Iterable
+from importlib.metadata import EntryPoint, entry_points, version
+from pathlib import Path
+
+from ..errors import InputError
+from ..formats.writing import cache_home
+
+COLUMNS = ("file", "label", "also", "category", "group")
+VERSION = 2  # of the built catalogues on disk; another number, built anew
+
+
+def catalogue_entry_points() -> dict[str, EntryPoint]:
+    """Return the registered catalogues by name, without importing them."""
+    return {point.name: point for point in entry_points(group="spherefunc.catalogues")}
+
+
+def make_catalogue(name: str, seed: int = 0) -> list:
+    """Return a catalogue's objects.
+
+    Raises
+    ------
+    InputError
+        If no catalogue has that name.
+    """
+    points = catalogue_entry_points()
+    if name not in points:
+        raise InputError(f"catalogue {name!r}: expected one of {', '.join(sorted(points)) or 'none installed'}")
+    return points[name].load()(seed)
+
+
+def built_catalogue(name: str) -> Path:
+    """Return the manifest of a catalogue, building it in the cache the first time."""
+    home = cache_home() / "catalogues"
+    folder = home / f"{version('spherefunc-bullet')}-{VERSION}" / name
+    if not (folder / "manifest.csv").is_file():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=home) as scratch:
+            write_catalogue(make_catalogue(name), Path(scratch) / name, name)
+            # Two processes may build at once: the first to rename wins, the other's copy is dropped.
+            try:
+                os.replace(Path(scratch) / name, folder)
+            except OSError as error:
+                if not (folder / "manifest.csv").is_file():
+                    raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+    return folder / "manifest.csv"
+
+
+def write_catalogue(
+    objects: Iterable,
+    directory: str | os.PathLike,
+    group: str,
+    *,
+    advance: Callable = lambda: None,
+) -> Path:
+    """Write one binary PLY per object and, last, ``manifest.csv``; return the manifest's path.
+
+    Parameters
+    ----------
+    objects : iterable
+        Each with ``name``, ``label``, ``also``, ``category`` and ``mesh``.
+    directory : path
+        Made if it is missing.
+    group : str
+        The source that the manifest names for every object.
+    advance : callable
+        Called after each object.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written.
+    """
+    directory = Path(directory)
+    rows = []
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for item in objects:
+            file = f"{item.name}.ply"
+            (directory / file).write_bytes(item.mesh.export(file_type="ply", encoding="binary"))
+            rows.append((file, item.label, item.also, item.category, group))
+            advance()
+        return write_manifest(directory, COLUMNS, rows)
+    except OSError as error:
+        raise InputError(
+            f"{directory}: expected a directory that can be written, got {error.strerror}"
+        ) from error
+
+
+def write_manifest(directory: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
+    """Write ``manifest.csv`` in one step, so that a reader never finds half of it; return its path."""
+    part, path = directory / "manifest.csv.part", directory / "manifest.csv"
+    with part.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        writer.writerows(rows)
+    os.replace(part, path)
+    return path

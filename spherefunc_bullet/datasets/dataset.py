@@ -1,0 +1,154 @@
+"""Data sets: which files there are, and what each object is for.
+
+``DATA`` on the command line is a folder with a ``manifest.csv``, a folder of folders named for their label,
+or the name of a built-in catalogue.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from ..errors import InputError
+from .catalogue import built_catalogue, catalogue_entry_points
+
+NONE = "none"
+SUFFIXES = {".ply", ".pcd", ".obj", ".stl", ".3ds", ".off", ".glb", ".gltf", ".xyz", ".npz"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetObject:
+    """One object of a data set."""
+
+    path: Path
+    functions: frozenset[str]  # labelled so, the primary function; empty for none
+    also: frozenset[str] = frozenset()  # true as well, or disputed, but not the primary one
+    category: str = ""
+    group: str = ""  # its source
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Labelled objects, in the order of the manifest."""
+
+    name: str
+    objects: tuple[DatasetObject, ...]
+    folder: Path | None = None  # below which the objects' files lie
+
+    @cached_property
+    def functions(self) -> tuple[str, ...]:
+        """Return the names of all functions that some object has, sorted."""
+        return tuple(sorted(set().union(*(each.functions for each in self.objects))))
+
+    def __len__(self) -> int:
+        return len(self.objects)
+
+    def name_of(self, path: Path) -> str:
+        """Return what an object is called wherever the data set lies: its path below the folder, with slashes."""
+        return str(path) if self.folder is None else Path(os.path.relpath(path, self.folder)).as_posix()
+
+
+def open_dataset(data: str | Path) -> Dataset:
+    """Open a data set by folder or by the name of a catalogue.
+
+    Raises
+    ------
+    InputError
+        If there is neither such a folder nor such a catalogue, or the manifest is not usable.
+    """
+    path = Path(data)
+    if path.is_dir():
+        manifest = path / "manifest.csv"
+        return read_manifest(manifest) if manifest.is_file() else read_label_folders(path)
+    if str(data) in (catalogues := catalogue_entry_points()):
+        return read_manifest(built_catalogue(str(data)))
+    if path.is_file() and path.suffix.lower() == ".csv":
+        return read_manifest(path)
+    kinds = f"a folder with manifest.csv or label folders, or one of {', '.join(sorted(catalogues))}"
+    came = "a file" if path.exists() else "nothing of that name"
+    raise InputError(f"{data}: expected {kinds}; found {came}")
+
+
+def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
+    """Return one data set of the objects of several, such as whole models and scans of them."""
+    if len(datasets) == 1:
+        return datasets[0]
+    objects = tuple(item for each in datasets for item in each.objects)
+    return Dataset(" and ".join(each.name for each in datasets), objects)
+
+
+def read_manifest(manifest: Path) -> Dataset:
+    """Read a ``manifest.csv`` with the columns file and label, and what else there is.
+
+    Several functions are separated by ``;``, none is written ``none``.
+    """
+    try:
+        text = manifest.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{manifest}: expected a CSV file in UTF-8; {error}") from error
+    rows = csv.DictReader(text.splitlines())
+    missing = [name for name in ("file", "label") if name not in (rows.fieldnames or [])]
+    if missing:
+        raise InputError(
+            f"{manifest}: expected the columns file and label, got {', '.join(rows.fieldnames or ['no columns'])}"
+        )
+    objects = tuple(_manifest_object(manifest, rows.line_num, row) for row in rows)
+    if not objects:
+        raise InputError(f"{manifest}: expected at least one row below the header, got none")
+    return Dataset(manifest.parent.name, objects, manifest.parent)
+
+
+def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
+    file, label = (row["file"] or "").strip(), (row["label"] or "").strip()
+    where = f"{manifest}, line {line}"
+    if not file or not label:
+        raise InputError(f"{where}: expected a file and a label, got {file!r} and {label!r}")
+    path = manifest.parent / file
+    if not lies_below(manifest.parent, path):
+        raise InputError(f"{where}: expected a file below the manifest's folder, got {file}")
+    return DatasetObject(
+        path=path,
+        functions=parse_functions(label),
+        also=parse_functions(row.get("also") or ""),
+        category=(row.get("category") or "").strip(),
+        group=(row.get("group") or "").strip(),
+    )
+
+
+def lies_below(folder: Path, path: Path) -> bool:
+    """Return whether a path leads to a place below a folder, all links followed."""
+    return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
+
+
+def parse_functions(text: str) -> frozenset[str]:
+    """Return the functions of a label.
+
+    Examples
+    --------
+    >>> sorted(parse_functions("table; sittable")), parse_functions("none")
+    (['sittable', 'table'], frozenset())
+    """
+    return frozenset(name.strip() for name in text.split(";") if name.strip()) - {NONE}
+
+
+def read_label_folders(folder: Path) -> Dataset:
+    """Read a folder of folders named for their label (``cup/``, ``none/``, ``table;sittable/``)."""
+    objects = tuple(
+        DatasetObject(path=path, functions=parse_functions(sub.name), category=sub.name)
+        for sub in sorted(folder.iterdir())
+        if sub.is_dir()
+        for path in sorted(sub.rglob("*"))
+        if path.suffix.lower() in SUFFIXES
+    )
+    if not objects:
+        raise InputError(
+            f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
+        )
+    outside = next((each.path for each in objects if not lies_below(folder, each.path)), None)
+    if outside is not None:
+        raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
+    return Dataset(folder.resolve().name, objects, folder)

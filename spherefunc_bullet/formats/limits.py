@@ -1,0 +1,97 @@
+"""Limits for files from strangers, checked before what they limit is loaded.
+
+Each refuses in words for the file's owner. All of them together keep the reading of any one file below 2 GiB.
+"""
+
+from __future__ import annotations
+
+import stat
+import zipfile
+from pathlib import Path, PurePosixPath
+
+from ..errors import InputError
+from . import FormatError
+
+MAX_FILE_BYTES = 512 << 20  # of a model or scan, with the files beside it that it names
+MAX_TEXT_BYTES = 128 << 20  # of one in text, which takes several times its size to read
+MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together: a small one can declare any size
+MAX_MEMBERS = 10_000  # of an archive
+MAX_TRIANGLES = 10_000_000
+MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
+
+
+def require_file(path: Path, shown: str) -> None:
+    """Raise InputError for what is no ordinary file, or too large; nothing of it is read.
+
+    Parameters
+    ----------
+    shown : str
+        What the message calls it.
+
+    Raises
+    ------
+    OSError
+        If it cannot be looked at.
+    """
+    if path.is_dir():
+        raise InputError(f"{shown}: expected a file, got a folder; name a file in it")
+    if not path.exists():
+        raise InputError(f"{shown}: expected a file, found none; check the path")
+    about = path.stat()
+    if not stat.S_ISREG(about.st_mode):  # a pipe or a device may never end
+        raise InputError(f"{shown}: expected an ordinary file, got a pipe or a device; copy it to a file")
+    if about.st_size > MAX_FILE_BYTES:
+        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {about.st_size >> 20} MiB"
+        raise InputError(f"{shown}: {limit}; simplify it")
+
+
+def require_text_size(data: bytes) -> None:
+    """Raise FormatError for more text than is read."""
+    if len(data) > MAX_TEXT_BYTES:
+        limit = f"expected at most {MAX_TEXT_BYTES >> 20} MiB of text, got {len(data) >> 20} MiB"
+        raise FormatError(f"{limit}; save it in a binary format, or simplify it")
+
+
+def require_counts(**counts: int) -> None:
+    """Raise FormatError for more triangles, vertices or points than are read, as declared or counted.
+
+    Examples
+    --------
+    >>> require_counts(triangles=10**8)
+    Traceback (most recent call last):
+        ...
+    spherefunc_bullet.formats.FormatError: expected at most 10,000,000 triangles, got 100,000,000; simplify it
+    """
+    for name, count in counts.items():
+        limit = MAX_TRIANGLES if name == "triangles" else MAX_VERTICES
+        if count > limit:
+            raise FormatError(f"expected at most {limit:,} {name}, got {count:,}; simplify it")
+
+
+def require_members(archive: zipfile.ZipFile) -> None:
+    """Raise FormatError for an archive that unpacks to too much, or names members outside of itself."""
+    members = archive.infolist()
+    if len(members) > MAX_MEMBERS:
+        raise FormatError(f"expected an archive of at most {MAX_MEMBERS:,} members, got {len(members):,}")
+    outside = next((each.filename for each in members if climbs_out(each.filename)), None)
+    if outside is not None:
+        raise FormatError(f"expected members inside the archive, got {outside[:80]!r}; is it from a source you trust?")
+    require_unpacked(sum(each.file_size for each in members))
+
+
+def require_unpacked(size: int) -> None:
+    """Raise FormatError for more bytes than are unpacked, as a packed file declares them."""
+    if size > MAX_UNPACKED_BYTES:
+        raise FormatError(f"expected at most {MAX_UNPACKED_BYTES >> 20} MiB unpacked, got {size >> 20} MiB declared")
+
+
+def climbs_out(name: str) -> bool:
+    """Return whether a member's name leads out of the folder it would be unpacked to.
+
+    Examples
+    --------
+    >>> climbs_out("points.npy"), climbs_out("../points.npy"), climbs_out("/etc/points.npy"), climbs_out("a\\\\..\\\\b")
+    (False, True, True, True)
+    """
+    path = PurePosixPath(name.replace("\\", "/"))
+    return path.is_absolute() or ".." in path.parts or (len(name) > 1 and name[1] == ":")

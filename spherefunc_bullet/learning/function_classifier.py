@@ -1,0 +1,249 @@
+"""What an object is for: one binary classifier per function, each with the radius that serves it best (§III-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from sklearn.base import BaseEstimator
+from sklearn.metrics.pairwise import euclidean_distances
+from sklearn.utils.validation import check_is_fitted
+
+from ..datasets.dataset import parse_functions
+from ..errors import InputError
+from ..settling.settling import settle
+from .histogram import widened
+from .inverse_distance import SAME
+from .method import find_method
+from .validation import THRESHOLD, radius_weights, voted_scores
+
+RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
+
+
+class FunctionClassifier(BaseEstimator):
+    """Learn functions from labelled clouds, and tell those of others: several, or none.
+
+    Parameters
+    ----------
+    simulator : str or Simulator
+        A registered backend's name, or a simulator.
+    radii : sequence of float
+        Sphere radii to choose from, metres.
+    method : {'default', 'paper'} or Method
+    seed : int
+        Of the drops.
+    random_state : int
+        Of the validation splits.
+
+    Attributes
+    ----------
+    functions_ : tuple of str
+    weights_ : dict of str to dict of float to float
+        For each function, the radii in metres that count and how much; one alone where the method takes the best.
+    histograms_ : dict of float to CubeHistogram
+    examples_ : dict of float to (N, V + 1) sparse matrix
+        The training objects' features at each radius.
+    members_ : (N, F) bool
+    names_ : list of str
+        What the training objects are called.
+    """
+
+    def __init__(self, simulator="fast", *, radii=RADII, method="default", seed=0, random_state=0):
+        self.simulator = simulator
+        self.radii = radii
+        self.method = method
+        self.seed = seed
+        self.random_state = random_state
+
+    def fit(self, X, y):
+        """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""
+        return self.fit_settled(self._settled(X), y, [cloud.name for cloud in X])
+
+    def partial_fit(self, X, y):
+        """Learn from more clouds: earlier examples stay, and the radii are chosen anew."""
+        if not hasattr(self, "examples_"):
+            return self.fit(X, y)
+        return self.add_settled(self._settled(X), y, [cloud.name for cloud in X])
+
+    def fit_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+        """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
+        labels = as_sets(y)
+        if not len(settled) == len(labels) == len(names):
+            raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")
+        method = find_method(self.method)
+        self.functions_ = tuple(sorted(set().union(*labels)))
+        self.members_ = memberships(labels, self.functions_)
+        self.names_ = list(names)
+        self.histograms_, self.examples_ = {}, {}
+        for radius in self.radii:
+            self.histograms_[radius] = method.histogram(radius)
+            self.examples_[radius] = self.histograms_[radius].fit_transform([each[radius] for each in settled])
+        return self._choose_radii()
+
+    def add_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+        """Learn from more settled centres."""
+        from scipy import sparse
+
+        check_is_fitted(self)
+        labels = as_sets(y)
+        functions = tuple(sorted(set(self.functions_).union(*labels)))
+        known = [self.functions_.index(name) if name in self.functions_ else None for name in functions]
+        old = np.column_stack([self.members_[:, k] if k is not None else self._no_members() for k in known])
+        self.functions_, self.members_ = functions, np.vstack([old, memberships(labels, functions)])
+        self.names_ = [*self.names_, *names]
+        for radius, histogram in self.histograms_.items():
+            centers = [each[radius] for each in settled]
+            before = histogram.keys_
+            histogram.partial_fit(centers)
+            old = widened(self.examples_[radius], before, histogram.keys_)
+            self.examples_[radius] = sparse.vstack([old, histogram.transform(centers)]).tocsr()
+        return self._choose_radii()
+
+    @property
+    def radius_(self) -> dict[str, float]:
+        """The radius that counts most for each function, metres."""
+        return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
+
+    def predict_proba(self, X) -> np.ndarray:
+        """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
+        return self.score_settled(self._settled(X, self.chosen_radii()))
+
+    def predict(self, X) -> list[frozenset[str]]:
+        """Return the functions of each cloud, an empty set for none."""
+        return [
+            frozenset(name for name, score in zip(self.functions_, row, strict=True) if score > THRESHOLD)
+            for row in self.predict_proba(X)
+        ]
+
+    def score_settled(self, settled: Sequence[dict]) -> np.ndarray:
+        """Return the scores (N, F) of objects given as settled centres at the chosen radii."""
+        check_is_fitted(self)
+        distances = {radius: self.distances(settled, radius) for radius in self.chosen_radii()}
+        columns = [
+            voted_scores(distances, members, self.weights_[name], find_method(self.method))
+            for name, members in zip(self.functions_, self.members_.T, strict=True)
+        ]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(settled), 0))
+
+    def distances(self, settled: Sequence[dict], radius: float) -> np.ndarray:
+        """Return the Euclidean distances (Q, N) from objects to the training examples."""
+        features = self.histograms_[radius].transform([each[radius] for each in settled])
+        return euclidean_distances(features, self.examples_[radius])
+
+    def neighbors(self, settled: dict, name: str) -> list[dict]:
+        """Return the training objects that decide one object's membership, by radius and nearest first.
+
+        The weights of those that have the function sum to its score.
+        """
+        rows = []
+        for radius, share in self.weights_[name].items():
+            distances = self.distances([settled], radius)[0]
+            rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
+        return rows
+
+    def neighbor_weights(self, distances: np.ndarray, name: str) -> np.ndarray:
+        """Return the share (N,) of each training object in one radius's score; that of the members sums to it.
+
+        Parameters
+        ----------
+        distances : (N,) float
+            From one object to the training examples, at one radius.
+        """
+        members = self.members_[:, self.functions_.index(name)]
+        counts = find_method(self.method).neighbors
+        weights = np.zeros(len(members))
+        for count in counts:
+            nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
+            inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
+            total = sum(each.sum() for each in inverse)
+            for rows, values in zip(nearest, inverse, strict=True):
+                weights[rows] += values / total / len(counts)
+        return weights
+
+    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
+        members = self.members_[:, self.functions_.index(name)]
+        weights = share * self.neighbor_weights(distances, name)
+        return [
+            {
+                "name": self.names_[i],
+                "member": bool(members[i]),
+                "distance": round(float(distances[i]), 4),
+                "weight": round(float(weights[i]), 4),
+            }
+            for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
+        ]
+
+    def chosen_radii(self) -> list[float]:
+        """Return the radii that some function uses, ascending, metres."""
+        check_is_fitted(self)
+        return sorted(set().union(*self.weights_.values()))
+
+    def _choose_radii(self):
+        distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
+        self.weights_ = {
+            name: radius_weights(distances, members, find_method(self.method), self.random_state)
+            for name, members in zip(self.functions_, self.members_.T, strict=True)
+        }
+        return self
+
+    def _no_members(self) -> np.ndarray:
+        return np.zeros(len(self.members_), bool)
+
+    def _settled(self, clouds, radii=None) -> list[dict]:
+        return [settle(cloud, self.simulator, radii or self.radii, self.seed) for cloud in clouds]
+
+
+def as_sets(labels) -> list[frozenset[str]]:
+    """Return each label as a set of functions.
+
+    Examples
+    --------
+    >>> [sorted(each) for each in as_sets(["cup", "none", {"table", "sittable"}])]
+    [['cup'], [], ['sittable', 'table']]
+    """
+    sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]
+    if not sets:
+        raise InputError("training set: expected at least one labelled object, got none")
+    return sets
+
+
+def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows with and the rows without the function."""
+    return np.flatnonzero(members), np.flatnonzero(~members)
+
+
+def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:
+    """Return which object has which function, (N, F) bool."""
+    return np.array([[name in label for name in functions] for label in labels], bool).reshape(len(labels), -1)
+
+
+def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:
+    """Return each function's score for objects on which the spheres have settled, whichever way they face.
+
+    Which side of an object is the front nobody said, so its distance to a training object is that at the best of
+    four quarter turns. Where spheres of a radius were not dropped, the other radii vote alone.
+    """
+    from .method import find_method
+    from .validation import THRESHOLD, voted_scores
+
+    method, out = find_method(model.method), [{} for _ in settled]
+    distances = {radius: turned_distances(settled, model, radius) for radius in model.chosen_radii()}
+    for name, members in zip(model.functions_, model.members_.T, strict=True):
+        for k, dropped in enumerate(settled):
+            weights = {radius: weight for radius, weight in model.weights_[name].items() if radius in dropped}
+            total = sum(weights.values())
+            rows = {radius: distances[radius][k : k + 1] for radius in weights}
+            score = float(voted_scores(rows, members, weights, method)[0]) / total if weights else 0.0
+            out[k][name] = {"member": score > THRESHOLD, "score": round(score, 4), "radius": model.radius_[name]}
+    return out
+
+
+def turned_distances(settled: Sequence[dict], model, radius: float) -> np.ndarray:
+    """Return the distances (Q, N) of objects to the training examples, each turned by quarters to be nearest."""
+    from .heading import quarter_turns
+
+    nothing = np.empty((0, 3))
+    turns = [[{radius: quarter_turns(each.get(radius, nothing), k)} for each in settled] for k in range(4)]
+    if not settled:
+        return np.empty((0, len(model.names_)))
+    return np.min([model.distances(turned, radius) for turned in turns], axis=0)

@@ -1,0 +1,159 @@
+"""Trained classifiers on disk: one NPZ of plain arrays, data and never code.
+
+The file carries the backend with its version and options, radii, function names, package versions and examples,
+and is refused with a clear line where those do not fit.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from scipy import sparse
+
+from ..errors import InputError
+from ..formats import FormatError
+from ..formats.npz import DAMAGE, read_arrays
+from ..simulator import make_simulator
+from .function_classifier import FunctionClassifier
+from .method import Method, find_method
+
+FORMAT = "spherefunc-model"
+FORMAT_VERSION = 1
+
+
+def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
+    """Return the model that comes with the package for a backend (made by ``make model``).
+
+    Parameters
+    ----------
+    backend : str
+    scans : bool
+        The one for objects in scans, which has learnt partial views of large objects as well as whole models, if the
+        backend has one (``make scan-model``).
+    """
+    folder = Path(str(files(__package__) / "models"))
+    path = folder / f"household-scans-{backend}.npz"
+    if not scans or not path.is_file():
+        path = folder / f"household-{backend}.npz"
+    if not path.is_file():
+        raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
+    return path
+
+
+def save_model(model: FunctionClassifier, path: str | Path):
+    """Write a fitted classifier."""
+    simulator = make_simulator(model.simulator)
+    about = {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "backend": simulator.name,
+        "backend_version": simulator.version,
+        "backend_options": simulator.options(),
+        "method": asdict(find_method(model.method)),
+        "functions": list(model.functions_),
+        "radii": [float(radius) for radius in model.radii],
+        "weights": {name: list(weights.items()) for name, weights in model.weights_.items()},
+        "seed": model.seed,
+        "random_state": model.random_state,
+        "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
+    }
+    arrays = {"about": np.array(json.dumps(about)), "members": model.members_, "names": np.array(model.names_)}
+    for i, radius in enumerate(model.radii):
+        matrix = model.examples_[radius]
+        arrays[f"keys_{i}"] = model.histograms_[radius].keys_
+        arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
+    try:
+        with open(path, "wb") as file:
+            np.savez_compressed(file, **arrays)
+    except OSError as error:
+        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+
+
+def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifier:
+    """Read a classifier back, ready to classify and to learn more.
+
+    Parameters
+    ----------
+    path : path
+    backend : str, optional
+        The backend whose features it is to be used with.
+
+    Raises
+    ------
+    InputError
+        If it is no model, cut short, of another version, or of another backend.
+    """
+    about, arrays = read_model(path)
+    try:
+        check_about(about, path, backend)
+        return rebuilt(about, arrays)
+    except InputError:
+        raise
+    except (AttributeError, KeyError, ValueError, TypeError, IndexError) as error:
+        raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
+
+
+def read_model(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
+    """Return what a model file says about itself, and its arrays."""
+    try:
+        arrays = read_arrays(path)
+        return json.loads(str(arrays["about"])), arrays
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: expected a model file, found nothing of that name") from error
+    except FormatError as error:  # larger than a model may be
+        raise InputError(f"{path}: {error}") from error
+    except DAMAGE as error:
+        raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
+
+
+def check_about(about, path, backend: str | None):
+    """Refuse a model that is none, or is another version's or another backend's."""
+    if not isinstance(about, dict) or about.get("format") != FORMAT:
+        raise InputError(f"{path}: expected a model as `spherefunc train` writes it, got another NPZ file")
+    if about.get("format_version") != FORMAT_VERSION:
+        raise InputError(
+            f"{path}: expected model format {FORMAT_VERSION}, got {about.get('format_version')}; train it again"
+        )
+    if backend is not None and about["backend"] != backend:
+        raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
+    try:
+        simulator = make_simulator(about["backend"], **about["backend_options"])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    if simulator.version != about["backend_version"]:
+        raise InputError(
+            f"{path}: learnt with version {about['backend_version']} of the backend {about['backend']}, "
+            f"installed is {simulator.version}; train it again"
+        )
+
+
+def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
+    """Return the classifier that a model file describes."""
+    simulator = make_simulator(about["backend"], **about["backend_options"])
+    method = Method(**about["method"] | {"neighbors": tuple(about["method"]["neighbors"])})
+    radii = tuple(about["radii"])
+    model = FunctionClassifier(
+        simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]
+    )
+    model.functions_ = tuple(about["functions"])
+    model.weights_ = {name: {radius: weight for radius, weight in about["weights"][name]} for name in model.functions_}
+    if not all(weights and set(weights) <= set(radii) for weights in model.weights_.values()):
+        raise ValueError("a function's radius is none of the model's")
+    model.members_ = arrays["members"].astype(bool)
+    model.names_ = [str(name) for name in arrays["names"]]
+    if model.members_.shape != (len(model.names_), len(model.functions_)):
+        raise ValueError("members, names and functions differ in number")
+    model.histograms_, model.examples_ = {}, {}
+    for i, radius in enumerate(radii):
+        histogram = method.histogram(radius)
+        histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
+        parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
+        matrix = sparse.csr_matrix(parts, shape=(len(model.names_), len(histogram.keys_) + 1))
+        matrix.check_format(full_check=True)
+        model.histograms_[radius], model.examples_[radius] = histogram, matrix
+    return model

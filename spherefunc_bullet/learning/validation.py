@@ -1,0 +1,113 @@
+"""How good a membership is, and which radius serves a function best (paper, §III-C and §IV)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sklearn.metrics import precision_recall_fscore_support
+from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
+
+from .inverse_distance import inverse_distance_scores, share_of_nearness
+from .method import Method
+
+THRESHOLD = 0.5  # score above which an object is a member
+HELD_OUT = 0.3  # share of the training set that validates the radius (paper, §III-C)
+SPLITS = 20  # repeats of that split: with one, a rare function's radius is a matter of luck
+
+
+@dataclass(frozen=True)
+class Quality:
+    """How well predicted membership in one function agrees with the labels."""
+
+    f_measure: float
+    precision: float
+    recall: float
+    accuracy: float
+
+
+def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | None = None) -> Quality:
+    """Return the quality of predicted membership (N,) bool, over the objects that are ``counted`` (N,) bool."""
+    if counted is not None:
+        members, predicted = members[counted], predicted[counted]
+    precision, recall, f_measure, _ = precision_recall_fscore_support(
+        members, predicted, average="binary", pos_label=True, zero_division=0
+    )
+    return Quality(float(f_measure), float(precision), float(recall), float(np.mean(members == predicted)))
+
+
+def validation_splits(members: np.ndarray, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return train and validation indices, 70 to 30, with members (N,) bool on both sides where possible."""
+    smallest = min(members.sum(), (~members).sum())
+    kind = StratifiedShuffleSplit if smallest >= 2 and len(members) >= 4 else ShuffleSplit
+    return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
+
+
+def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, method: Method) -> float:
+    """Return the F-measure of one function over validation splits of its training set, all counted together.
+
+    Parameters
+    ----------
+    distances : (N, N) float
+        Between the training objects' histograms.
+    members : (N,) bool
+    splits : list of (train, validation) indices
+    """
+    truth, predicted = [], []
+    for train, held_out in splits:
+        inside, outside = train[members[train]], train[~members[train]]
+        scores = share_of_nearness(
+            distances[np.ix_(held_out, inside)], distances[np.ix_(held_out, outside)], method.neighbors
+        )
+        truth.append(members[held_out])
+        predicted.append(scores > THRESHOLD)
+    truth, predicted = np.concatenate(truth), np.concatenate(predicted)
+    found = truth.sum() + predicted.sum()
+    return 2 * float((truth & predicted).sum()) / float(found) if found else 0.0
+
+
+def radius_weights(
+    distances: dict[float, np.ndarray], members: np.ndarray, method: Method, random_state: int = 0
+) -> dict[float, float]:
+    """Return how much each radius counts for one function; those that do not count are left out.
+
+    The paper takes the radius with the best validated F-measure (§III-C), of equals the largest, which is the
+    cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half, squared.
+
+    Parameters
+    ----------
+    distances : dict of radius in metres to (N, N) float
+        Between the training objects' histograms.
+    members : (N,) bool
+    """
+    radii = sorted(distances, reverse=True)
+    if len(members) < 3 or members.all() or not members.any():
+        return {radii[0]: 1.0}
+    splits = validation_splits(members, SPLITS, random_state)
+    measured = {r: round(validated_f_measure(distances[r], members, splits, method), 9) for r in radii}
+    best = max(radii, key=measured.get)
+    votes = {radius: (f_measure - 0.5) ** 2 for radius, f_measure in measured.items() if f_measure > 0.5}
+    if not method.vote or best not in votes:
+        return {best: 1.0}
+    # Which vote is largest names the function's radius, so a tie goes to the largest radius as well.
+    return {radius: votes[radius] / sum(votes.values()) for radius in radii if radius in votes}
+
+
+def voted_scores(
+    distances: dict[float, np.ndarray], members: np.ndarray, weights: dict[float, float], method: Method
+) -> np.ndarray:
+    """Return one function's scores (Q,), the weighted mean over radii.
+
+    Parameters
+    ----------
+    distances : dict of radius in metres to (Q, N) float
+        From the queried objects to the training objects.
+    members : (N,) bool
+    weights : dict of radius to float
+        Summing to one.
+    """
+    scores = [
+        weight * inverse_distance_scores(distances[radius], members, method.neighbors)
+        for radius, weight in weights.items()
+    ]
+    return np.sum(scores, axis=0)

@@ -1,0 +1,139 @@
+"""Lengths as people write them (``5mm``, ``0.5cm``, ``0.005``), in metres inside."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from .errors import InputError
+
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
+_LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*")
+SECONDS = {"": 1, "s": 1, "min": 60, "m": 60, "h": 3600, "d": 86400}
+BYTES = {"": 1, "b": 1} | {
+    f"{letter}{ending}": base**power
+    for power, letter in enumerate("kmgt", start=1)
+    for ending, base in (("", 1024), ("b", 1000), ("ib", 1024))
+}
+_AMOUNT = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*([a-z]*)\s*")
+
+
+def parse_length(text: str | float) -> float:
+    """Return a positive length in metres.
+
+    Parameters
+    ----------
+    text : str or float
+        A number with an optional unit out of m, cm, mm, in; without one, metres.
+
+    Raises
+    ------
+    InputError
+        If it is no length, or not positive and finite.
+
+    Examples
+    --------
+    >>> parse_length("5mm"), parse_length("0.5 cm"), parse_length(0.005)
+    (0.005, 0.005, 0.005)
+    """
+    match = _LENGTH.fullmatch(str(text).lower())
+    if match is None or (match[2] or "m") not in METRES:
+        raise InputError(f"length {text!r}: expected a number with m, cm, mm or in, such as 5mm or 0.005")
+    value = round(float(match[1]) * METRES[match[2] or "m"], 12)
+    if not math.isfinite(value) or value <= 0:
+        raise InputError(f"length {text!r}: expected more than zero")
+    return value
+
+
+def parse_lengths(text: str) -> tuple[float, ...]:
+    """Return the lengths of a comma-separated list, in metres, ascending and without repeats.
+
+    Raises
+    ------
+    InputError
+        If there is none, or one of them is no length.
+
+    Examples
+    --------
+    >>> parse_lengths("2cm,1cm,0.02")
+    (0.01, 0.02)
+    """
+    lengths = {parse_length(part) for part in text.split(",") if part.strip()}
+    if not lengths:
+        raise InputError(f"lengths {text!r}: expected at least one, such as 5mm or 5mm,1cm")
+    return tuple(sorted(lengths))
+
+
+def format_length(metres: float) -> str:
+    """Return a length as people read it.
+
+    Examples
+    --------
+    >>> format_length(0.005), format_length(0.02), format_length(1.5)
+    ('5 mm', '2 cm', '1.5 m')
+    """
+    if metres < 0.01:
+        return f"{metres * 1000:g} mm"
+    return f"{metres * 100:g} cm" if metres < 1 else f"{metres:g} m"
+
+
+def parse_duration(text: str | None) -> float:
+    """Return seconds; without a text, as many as it takes.
+
+    Examples
+    --------
+    >>> parse_duration("90"), parse_duration("1.5min"), parse_duration("2h"), parse_duration(None)
+    (90.0, 90.0, 7200.0, inf)
+    """
+    return math.inf if text is None else _amount(text, SECONDS, "a duration such as 90s, 30min or 2h")
+
+
+def parse_memory(text: str | None) -> int | None:
+    """Return bytes; without a text, None.
+
+    Examples
+    --------
+    >>> parse_memory("800MiB"), parse_memory("4G"), parse_memory("1.5 GB"), parse_memory(None)
+    (838860800, 4294967296, 1500000000, None)
+    """
+    return None if text is None else int(_amount(text, BYTES, "an amount of memory such as 800MiB or 4GiB"))
+
+
+def _amount(text: str, units: dict[str, int], wanted: str) -> float:
+    """Return a number with a unit in the smallest unit; it is above zero."""
+    match = _AMOUNT.fullmatch(text.lower())
+    value = float(match[1]) * units[match[2]] if match and match[2] in units else 0.0
+    if not 0 < value < math.inf:
+        raise InputError(f"{text!r}: expected {wanted}, above zero")
+    return value
+
+
+def format_duration(seconds: float) -> str:
+    """Return a duration as people read it.
+
+    Examples
+    --------
+    >>> format_duration(4.25), format_duration(100), format_duration(7260), format_duration(900000)
+    ('4.2 s', '1 min 40 s', '2 h 1 min', '10 d 10 h')
+    """
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    if seconds < 3600:
+        return f"{int(seconds // 60)} min {int(seconds % 60)} s"
+    if seconds < 86400:
+        return f"{int(seconds // 3600)} h {int(seconds % 3600 // 60)} min"
+    return f"{int(seconds // 86400)} d {int(seconds % 86400 // 3600)} h"
+
+
+def format_memory(size: float) -> str:
+    """Return an amount of memory as people read it.
+
+    Examples
+    --------
+    >>> format_memory(900), format_memory(5 * 2**20), format_memory(3.2e12)
+    ('900 B', '5.0 MiB', '2.9 TiB')
+    """
+    units = ["B", "KiB", "MiB", "GiB", "TiB"]
+    while size >= 1024 and len(units) > 1:
+        size, units = size / 1024, units[1:]
+    return f"{size:.0f} B" if units[0] == "B" else f"{size:.1f} {units[0]}"

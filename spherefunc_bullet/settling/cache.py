@@ -1,0 +1,38 @@
+"""The cache: arrays kept by the hash of what produced them, in the user's cache folder or in a run's."""
+
+from __future__ import annotations
+
+import io
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from ..formats.npz import DAMAGE, read_arrays
+from ..formats.writing import cache_home, write_whole
+
+
+def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
+    """Return where an entry lies in a folder, by default the cache."""
+    return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
+
+
+def read_entry(path: Path) -> dict[str, np.ndarray] | None:
+    """Return an entry's arrays, or None where there is none that is whole."""
+    try:
+        return read_arrays(path)
+    except DAMAGE:
+        return None  # absent, or cut short by an earlier crash: computed again
+
+
+def write_entry(path: Path, arrays: dict[str, np.ndarray]):
+    """Write an entry if that is possible: a full or read-only disk costs the cache, not the run."""
+    with suppress(OSError):
+        write_whole(path, packed(arrays))
+
+
+def packed(arrays: dict[str, np.ndarray]) -> bytes:
+    """Return arrays as a compressed NPZ file; the same arrays give the same bytes."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    return buffer.getvalue()

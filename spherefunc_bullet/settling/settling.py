@@ -1,0 +1,68 @@
+"""One cloud, one simulator, some radii: the settled centres, timed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from ..clouds.cloud import Cloud, Mesh
+from ..errors import InputError
+from ..processes.memory import forget_peak, peak_bytes
+from ..simulator import DropSettings, Simulator, make_simulator, sphere_limit
+
+_warm: set[str] = set()  # the simulators that have run in this process
+
+
+def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> dict:
+    """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
+
+    Where the sphere is larger than the object nothing can settle, and there are none.
+    """
+    simulator = make_simulator(simulator)
+    return {radius: drop_or_nothing(cloud, simulator, radius, seed)[0] for radius in radii}
+
+
+def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> tuple[np.ndarray, float, int]:
+    """Return the settled centres (S, 3) float32, the seconds and the drops of one radius."""
+    if radius > cloud.size.max():
+        return np.empty((0, 3), np.float32), 0.0, 0
+    result = simulator.drop(cloud, drop_settings(simulator, radius), seed)
+    return result.centers.astype(np.float32), result.seconds, result.drops
+
+
+def drop_settings(simulator: Simulator, radius: float) -> DropSettings:
+    """Return the settings of a run whose spheres become features."""
+    return DropSettings(radius=radius, max_spheres=sphere_limit(simulator))
+
+
+def measured_run(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> dict[str, np.ndarray]:
+    """Return a cache entry: where spheres settled, the drops, the seconds and, where it is known, the peak of memory.
+
+    Entries that were made before memory was measured lack it.
+    """
+    warm_up(simulator)
+    forget_peak()
+    centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed)
+    run = {"centers": centers, "seconds": np.array(seconds), "drops": np.array(drops)}
+    peak = peak_bytes()
+    return run if peak is None or not drops else run | {"memory": np.array(peak)}
+
+
+def warm_up(simulator: Simulator):
+    """Have a simulator compile or load its code before the first run of this process is timed."""
+    kind = f"{simulator.name} {simulator.options()}"
+    if kind in _warm:
+        return
+    _warm.add(kind)
+    with suppress(InputError):  # what is wrong with the simulator is said of the object
+        simulator.drop(small_plate(), DropSettings(radius=0.02, max_spheres=1))
+
+
+def small_plate() -> Cloud:
+    """Return a level square of 10 cm in the air, with its mesh; made here, since sampling has code of its own."""
+    x, y = np.mgrid[-0.05:0.05:21j, -0.05:0.05:21j]
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])
+    corners = np.array([[-0.05, -0.05, 0.1], [0.05, -0.05, 0.1], [0.05, 0.05, 0.1], [-0.05, 0.05, 0.1]])
+    return Cloud(points, "plate", Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]])))

@@ -1,0 +1,168 @@
+"""What the viewer draws, as JSON: an object, spheres that settled on it, and cubes of its histogram (paper, Fig. 2).
+
+Positions travel as 16-bit steps from the lowest corner, which is finer than a fifteenth of a millimetre up to 4 m.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..clouds.cloud import Cloud, Mesh
+from ..learning.evidence import Cubes, corners
+from ..learning.histogram import CubeHistogram, counted_cubes
+from .colours import FLAT, HEIGHT_COLOURS
+
+MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several scenes
+MAX_POINTS = 60_000  # of a cloud, for the same reason
+STEPS = 65_535  # along the longest side
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Layer:
+    """What a panel shows for one radius."""
+
+    radius: float  # metres
+    centers: np.ndarray  # (S, 3) float, settled spheres, metres, the object's frame
+    cubes: Cubes
+    note: str  # plain text below the picture
+    details: str = ""  # HTML below the note
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Panel:
+    """One of the pictures that stand side by side, by one backend or about one function."""
+
+    title: str
+    layers: Sequence[Layer]  # one per radius
+
+
+def scene(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> dict:
+    """Return one object in several panels, which are turned and switched together, ready for JSON.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        Drawn as its mesh where it has one.
+    panels : sequence of Panel
+        Where cubes have ``speaks_for``, they are coloured by it, and spheres are hidden at first.
+    radius : float, optional
+        Of the layers shown at first, metres; the first panel's first without it.
+    """
+    layers = [layer for panel in panels for layer in panel.layers]
+    spheres = {id(layer.centers): layer for layer in layers}  # panels about functions share theirs
+    names = {key: number for number, key in enumerate(spheres)}
+    explains = any(layer.cubes.speaks_for is not None for layer in layers)
+    radius = layers[0].radius if radius is None else radius
+    low, high = frame(cloud, layers, radius)
+    return {
+        "name": cloud.name,
+        "explains": explains,
+        "radius": radius,
+        "low": rounded(low),
+        "high": rounded(high),
+        "object": object_data(cloud),
+        "height_colours": rounded(HEIGHT_COLOURS),
+        "flat": FLAT,
+        "spheres": [quantised(layer.centers) | {"radius": layer.radius} for layer in spheres.values()],
+        "panels": [panel_data(panel, names) for panel in panels],
+    }
+
+
+def panel_data(panel: Panel, names: dict[int, int]) -> dict:
+    """Return a panel for JSON, its spheres by number."""
+    layers = [
+        {
+            "radius": layer.radius,
+            "spheres": names[id(layer.centers)],
+            "cubes": cubes_data(layer.cubes),
+            "note": layer.note,
+            "details": layer.details,
+        }
+        for layer in panel.layers
+    ]
+    return {"title": panel.title, "layers": layers}
+
+
+def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest corner (3,) of the object, spheres of a radius, and cubes that explain, metres."""
+    lows, highs = [cloud.bounds[0]], [cloud.bounds[1]]
+    for layer in (each for each in layers if each.radius == radius):
+        if len(layer.centers):
+            lows.append(layer.centers.min(axis=0) - radius)
+            highs.append(layer.centers.max(axis=0) + radius)
+        held = layer.cubes.corners[layer.cubes.counts > 0]
+        if layer.cubes.speaks_for is not None and len(held):
+            lows.append(held.min(axis=0))
+            highs.append(held.max(axis=0) + layer.cubes.side)
+    return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
+    """Return the cubes of the default histogram that hold centres (S, 3), metres."""
+    histogram = CubeHistogram(radius)
+    keys, counts = counted_cubes(np.asarray(centers, float), histogram.side, histogram.anchor)
+    return Cubes(side=histogram.side, corners=corners(keys, histogram, centers), counts=counts)
+
+
+def cubes_data(cubes: Cubes) -> dict:
+    """Return cubes for JSON."""
+    data = {
+        "side": cubes.side,
+        "corners": packed(cubes.corners.ravel(), np.float32),
+        "counts": packed(cubes.counts, np.float32),
+    }
+    if cubes.speaks_for is not None:
+        for name in ("members", "others", "speaks_for"):
+            data[name] = packed(getattr(cubes, name), np.float32)
+    return data
+
+
+def object_data(cloud: Cloud) -> dict:
+    """Return a cloud's mesh, or its points and the radius to draw them with, for JSON."""
+    if cloud.mesh is not None:
+        mesh = thinned(cloud.mesh)
+        kind = np.uint16 if len(mesh.vertices) <= STEPS else np.uint32
+        faces = {"faces": packed(mesh.faces.ravel(), kind), "wide": kind is np.uint32}
+        return quantised(mesh.vertices) | faces
+    points = cloud.points[:: -(-len(cloud.points) // MAX_POINTS)]
+    return quantised(points) | {"radius": 0.6 * Cloud(points).spacing}
+
+
+def thinned(mesh: Mesh) -> Mesh:
+    """Return a mesh of at most MAX_FACES faces: vertices within a cell become one, coarser until it suffices."""
+    cells = 1024  # along the longest side
+    while len(mesh.faces) > MAX_FACES:
+        mesh = clustered(mesh, np.ptp(mesh.vertices, axis=0).max() / cells)
+        cells = int(cells / 1.3)
+    return mesh
+
+
+def clustered(mesh: Mesh, cell: float) -> Mesh:
+    """Return a mesh whose vertices within one cell (metres) are one, without the faces that vanish."""
+    cells = np.floor((mesh.vertices - mesh.vertices.min(axis=0)) / cell).astype(np.int64)
+    _, first, merged = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    faces = merged.ravel()[mesh.faces]
+    differ = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    return Mesh(mesh.vertices[first], faces[differ])
+
+
+def quantised(points: np.ndarray) -> dict:
+    """Return points (N, 3) in metres as steps from their lowest corner."""
+    points = np.asarray(points, float).reshape(-1, 3)
+    low = points.min(axis=0) if len(points) else np.zeros(3)
+    step = max(float(np.ptp(points, axis=0).max()) if len(points) else 0.0, 1e-9) / STEPS
+    return {"start": low.tolist(), "step": step, "positions": packed(np.rint((points - low) / step).ravel(), np.uint16)}
+
+
+def packed(values: np.ndarray, kind: type) -> str:
+    """Return numbers as base64 of their little-endian bytes."""
+    return base64.b64encode(np.ascontiguousarray(values, np.dtype(kind).newbyteorder("<")).tobytes()).decode()
+
+
+def rounded(values: np.ndarray) -> list:
+    """Return numbers to a hundredth of a millimetre, as lists."""
+    return np.round(values, 5).tolist()
