@@ -12,7 +12,9 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+
 import spherefunc_bullet.compare.comparison.experiment as experiments
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
 from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated
@@ -26,8 +28,6 @@ from spherefunc_bullet.compare.comparison.experiment import (
 )
 from spherefunc_bullet.compare.comparison.significance import answer, paired_difference
 from spherefunc_bullet.compare.comparison.tables import Table
-
-from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home

@@ -10,6 +10,7 @@ import clouds
 import numpy as np
 import pytest
 from browser import draw, needs_browser
+
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.advice import advice, prices, recommendation
 from spherefunc_bullet.compare.comparison.charts import Mark, front, median_line

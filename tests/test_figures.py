@@ -11,16 +11,16 @@ import clouds
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Run
 from spherefunc_bullet.compare.evaluation.sizes import fitting_sizes
 from spherefunc_bullet.compare.figures.confusion_matrices import pooled_confusion
 from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
 from spherefunc_bullet.compare.figures.study import Protocol, Study, ladder
 from spherefunc_bullet.compare.pages.plates import look
-from typer.testing import CliRunner
-
-from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import find_method

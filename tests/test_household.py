@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from spherefunc_bullet.scenes.household.household import household_objects
 
 from spherefunc_bullet.datasets.catalogue import write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.scenes.household.household import household_objects
 
 OBJECTS = household_objects()
 LABELS = ("cup", "table", "sittable", "none")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
+from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.scenes.virtual_rooms.kinect import (
     NOTHING,
     Kinect,
@@ -12,8 +14,6 @@ from spherefunc_bullet.scenes.virtual_rooms.kinect import (
     look_at,
     photograph,
 )
-
-from spherefunc_bullet.clouds.cloud import Mesh
 
 IDEAL = Kinect(noise=0.0, dropouts=False)
 SQUARE = np.array([[0, 1, 2], [1, 3, 2]])

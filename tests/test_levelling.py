@@ -8,10 +8,10 @@ from clouds import level as sheet_at
 from clouds import sheet
 from room_shapes import as_camera_sees, box, in_view, moved, room
 from scipy.spatial.transform import Rotation
-from spherefunc_bullet.scenes.scans.gravity import axis_up
-from spherefunc_bullet.scenes.scans.levelling import level
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.scenes.scans.gravity import axis_up
+from spherefunc_bullet.scenes.scans.levelling import level
 
 
 @pytest.fixture(scope="module")

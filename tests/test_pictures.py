@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+
 from spherefunc_bullet.compare.demo.gallery import captioned, tiled
 from spherefunc_bullet.compare.pages.pictures import (
     CUT_COLOUR,
@@ -14,7 +15,6 @@ from spherefunc_bullet.compare.pages.pictures import (
     render,
     scene_box,
 )
-
 from spherefunc_bullet.viewer.colours import sphere_colours
 
 FROM_ABOVE = View(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)

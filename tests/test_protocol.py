@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation.baselines import (
     baseline_distances,
     bounding_box_distances,
@@ -25,8 +27,6 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     trials_measured,
 )
 from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
-
-from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices

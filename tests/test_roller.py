@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 from scipy.spatial import cKDTree
+
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.fast_sim.contact import (
     MAX_CONTACTS,
     allowed,
@@ -17,8 +19,6 @@ from spherefunc_bullet.fast_sim.contact import (
 from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby
 from spherefunc_bullet.fast_sim.grid import insert, nearest_distances, point_grid, sphere_grid
 from spherefunc_bullet.fast_sim.rolling import free_path
-
-from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 OVERLAP = 0.02  # of the radius, promised of every contact

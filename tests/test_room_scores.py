@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from spherefunc_bullet.compare.rooms.scores import Counts, function_counts, matched, segmentation_counts
 from spherefunc_bullet.compare.rooms.trials import halves, shares
-
 from spherefunc_bullet.datasets.dataset import open_dataset
 
 TRUTH = np.repeat([0, 1, 2, -1], [10, 10, 4, 20])

@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 
 import pytest
-from spherefunc_bullet.compare.commands.rooms import conditions
-from spherefunc_bullet.compare.rooms.curves import curve_rows, room_curves, write_report
-from spherefunc_bullet.compare.rooms.lessons import Lesson, learnt_model, told_by
-from spherefunc_bullet.compare.rooms.trials import Condition
 from things import write_things
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.compare.commands.rooms import conditions
+from spherefunc_bullet.compare.rooms.curves import curve_rows, room_curves, write_report
+from spherefunc_bullet.compare.rooms.lessons import Lesson, learnt_model, told_by
+from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import shipped_model

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from clouds import level, post, sheet
 from room_shapes import NAMES, box, moved, room, room_parts, square_table
+
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
 from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
 from spherefunc_bullet.scenes.segmentation.supports import tops
-
-from spherefunc_bullet.errors import InputError
 
 
 def overlaps(labels: np.ndarray, truth: np.ndarray, count: int) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from spherefunc_bullet.scenes.recognition.smoothing import smoothed
 
 

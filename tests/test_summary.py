@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from PIL import Image
+
 from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page, standing
 from spherefunc_bullet.compare.evaluation.confusion import count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels

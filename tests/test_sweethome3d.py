@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
+
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.sweethome3d import library as sweethome3d
 from spherefunc_bullet.scenes.sweethome3d.library import CATALOGUE, import_library, parse_properties
 from spherefunc_bullet.scenes.sweethome3d.purposes import Purpose, purpose_of
-
-from spherefunc_bullet.errors import InputError
 
 INSTALLED = Path("/usr/share/sweethome3d/furniture")
 DEVELOPMENT = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"

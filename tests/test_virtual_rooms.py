@@ -9,12 +9,6 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
-from spherefunc_bullet.scenes.commands.dataset import app
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, WALL, Furnishing, furnish
-from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of
-from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
-from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
-from spherefunc_bullet.scenes.virtual_rooms.scans import seen_scan, whole_scan
 from things import THINGS, slab_on_posts, write_things
 from typer.testing import CliRunner
 
@@ -22,6 +16,12 @@ from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.scenes.commands.dataset import app
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, WALL, Furnishing, furnish
+from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of
+from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
+from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
+from spherefunc_bullet.scenes.virtual_rooms.scans import seen_scan, whole_scan
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from clouds import level, sheet
 from room_shapes import box, moved
+
 from spherefunc_bullet.scenes.segmentation.segmentation import WALL, segment
 from spherefunc_bullet.scenes.segmentation.walls import filled
 

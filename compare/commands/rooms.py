@@ -41,11 +41,10 @@ def rooms(
     json: Json = False,
 ):
     """Furnish virtual rooms, scan them, take the scans apart, and compare with the truth."""
-    from spherefunc_bullet.scenes.recognition.completion import steps_of
-    from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
-
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
+    from spherefunc_bullet.scenes.recognition.completion import steps_of
+    from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
     from spherefunc_bullet.simulator import make_simulator
 
     from ..rooms.lessons import Lesson, folds, told_by

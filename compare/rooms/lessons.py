@@ -6,17 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from spherefunc_bullet.scenes.recognition.recognition import LARGE
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import Furnishing, furnish
-from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
-from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
-
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model
+from spherefunc_bullet.scenes.recognition.recognition import LARGE
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import Furnishing, furnish
+from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
+from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
 

@@ -13,13 +13,13 @@ from typing import Annotated
 
 import numpy as np
 import typer
+
+from spherefunc_bullet.console import Failures, print_json, print_table, run, say
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.recognition.completion import steps_of
 from spherefunc_bullet.scenes.recognition.recognition import Room, compile_kernels, recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
-
-from spherefunc_bullet.console import Failures, print_json, print_table, run, say
-from spherefunc_bullet.errors import InputError
 
 from .truth import FoundObject, TrueObject, overlap, read_rows, true_objects
 

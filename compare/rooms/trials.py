@@ -7,17 +7,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom, furnish
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
-
-from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.settling.records import simulate_objects
 
 from .scores import Counts, function_counts, matched, segmentation_counts

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from spherefunc_bullet.scenes.segmentation.box import Box
 
 from spherefunc_bullet.datasets.dataset import parse_functions
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_attributes
+from spherefunc_bullet.scenes.segmentation.box import Box
 
 _STEPS = 24  # per axis, of the places at which two boxes are compared
 

@@ -64,12 +64,12 @@ def describe(
     as_json: Json = False,
 ) -> None:
     """Count a data set's objects by label, category and source, and give their sizes."""
-    from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.datasets.dataset import label_text, open_dataset
 
     objects = open_dataset(data).objects
     about = {
         "objects": len(objects),
-        "labels": _count(_label(item) for item in objects),
+        "labels": _count(label_text(item.functions) for item in objects),
         "also": _count(name for item in objects for name in item.also),
         "categories": _count(item.category for item in objects),
         "groups": _count(item.group for item in objects),
@@ -90,7 +90,7 @@ def select(
     from shutil import copyfile
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
-    from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.datasets.dataset import label_text, open_dataset
     from spherefunc_bullet.errors import InputError
     from spherefunc_bullet.quantities import parse_length
 
@@ -105,13 +105,9 @@ def select(
     for number, item in enumerate(chosen):
         name = f"{number:04d}_{item.path.name}"
         copyfile(item.path, directory / name)
-        rows.append((name, _label(item), ";".join(sorted(item.also)), item.category, item.group))
+        rows.append((name, label_text(item.functions), ";".join(sorted(item.also)), item.category, item.group))
     manifest = write_manifest(directory, COLUMNS, rows)
     _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
-
-
-def _label(item) -> str:
-    return ";".join(sorted(item.functions)) or "none"
 
 
 def _count(names) -> dict[str, int]:
@@ -124,9 +120,11 @@ def _heights(objects) -> dict[str, dict[str, float]]:
     """Return the least, middle and greatest height of each label's objects, metres."""
     from statistics import median
 
+    from spherefunc_bullet.datasets.dataset import label_text
+
     heights: dict[str, list[float]] = {}
     for item in objects:
-        heights.setdefault(_label(item), []).append(_height(item.path))
+        heights.setdefault(label_text(item.functions), []).append(_height(item.path))
     found = {
         name: [round(each(values), 3) for each in (min, median, max)] for name, values in heights.items()
     }

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.ply import ply_bytes
+from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
 
 from ..recognition.recognition import Room, SceneObject, main_function
 from ..scans.scan import Scan
@@ -69,18 +70,9 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
     of = np.where(room.labels >= 0, room.labels, len(best))
     own = point_colours(scan, room, room.levelling.to_level(scan.points))
-    kinds = [(axis, "<f4") for axis in "xyz"] + [(each, "u1") for each in ("red", "green", "blue")]
-    rows = np.empty(len(scan), kinds + [("label", "<i4"), ("function", "u1")])
-    for k, axis in enumerate("xyz"):
-        rows[axis] = scan.points[:, k]
-    shown = np.where((function[of] > 0)[:, None], tints[of], own)
-    for k, channel in enumerate(("red", "green", "blue")):
-        rows[channel] = shown[:, k]
-    rows["label"], rows["function"] = room.labels, function[of]
-    types = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
-    header = ["ply", "format binary_little_endian 1.0", f"comment functions {' '.join(names)}"]
-    header += [f"element vertex {len(scan)}"] + [f"property {types[kind]} {name}" for name, kind in rows.dtype.descr]
-    return "\n".join([*header, "end_header", ""]).encode("utf-8", "replace") + rows.tobytes()
+    red, green, blue = np.where((function[of] > 0)[:, None], tints[of], own).astype(np.uint8).T
+    labels = {"label": room.labels.astype(np.int32), "function": function[of]}
+    return ply_bytes(scan.points, f"functions {' '.join(names)}", red=red, green=green, blue=blue, **labels)
 
 
 def write_room(scan: Scan, room: Room, folder: Path, stem: str) -> list[Path]:
@@ -95,12 +87,9 @@ def write_room(scan: Scan, room: Room, folder: Path, stem: str) -> list[Path]:
     from .picture import room_picture
 
     paths = [folder / f"{stem}{end}" for end in (".json", "_labelled.ply", ".png", ".html")]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        paths[0].write_text(json.dumps(room_json(scan, room), indent=2) + "\n", encoding="utf-8")
-        paths[1].write_bytes(labelled_ply(scan, room))
+    write_text(paths[0], json.dumps(room_json(scan, room), indent=2) + "\n")
+    write_bytes(paths[1], labelled_ply(scan, room))
+    with writing(paths[2]):
         room_picture(scan, room).save(paths[2])
-        paths[3].write_text(room_page(scan, room), encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+    write_text(paths[3], room_page(scan, room))
     return paths

@@ -21,6 +21,7 @@ import trimesh
 
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import writing
 
 from ..household.parts.solids import stand
 from .purposes import Purpose, purpose_of, slug
@@ -110,7 +111,7 @@ def import_library(
     with _Library(path) as library:
         entries = list(library.entries(report))
         rows, skipped, disputed = [], library.broken, 0
-        try:
+        with writing(directory, "a folder"):
             directory.mkdir(parents=True, exist_ok=True)
             for entry in progress(entries):
                 purpose = _purpose(entry)
@@ -119,9 +120,7 @@ def import_library(
                     row = _import_object(library, entry, purpose, directory, report)
                     rows += [row] if row else []
                     skipped += row is None
-            manifest = write_manifest(directory, COLUMNS, rows)
-        except OSError as error:
-            raise InputError(f"{directory}: expected a directory that can be written, got {error}") from error
+        manifest = write_manifest(directory, COLUMNS, rows)
     labels = dict(Counter(row[1] for row in rows))
     return ImportSummary(manifest=manifest, labels=labels, ambiguous=disputed, skipped=skipped)
 

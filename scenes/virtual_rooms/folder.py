@@ -6,7 +6,6 @@ number of an object in ``NAME_instances.csv``.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.datasets.dataset import label_text
+from spherefunc_bullet.formats.ply import ply_bytes
+from spherefunc_bullet.formats.writing import write_bytes, write_csv
 
 from .furnishing import FLOOR, PlacedObject
 from .scans import VirtualScan
@@ -47,14 +48,10 @@ class RoomFolder:
             If the folder cannot be written.
         """
         name = scan.room.name
-        try:
-            (self.directory / "objects").mkdir(parents=True, exist_ok=True)
-            write_labelled(self.directory / f"{name}.ply", scan.points, file_labels(scan.labels))
-            write_rows(self.directory / f"{name}_instances.csv", INSTANCES, instance_rows(scan))
-            for number, points in zip(scan.seen(), clouds, strict=True):
-                self.write_object(f"{name}_{number + FIRST_OBJECT:02d}", scan.room.objects[number], points)
-        except OSError as error:
-            raise InputError(f"{self.directory}: expected a folder that can be written; {error.strerror}") from error
+        write_labelled(self.directory / f"{name}.ply", scan.points, file_labels(scan.labels))
+        write_csv(self.directory / f"{name}_instances.csv", INSTANCES, instance_rows(scan))
+        for number, points in zip(scan.seen(), clouds, strict=True):
+            self.write_object(f"{name}_{number + FIRST_OBJECT:02d}", scan.room.objects[number], points)
         self.scans.append(f"{name}.ply")
 
     def write_object(self, name: str, placed: PlacedObject, points: np.ndarray):
@@ -62,16 +59,11 @@ class RoomFolder:
         item = placed.item
         file = f"{name}_{item.path.stem}.ply"
         write_labelled(self.directory / "objects" / file, points)
-        self.rows.append((file, label_of(item.functions), ";".join(sorted(item.also)), item.category, self.group))
+        self.rows.append((file, label_text(item.functions), ";".join(sorted(item.also)), item.category, self.group))
 
     def close(self) -> Path:
         """Write the manifest of the objects and return its path."""
         return write_manifest(self.directory / "objects", COLUMNS, self.rows)
-
-
-def label_of(functions: Iterable[str]) -> str:
-    """Return functions as a manifest has them."""
-    return ";".join(sorted(functions)) or "none"
 
 
 def file_labels(labels: np.ndarray) -> np.ndarray:
@@ -86,28 +78,11 @@ def instance_rows(scan: VirtualScan) -> Iterator[tuple]:
     seen = set(scan.seen().tolist())
     for number, each in enumerate(scan.room.objects):
         item = each.item
-        about = (number + FIRST_OBJECT, item.path.stem, label_of(item.functions), ";".join(sorted(item.also)))
+        about = (number + FIRST_OBJECT, item.path.stem, label_text(item.functions), ";".join(sorted(item.also)))
         support = "floor" if each.support == FLOOR else each.support + FIRST_OBJECT
         yield (*about, item.category, support, int(counts[number]), int(number in seen))
 
 
 def write_labelled(path: Path, points: np.ndarray, labels: np.ndarray | None = None):
     """Write points (N, 3) in metres, and a label (N,) uint8 each where there are any, as binary PLY."""
-    properties = [(name, "<f4") for name in "xyz"] + ([] if labels is None else [("label", "u1")])
-    table = np.empty(len(points), properties)
-    for name, column in zip("xyz", points.T, strict=True):
-        table[name] = column
-    if labels is not None:
-        table["label"] = labels
-    kinds = {"<f4": "float", "u1": "uchar"}
-    lines = ["ply", "format binary_little_endian 1.0", "comment metres, z up", f"element vertex {len(points)}"]
-    lines += [*(f"property {kinds[kind]} {name}" for name, kind in properties), "end_header", ""]
-    path.write_bytes("\n".join(lines).encode() + table.tobytes())
-
-
-def write_rows(path: Path, columns: Iterable[str], rows: Iterable[Iterable]):
-    """Write a table as CSV."""
-    with path.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(columns)
-        writer.writerows(rows)
+    write_bytes(path, ply_bytes(points, "metres, z up", **({} if labels is None else {"label": labels})))

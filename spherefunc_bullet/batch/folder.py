@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..formats.writing import write_whole
+from ..formats.writing import write_whole, writing
 from ..settling.cache import entry_path, packed, read_entry
 from .ledger import Ledger
 
@@ -41,10 +41,8 @@ class RunFolder:
 
     def make(self):
         """Make the folder, without the scratch files of processes that are gone."""
-        try:
+        with writing(self.path, "a folder"):
             self.partial.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{self.path}: expected a folder that can be written to; {error.strerror}") from error
         self.sweep()
 
     def sweep(self):
@@ -52,12 +50,10 @@ class RunFolder:
 
         When a call begins, a worker of one that was killed may still be on its way out; so when a call ends as well.
         """
-        try:
+        with writing(self.path, "a folder"):
             for scratch in self.partial.rglob("*.tmp"):
                 if not is_alive(int(scratch.suffixes[-2][1:])):
                     scratch.unlink(missing_ok=True)
-        except OSError as error:
-            raise InputError(f"{self.path}: expected a folder that can be written to; {error.strerror}") from error
 
     def entry(self, run: str) -> Path:
         """Return where the settled centres of a run are kept."""
@@ -75,15 +71,13 @@ class RunFolder:
     def put_bytes(self, run: str, content: bytes):
         """Write the file of a run's arrays, not synced."""
         path = entry_path(KIND, run, self.partial)
-        try:
+        with writing(path, kind=FullDisk):
             write_whole(path, content)
-        except OSError as error:
-            raise FullDisk(f"{path}: expected a file that can be written; {error.strerror}") from error
 
     def keep(self, run: str) -> os.stat_result:
         """Sync the file of a run's arrays and move it to where it is kept; return what the system says of it."""
         partial, kept = entry_path(KIND, run, self.partial), self.entry(run)
-        try:
+        with writing(kept, kind=FullDisk):
             if partial.is_file() and not (kept.is_file() and read_entry(kept)):
                 sync(partial)
                 kept.parent.mkdir(parents=True, exist_ok=True)
@@ -91,8 +85,6 @@ class RunFolder:
                 sync(kept.parent)
             partial.unlink(missing_ok=True)
             return kept.stat()
-        except OSError as error:
-            raise FullDisk(f"{kept}: expected a file that can be written; {error.strerror}") from error
 
 
 def sync(path: Path):

@@ -9,7 +9,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..formats.writing import prepare_folder
+from ..formats.writing import prepare_folder, write_bytes
 from ..quantities import format_length, parse_lengths
 from .options import Backend, Json, Seed, Shape, Units, Up, simulator_options
 
@@ -96,10 +96,7 @@ def save_result(result, path: Path, bounding_box: list):
         bounding_box=bounding_box,
         provenance=np.array(json.dumps(result.provenance)),
     )
-    try:
-        path.write_bytes(buffer.getvalue())
-    except OSError as error:
-        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+    write_bytes(path, buffer.getvalue())
 
 
 def summary(file: Path, cloud, result) -> dict:

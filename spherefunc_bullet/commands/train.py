@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +9,7 @@ import typer
 
 from ..console import Failures, print_json, say
 from ..errors import InputError
+from ..formats.writing import require_place
 from ..quantities import format_length, parse_lengths
 from .options import (
     DEFAULT_RADII,
@@ -54,7 +54,7 @@ def train(
     from ..settling.records import Loading
     from ..simulator import make_simulator
 
-    check_place(out)
+    require_place(out)
     failures = Failures()
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
@@ -72,13 +72,6 @@ def train(
         chosen = ", ".join(f"{name} {format_length(radius)}" for name, radius in model.radius_.items())
         say(f"learnt {len(model.names_)} objects ({chosen}); wrote {out}")
     failures.exit()
-
-
-def check_place(out: Path):
-    """Refuse a model file that cannot be written before an hour is spent on it."""
-    if out.is_dir() or not out.absolute().parent.is_dir() or not os.access(out.absolute().parent, os.W_OK):
-        came = "a folder" if out.is_dir() else "a folder that is missing or read-only"
-        raise InputError(f"{out}: expected a file that can be written, got {came}")
 
 
 def train_on(simulated: Simulated, simulator, radii, *, method="default", seed=0) -> FunctionClassifier:

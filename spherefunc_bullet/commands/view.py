@@ -13,6 +13,7 @@ import typer
 
 from ..console import Failures, print_json, progress, say
 from ..errors import InputError
+from ..formats.writing import require_place, write_text
 from ..quantities import format_length, parse_lengths
 from .options import Json, Seed, Shape, Units, Up, simulator_options
 
@@ -99,13 +100,10 @@ def explaining_model(model: Path | None, names: Sequence[str]):
 
 def check_place(out: Path | None):
     """Refuse a place that cannot be written to before spheres are dropped."""
-    if out is None:
-        return
-    folder = out if out.is_dir() else out.absolute().parent
-    if not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
+    if out is not None and not out.is_dir() and out.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"{out}: expected a name that ends in .html, or a folder that is there")
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
-        raise InputError(f"{out}: expected a file that can be written, got a folder that is missing or read-only")
+    if out is not None:
+        require_place(out / "page.html" if out.is_dir() else out)
 
 
 def usable_simulators(names: Sequence[str], shape: str | None, failures: Failures) -> list:
@@ -197,11 +195,9 @@ def write_pages(objects: list[Viewed], out: Path | None, classifier, failures: F
         title = ", ".join(each.file.name for each in group)
         html = page_html(title, [part for each in group for part in object_parts(each, classifier)])
         try:
-            path.write_text(html, encoding="utf-8", errors="replace")
-        except OSError as error:
-            failures.add(InputError(f"{path}: expected a file that can be written; {error.strerror}"))
-        else:
-            written.append(path)
+            written.append(write_text(path, html))
+        except InputError as error:
+            failures.add(error)
     return written
 
 

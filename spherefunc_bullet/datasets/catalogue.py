@@ -6,7 +6,6 @@ A catalogue is a function of a seed that returns objects with ``name``, ``label`
 
 from __future__ import annotations
 
-import csv
 import os
 import tempfile
 from collections.abc import Callable, Iterable
@@ -14,7 +13,7 @@ from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
 from ..errors import InputError
-from ..formats.writing import cache_home
+from ..formats.writing import cache_home, write_bytes, write_csv, writing
 
 COLUMNS = ("file", "label", "also", "category", "group")
 VERSION = 2  # of the built catalogues on disk; another number, built anew
@@ -83,26 +82,16 @@ def write_catalogue(
     """
     directory = Path(directory)
     rows = []
-    try:
+    with writing(directory, "a folder"):
         directory.mkdir(parents=True, exist_ok=True)
-        for item in objects:
-            file = f"{item.name}.ply"
-            (directory / file).write_bytes(item.mesh.export(file_type="ply", encoding="binary"))
-            rows.append((file, item.label, item.also, item.category, group))
-            advance()
-        return write_manifest(directory, COLUMNS, rows)
-    except OSError as error:
-        raise InputError(
-            f"{directory}: expected a directory that can be written, got {error.strerror}"
-        ) from error
+    for item in objects:
+        file = f"{item.name}.ply"
+        write_bytes(directory / file, item.mesh.export(file_type="ply", encoding="binary"))
+        rows.append((file, item.label, item.also, item.category, group))
+        advance()
+    return write_manifest(directory, COLUMNS, rows)
 
 
 def write_manifest(directory: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
-    """Write ``manifest.csv`` in one step, so that a reader never finds half of it; return its path."""
-    part, path = directory / "manifest.csv.part", directory / "manifest.csv"
-    with part.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(columns)
-        writer.writerows(rows)
-    os.replace(part, path)
-    return path
+    """Write ``manifest.csv`` in one step; return its path."""
+    return write_csv(directory / "manifest.csv", columns, rows)

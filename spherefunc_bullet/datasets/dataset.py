@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -133,6 +133,17 @@ def parse_functions(text: str) -> frozenset[str]:
     (['sittable', 'table'], frozenset())
     """
     return frozenset(name.strip() for name in text.split(";") if name.strip()) - {NONE}
+
+
+def label_text(functions: Iterable[str], separator: str = ";") -> str:
+    """Return functions as a manifest writes them.
+
+    Examples
+    --------
+    >>> label_text({"table", "sittable"}), label_text([])
+    ('sittable;table', 'none')
+    """
+    return separator.join(sorted(functions)) or NONE
 
 
 def read_label_folders(folder: Path) -> Dataset:

@@ -197,3 +197,26 @@ def read_ply(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         elif element.name == "tristrips" and element.count:
             raise FormatError("expected faces, got triangle strips; save it with faces")
     return vertices, faces
+
+
+_WRITTEN = {"<f4": "float", "|u1": "uchar", "<i4": "int"}
+
+
+def ply_bytes(points: np.ndarray, comment: str, **attributes: np.ndarray) -> bytes:
+    """Return points (N, 3) as a binary PLY, coordinates as float32.
+
+    Parameters
+    ----------
+    comment : str
+        One line of the header.
+    **attributes : (N,) uint8 or int32
+        What the file says of each point beside, by the property's name.
+    """
+    columns = dict(zip("xyz", points.T, strict=True)) | attributes
+    kinds = {name: "<f4" for name in "xyz"} | {name: values.dtype.str for name, values in attributes.items()}
+    rows = np.empty(len(points), list(kinds.items()))
+    for name, values in columns.items():
+        rows[name] = values
+    header = ["ply", "format binary_little_endian 1.0", f"comment {comment}", f"element vertex {len(points)}"]
+    header += [f"property {_WRITTEN[kind]} {name}" for name, kind in kinds.items()]
+    return "\n".join([*header, "end_header", ""]).encode("utf-8", "replace") + rows.tobytes()

@@ -1,9 +1,11 @@
-"""Every file that is written: whole or not at all, and one clear error."""
+"""Every file that is written: one clear line where the disk refuses, and whole or not at all where it matters."""
 
 from __future__ import annotations
 
+import csv
 import os
-from contextlib import suppress
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..errors import InputError
@@ -14,6 +16,57 @@ def cache_home() -> Path:
     given = os.environ.get("SPHEREFUNC_CACHE")
     users = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     return Path(given) if given else users / "spherefunc"
+
+
+@contextmanager
+def writing(place: Path, what: str = "a file", kind: type[InputError] = InputError) -> Iterator[None]:
+    """Turn what the system raises within into one line for the user, such as of a full disk.
+
+    Parameters
+    ----------
+    place : Path
+        What is written.
+    what : str
+        What it is, for the line.
+    kind : type
+        Of the error that is raised.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise kind(f"{place}: expected {what} that can be written; {error.strerror or error}") from error
+
+
+def write_bytes(path: Path, content: bytes) -> Path:
+    """Write a file, and the folder that it lies in; return its path.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return path
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text in UTF-8; what that has no bytes for, as in some files' names, becomes ``?``. See `write_bytes`."""
+    return write_bytes(path, text.encode("utf-8", "replace"))
+
+
+def write_csv(path: Path, columns: Iterable[str], rows: Iterable[Iterable]) -> Path:
+    """Write a table in one step, so that a reader never finds half of it; see `write_bytes`."""
+    part = path.with_name(f"{path.name}.part")
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(columns)
+            writer.writerows(rows)
+        os.replace(part, path)
+    return path
 
 
 def write_whole(path: Path, content: bytes):
@@ -36,13 +89,19 @@ def write_whole(path: Path, content: bytes):
 
 
 def prepare_folder(folder: Path | None):
-    """Make a folder for results, or say why it cannot be."""
+    """Make a folder for results before hours are spent on them, or say why it cannot be."""
     if folder is None:
         return
-    try:
+    with writing(folder, "a folder"):
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".writable"
         probe.touch()
         probe.unlink()
-    except OSError as error:
-        raise InputError(f"{folder}: expected a folder that can be written to; {error.strerror}") from error
+
+
+def require_place(file: Path):
+    """Refuse a file that could not be written, before hours are spent on what it is to hold."""
+    folder = file.absolute().parent
+    if file.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
+        came = "a folder" if file.is_dir() else "a folder that is missing or read-only"
+        raise InputError(f"{file}: expected a file that can be written, got {came}")

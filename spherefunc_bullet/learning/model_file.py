@@ -18,6 +18,7 @@ from scipy import sparse
 from ..errors import InputError
 from ..formats import FormatError
 from ..formats.npz import DAMAGE, read_arrays
+from ..formats.writing import writing
 from ..simulator import make_simulator
 from .function_classifier import FunctionClassifier
 from .method import Method, find_method
@@ -67,11 +68,8 @@ def save_model(model: FunctionClassifier, path: str | Path):
         matrix = model.examples_[radius]
         arrays[f"keys_{i}"] = model.histograms_[radius].keys_
         arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
-    try:
-        with open(path, "wb") as file:
-            np.savez_compressed(file, **arrays)
-    except OSError as error:
-        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
+    with writing(Path(path)), open(path, "wb") as file:
+        np.savez_compressed(file, **arrays)
 
 
 def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifier:
