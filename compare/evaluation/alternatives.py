@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,8 +15,9 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.heading import quarter_turns
 from spherefunc_bullet.learning.method import METHODS, Method
 
-from .evaluation import labels_of, sphere_distances
-from .protocol import leave_one_group_out, pooled_measured, random_splits, trials_measured
+from .evaluation import Evaluation, FunctionQuality, evaluate
+from .features import sphere_distances
+from .protocol import Protocol, labels_of
 
 PAPER = METHODS["paper"]
 LIMITS = (2000, 1000, 250)  # settled spheres at which a run might end
@@ -40,36 +41,40 @@ ALTERNATIVES: dict[str, Method] = {
 def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random."""
     labels = labels_of(simulated)
-    half = random_splits(len(labels.members), len(labels.members) // 2, trials, seed)
-    sources = leave_one_group_out(labels.groups) if len(set(labels.groups.tolist())) > 1 else []
+    halves = Protocol(train_sizes=(len(labels) // 2,), trials=trials, seed=seed)
+    straight = replace(halves, groups=len(set(labels.groups.tolist())) > 1)
     turned = randomly_turned(simulated, seed)
     every = {name: (method, None) for name, method in ALTERNATIVES.items()}
     every |= {f"default, {limit:,} spheres at most": (METHODS["default"], limit) for limit in LIMITS}
-    rows = {}
+    rows: dict[str, dict[str, dict[str, float]]] = {}
     for name, (method, limit) in every.items():
-        distances = sphere_distances(first_spheres(simulated, limit), radii, method)
-        rows[name] = {"random halves": f_measures(trials_measured(distances, labels, half, method))}
-        if sources:
-            rows[name]["across sources"] = f_measures(pooled_measured(distances, labels, sources, method))
-        distances = sphere_distances(first_spheres(turned, limit), radii, method)
-        rows[name]["random halves, turned"] = f_measures(trials_measured(distances, labels, half, method))
+
+        def measured(objects: Simulated, protocol: Protocol, method=method, limit=limit) -> Evaluation:
+            """Return the evaluation of objects by this alternative."""
+            return evaluate(sphere_distances(first_spheres(objects, limit), radii, method), labels, method, protocol)
+
+        given = measured(simulated, straight)
+        rows[name] = {"random halves": f_measures(given.quality(len(labels) // 2))}
+        if straight.groups:
+            rows[name]["across sources"] = f_measures(given.left_out_quality("leave_one_group_out"))
+        rows[name]["random halves, turned"] = f_measures(measured(turned, halves).quality(len(labels) // 2))
     if json:
         print_json(rows)
         return
     protocols = list(next(iter(rows.values())))
-    table = [[name, *(spaced(row[each]) for each in protocols)] for name, row in rows.items()]
+    table = [[name, *(side_by_side(row[protocol]) for protocol in protocols)] for name, row in rows.items()]
     title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
     print_table(title, ["alternative", *protocols], table)
 
 
-def spaced(f_measures: dict[str, float]) -> str:
+def side_by_side(f_measures: Mapping[str, float]) -> str:
     """Return F-measures side by side."""
-    return "  ".join(f"{each:.3f}" for each in f_measures.values())
+    return "  ".join(f"{f_measure:.3f}" for f_measure in f_measures.values())
 
 
-def f_measures(measured: dict) -> dict[str, float]:
+def f_measures(qualities: Mapping[str, FunctionQuality]) -> dict[str, float]:
     """Return each function's F-measure alone."""
-    return {name: row["f_measure"] for name, row in measured.items()}
+    return {name: row["f_measure"] for name, row in qualities.items()}
 
 
 def first_spheres(simulated: Simulated, limit: int | None) -> Simulated:
