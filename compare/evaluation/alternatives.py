@@ -15,9 +15,9 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.heading import quarter_turns
 from spherefunc_bullet.learning.method import METHODS, Method
 
-from .evaluation import Evaluation, FunctionQuality, evaluate
+from .evaluation import FunctionQuality, evaluate
 from .features import sphere_distances
-from .protocol import Protocol, labels_of
+from .protocol import Protocol, Splits, labels_of
 
 PAPER = METHODS["paper"]
 LIMITS = (2000, 1000, 250)  # settled spheres at which a run might end
@@ -40,24 +40,22 @@ ALTERNATIVES: dict[str, Method] = {
 
 def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random."""
-    labels = labels_of(simulated)
-    halves = Protocol(train_sizes=(len(labels) // 2,), trials=trials, seed=seed)
-    straight = replace(halves, groups=len(set(labels.groups.tolist())) > 1)
-    turned = randomly_turned(simulated, seed)
+    labels, half = labels_of(simulated), len(simulated.objects) // 2
+    groups = len(set(labels.groups.tolist())) > 1
+    splits = Protocol(train_sizes=(half,), trials=trials, seed=seed, groups=groups).splits(labels)
+    turned, halves = randomly_turned(simulated, seed), Splits(halves=splits.halves)
     every = {name: (method, None) for name, method in ALTERNATIVES.items()}
     every |= {f"default, {limit:,} spheres at most": (METHODS["default"], limit) for limit in LIMITS}
     rows: dict[str, dict[str, dict[str, float]]] = {}
     for name, (method, limit) in every.items():
-
-        def measured(objects: Simulated, protocol: Protocol, method=method, limit=limit) -> Evaluation:
-            """Return the evaluation of objects by this alternative."""
-            return evaluate(sphere_distances(first_spheres(objects, limit), radii, method), labels, method, protocol)
-
-        given = measured(simulated, straight)
-        rows[name] = {"random halves": f_measures(given.quality(len(labels) // 2))}
-        if straight.groups:
-            rows[name]["across sources"] = f_measures(given.left_out_quality("leave_one_group_out"))
-        rows[name]["random halves, turned"] = f_measures(measured(turned, halves).quality(len(labels) // 2))
+        as_given, as_turned = (
+            evaluate(sphere_distances(first_spheres(objects, limit), radii, method), labels, method, tested)
+            for objects, tested in ((simulated, splits), (turned, halves))
+        )
+        rows[name] = {"random halves": f_measures(as_given.quality(half))}
+        if groups:
+            rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
+        rows[name]["random halves, turned"] = f_measures(as_turned.quality(half))
     if json:
         print_json(rows)
         return

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NotRequired, TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
-from .features import Distances
-from .protocol import Labels, Protocol, Split, random_splits
+from .features import Again, Distances
+from .protocol import Labels, Split, Splits
 
 FOLDS = 20  # of leave-one-out, for the choice of the radius
 Weights = Mapping[float, float]  # radius in metres -> how much it counts
@@ -57,6 +57,10 @@ class Trial:
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure
 
+    def saying_no(self) -> Trial:
+        """Return the same trial with no to everything."""
+        return replace(self, scores=np.zeros_like(self.scores), weights=())
+
     def by_object(self) -> np.ndarray:
         """Return the scores (N, F) in the order of the data set, where every object was tested once."""
         return self.scores[np.argsort(self.rows)]
@@ -70,6 +74,8 @@ class Evaluation:
     method: Method
     trials: Mapping[int, Sequence[Trial]]  # training size in objects -> the trials, ascending
     left_out: Mapping[str, Trial]  # every object tested once: leave_one_out, leave_one_group_out
+    again: Trial | None = None  # what other spheres on some of the objects said of them, with all others learnt
+    by_radius: Mapping[float, Evaluation] = field(default_factory=dict)  # the trials with each radius alone, metres
 
     def quality(self, train_size: int, every_trial: bool = False) -> dict[str, FunctionQuality]:
         """Return each function's mean quality over the trials of a training size; also of each, if wanted."""
@@ -84,6 +90,12 @@ class Evaluation:
         return radius_counts(self.trials[train_size], column)
 
     @property
+    def halves(self) -> tuple[int, int]:
+        """How many objects the trials learn at most, and how many they test."""
+        largest = max(self.trials)
+        return largest, len(self.trials[largest][0].rows)
+
+    @cached_property
     def scores(self) -> np.ndarray:
         """The score of every object with all others learnt, (N, F)."""
         return self.left_out["leave_one_out"].by_object()
@@ -93,58 +105,62 @@ class Evaluation:
         """Which object was said to have which function with all others learnt, (N, F) bool."""
         return self.scores > THRESHOLD
 
-    def scores_again(self, across: Distances, rows: Sequence[int]) -> np.ndarray:
-        """Return the scores (R, F) that other histograms of the same objects get, each with its object left out.
-
-        Parameters
-        ----------
-        across : dict of radius in metres to (R, N) float
-            From the other histograms to those that were evaluated.
-        rows : (R,) int
-            Which objects they are of.
-        """
-        alone = self.left_out["leave_one_out"]
-        weights = dict(zip(alone.rows.tolist(), alone.weights, strict=True))
-        scores = np.zeros((len(rows), len(self.labels.functions)))
-        for place, row in enumerate(rows):
-            train = np.delete(np.arange(len(self.labels)), row)
-            asked = {radius: matrix[[place]][:, train] for radius, matrix in across.items()}
-            scores[place] = function_scores(asked, self.labels.members[train], weights[row], self.method)[0]
-        return scores
+    def saying_no(self) -> Evaluation:
+        """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
+        trials = {size: [trial.saying_no() for trial in trials] for size, trials in self.trials.items()}
+        left_out = {name: trial.saying_no() for name, trial in self.left_out.items()}
+        return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
 
 
-def evaluate(distances: Distances, labels: Labels, method: Method, protocol: Protocol) -> Evaluation:
-    """Return what a feature said under a protocol, given its distances between all objects.
+def evaluate(
+    distances: Distances,
+    labels: Labels,
+    method: Method,
+    splits: Splits,
+    *,
+    again: Again | None = None,
+    each_radius: bool = False,
+) -> Evaluation:
+    """Return what a feature said, given its distances between all objects.
 
-    Raises
-    ------
-    InputError
-        If a training set is larger than half of the objects, or there are no groups to leave out.
+    Parameters
+    ----------
+    again : Again
+        Distances of other spheres on some of the objects, which are tested as the first ones were.
+    each_radius : bool
+        Whether to run the trials with each radius alone besides.
     """
-    left_out, sizes = protocol.left_out(labels), protocol.train_sizes
-    halves = {size: random_splits(len(labels), size, protocol.trials, protocol.seed) for size in sizes}
-    trials = {
-        size: [run_trial(distances, labels, split, method) for split in splits]
-        for size, splits in progress(halves.items(), len(halves), "learning and testing")
-    }
-    pooled = {name: pooled_trial(distances, labels, splits, method) for name, splits in left_out.items()}
-    return Evaluation(labels=labels, method=method, trials=trials, left_out=pooled)
-
-
-def always_no(labels: Labels, method: Method, protocol: Protocol) -> Evaluation:
-    """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
-
-    def no(splits: Iterable[Split]) -> Trial:
-        rows, learnt = np.concatenate([split.test for split in splits]), len(next(iter(splits)).train)
-        return Trial(learnt=learnt, rows=rows, scores=np.zeros((len(rows), len(labels.functions))), weights=())
-
-    halves = {size: random_splits(len(labels), size, protocol.trials, protocol.seed) for size in protocol.train_sizes}
+    halves = Splits(halves=splits.halves)
+    pooled = {name: pooled_trial(distances, labels, alone, method) for name, alone in splits.left_out.items()}
     return Evaluation(
         labels=labels,
         method=method,
-        trials={size: [no([split]) for split in splits] for size, splits in halves.items()},
-        left_out={name: no(splits) for name, splits in protocol.left_out(labels).items()},
+        trials={
+            size: [run_trial(distances, labels, split, method) for split in trials]
+            for size, trials in splits.halves.items()
+        },
+        left_out=pooled,
+        again=None if again is None else trial_again(again, pooled["leave_one_out"], labels, method),
+        by_radius={
+            radius: evaluate({radius: matrix}, labels, method, halves)
+            for radius, matrix in distances.items()
+            if each_radius
+        },
     )
+
+
+def trial_again(again: Again, left_out: Trial, labels: Labels, method: Method) -> Trial:
+    """Return what is said of objects by other spheres on them, each with itself left out, as it was at first.
+
+    Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.
+    """
+    weights = dict(zip(left_out.rows.tolist(), left_out.weights, strict=True))
+    scores = np.zeros((len(again.rows), len(labels.functions)))
+    for place, row in enumerate(again.rows):
+        train = np.delete(np.arange(len(labels)), row)
+        across = {radius: matrix[[place]][:, train] for radius, matrix in again.distances.items()}
+        scores[place] = function_scores(across, labels.members[train], weights[row], method)[0]
+    return Trial(learnt=left_out.learnt, rows=np.array(again.rows, int), scores=scores, weights=())
 
 
 def run_trial(

@@ -6,6 +6,7 @@ If nearest neighbours on the bounding box do as well as the spheres, the physics
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
@@ -33,6 +34,27 @@ def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Metho
         )
         for radius in radii
     }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Again:
+    """Other spheres on some of the objects, beside the first ones on all."""
+
+    rows: Sequence[int]  # (R,) which objects
+    distances: Distances  # (R, N) at each radius
+
+
+def distances_again(simulated: Simulated, again: Simulated, radii: Sequence[float], method: Method) -> Again:
+    """Return the distances from the histograms of objects dropped on again to those of all of them."""
+    twice = {record.path: record.settled for record in again.records}
+    rows = [row for row, record in enumerate(simulated.records) if record.path in twice]
+    distances = {}
+    for radius in radii:
+        histogram = method.histogram(radius)
+        learnt = histogram.fit_transform([settled[radius] for settled in simulated.settled])
+        asked = histogram.transform([twice[simulated.records[row].path][radius] for row in rows])
+        distances[radius] = euclidean_distances(asked, learnt)
+    return Again(rows=rows, distances=distances)
 
 
 def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -61,16 +62,29 @@ class Protocol:
     leave_one_out: bool = False
     groups: bool = False
 
-    def left_out(self, labels: Labels) -> dict[str, list[Split]]:
-        """Return the splits that together test every object once, by their name.
+    def splits(self, labels: Labels) -> Splits:
+        """Return the splits, the same for every feature.
 
         Raises
         ------
         InputError
-            If groups are to be left out, and there are not at least two.
+            If a training set is larger than half of the objects, or there are no two groups to leave out.
         """
-        splits = {"leave_one_out": leave_one_out(len(labels), self.seed)} if self.leave_one_out else {}
-        return splits | ({"leave_one_group_out": leave_one_group_out(labels.groups)} if self.groups else {})
+        count, left_out = len(labels), {}
+        if self.leave_one_out:
+            left_out["leave_one_out"] = leave_one_out(count, self.seed)
+        if self.groups:
+            left_out["leave_one_group_out"] = leave_one_group_out(labels.groups)
+        halves = {size: random_splits(count, size, self.trials, self.seed) for size in self.train_sizes}
+        return Splits(halves=halves, left_out=left_out)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Splits:
+    """What a protocol tests."""
+
+    halves: Mapping[int, Sequence[Split]]  # training size in objects -> the trials
+    left_out: Mapping[str, Sequence[Split]] = field(default_factory=dict)  # name -> what tests every object once
 
 
 def random_splits(count: int, train_size: int, trials: int, seed: int) -> list[Split]:

@@ -11,9 +11,9 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import say
 from spherefunc_bullet.learning.method import Method
 
-from .evaluation import Evaluation, FunctionQuality, evaluate, run_trial
+from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import SPHERES, all_distances
-from .protocol import Protocol, Split, labels_of
+from .protocol import Protocol, Split, Splits, labels_of
 
 Qualities = dict[str, FunctionQuality]  # by function
 
@@ -35,8 +35,9 @@ def evaluate_features(
 
     Baselines are scored with the same neighbours, votes and choice of radius as the spheres.
     """
-    labels, features = labels_of(simulated), all_distances(simulated, radii, method)
-    return {name: evaluate(distances, labels, method, protocol) for name, distances in features.items()}
+    labels = labels_of(simulated)
+    splits, features = protocol.splits(labels), all_distances(simulated, radii, method)
+    return {name: evaluate(distances, labels, method, splits) for name, distances in features.items()}
 
 
 def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
@@ -71,9 +72,7 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
         say(f"{tested.name}: no training object is labelled {', '.join(sorted(unknown))}; those can't be found")
     both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
     labels, count = labels_of(both), len(learnt.objects)
-    split = Split(np.arange(count), np.arange(count, len(labels)))
-    figures = {}
-    for name, distances in all_distances(both, radii, method).items():
-        trial = run_trial(distances, labels, split, method)
-        figures[name] = Evaluation(labels=labels, method=method, trials={count: [trial]}, left_out={}).quality(count)
+    splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
+    features = all_distances(both, radii, method)
+    figures = {name: evaluate(each, labels, method, splits).quality(count) for name, each in features.items()}
     return result("test", count, figures)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from PIL.Image import Image, Resampling, fromarray
 
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
 
 OBJECT_COLOUR = np.array([0.80, 0.77, 0.72])
 CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut lays open
 GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
+CUT_BELOW = 0.5  # metres: smaller objects are cut open
+SPHERES_ACROSS = 30  # of a picture: about so many radii to an object's largest extent
 MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
 
 
@@ -58,7 +63,9 @@ class Part:
         return self.colours[ball], outward / np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-12)
 
 
-def render(vertices, faces, centers, radius: float, view: View | None = None):
+def render(
+    vertices: np.ndarray, faces: np.ndarray | None, centers: np.ndarray, radius: float, view: View | None = None
+) -> Image:
     """Draw an object and the spheres that settled on it.
 
     Parameters
@@ -70,13 +77,7 @@ def render(vertices, faces, centers, radius: float, view: View | None = None):
     radius : float
         Of the spheres, metres.
     view : View
-
-    Returns
-    -------
-    PIL.Image.Image
     """
-    from PIL import Image
-
     view = view or View()
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
@@ -92,8 +93,32 @@ def render(vertices, faces, centers, radius: float, view: View | None = None):
         # Balls are whole, so that none is seen cut; the object begins behind the plane.
         starts = origins if part.centers is not None else clipped(origins, directions, view, (low + high) / 2)
         draw_part(image, nearest, part, parts, origins, starts, directions, view)
-    picture = Image.fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
-    return picture.resize(view.size, Image.Resampling.LANCZOS)
+    picture = fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
+    return picture.resize(view.size, Resampling.LANCZOS)
+
+
+def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: View) -> Image:
+    """Draw an object as `render` does; a small one is cut open, because what it holds is inside.
+
+    A cloud has no surface to cut: its points in front go, and the spheres among them.
+    """
+    view = replace(view, cut=view.cut or is_cut(cloud))
+    if cloud.mesh is not None:
+        return render(cloud.mesh.vertices, cloud.mesh.faces, centers, radius, view)
+    points = cloud.points
+    if view.cut:
+        points, centers = (places[places @ view.facing <= 0] for places in (points, centers))
+    return render(points, None, centers, radius, replace(view, cut=False))
+
+
+def is_cut(cloud: Cloud) -> bool:
+    """Tell whether an object is so small that it is cut open."""
+    return bool(cloud.size.max() < CUT_BELOW)
+
+
+def fitting_radius(radii: Iterable[float], size: np.ndarray, across: float) -> float:
+    """Return the radius of which about ``across`` make the largest extent of an object of a size (3,), metres."""
+    return min(radii, key=lambda radius: abs(radius * across - size.max()))
 
 
 def draw_part(image, nearest, part: Part, parts: list[Part], origins, starts, directions, view: View):
