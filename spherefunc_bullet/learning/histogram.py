@@ -180,7 +180,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
     Examples
     --------
     >>> import numpy as np
-    >>> from spherefunc_bullet.cloud import Cloud
+    >>> from spherefunc_bullet import Cloud
     >>> x, y = np.meshgrid(np.linspace(-0.2, 0.2, 101), np.linspace(-0.2, 0.2, 101))
     >>> plate = Cloud(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.4)]), "plate")
     >>> matrix = SphereHistogram(simulator="fast", radius=0.02).fit_transform([plate])
