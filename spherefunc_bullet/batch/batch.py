@@ -154,9 +154,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
             moved += [now] if now != row else []
     ledger.write(moved)
     common = {"simulator": batch.simulator, "seed": batch.seed, "loading": batch.loading}
-    tasks = [
-        Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii
-    ]
+    tasks = [Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii]
     done = [finished_object(name, standing[name], skipped=True) for name in objects if not missing[name]]
     return tasks, done
 

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 
@@ -188,7 +189,7 @@ class Ledger:
         with self.writing() as connection:
             connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))
 
-    def begin_call(self, about: dict):
+    def begin_call(self, about: dict[str, Any]):
         """Note that a batch begins to work on this ledger."""
         with self.writing() as connection:
             names = ", ".join(about)
@@ -214,6 +215,6 @@ DAMAGED = (
 )
 
 
-def settings_json(settings: dict) -> str:
+def settings_json(settings: dict[str, Any]) -> str:
     """Return settings as the ledger writes them: the same settings, the same text."""
     return json.dumps(settings, sort_keys=True, default=str)

@@ -10,6 +10,8 @@ from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
 from ..settling.records import Loading, ObjectRecord, simulate_objects
+from ..settling.settling import Settled
+from ..simulator import Simulator
 from .batch import known_failures
 
 
@@ -22,13 +24,13 @@ class Simulated:
     records: tuple[ObjectRecord, ...]
 
     @property
-    def settled(self) -> list[dict]:
+    def settled(self) -> list[Settled]:
         return [record.settled for record in self.records]
 
 
 def simulate_dataset(
     dataset: Dataset,
-    simulator,
+    simulator: str | Simulator,
     radii: Sequence[float],
     *,
     seed: int = 0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,6 +30,7 @@ from .options import (
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
     from ..learning.function_classifier import FunctionClassifier
+    from ..simulator import Simulator
 
 
 def train(
@@ -74,7 +76,9 @@ def train(
     failures.exit()
 
 
-def train_on(simulated: Simulated, simulator, radii, *, method="default", seed=0) -> FunctionClassifier:
+def train_on(
+    simulated: Simulated, simulator: str | Simulator, radii: Sequence[float], *, method: str = "default", seed: int = 0
+) -> FunctionClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..learning.function_classifier import FunctionClassifier
     from ..learning.method import find_method

@@ -149,9 +149,7 @@ def fitting_radius(cloud: Cloud) -> float:
     return min(RADII, key=lambda each: abs(each * SPHERES_ACROSS - cloud.size.max()))
 
 
-def drop_on_all(
-    objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures
-):
+def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):
     """Drop spheres on every object by one backend."""
     from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated

@@ -102,7 +102,7 @@ def read_manifest(manifest: Path) -> Dataset:
     return Dataset(manifest.parent.name, objects, manifest.parent)
 
 
-def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
+def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> DatasetObject:
     file, label = (row["file"] or "").strip(), (row["label"] or "").strip()
     where = f"{manifest}, line {line}"
     if not file or not label:

@@ -21,9 +21,7 @@ def _count_facets(data: bytes) -> int | None:
     require_text_size(data)
     text = data.lower()
     if not text.lstrip().startswith(b"solid"):
-        raise FormatError(
-            "expected 'solid' or a binary STL as long as its header says; is it cut off or no STL?"
-        )
+        raise FormatError("expected 'solid' or a binary STL as long as its header says; is it cut off or no STL?")
     return text.count(b"facet normal")
 
 
