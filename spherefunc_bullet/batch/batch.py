@@ -44,7 +44,7 @@ class Batch:
     @property
     def objects(self) -> dict[str, Path]:
         """The files by what the ledger calls them."""
-        return {self.dataset.name_of(each.path): each.path for each in self.dataset.objects}
+        return {self.dataset.name_of(item.path): item.path for item in self.dataset.objects}
 
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""

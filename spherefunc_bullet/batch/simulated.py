@@ -53,7 +53,7 @@ def simulate_dataset(
         If no object is left, or there is no such run.
     """
     known = {} if run is None else known_failures(run, dataset, simulator, radii, seed, loading or Loading())
-    left = [index for index, each in enumerate(dataset.objects) if each.path not in known]
+    left = [index for index, item in enumerate(dataset.objects) if item.path not in known]
     paths = [dataset.objects[index].path for index in left]
     done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs, home=run)
     records: dict[int, ObjectRecord] = {}

@@ -84,7 +84,7 @@ class World:
             mass,
             shape,
             self.visual,
-            basePosition=[self.scale * float(each) for each in position],
+            basePosition=[self.scale * float(coordinate) for coordinate in position],
             useMaximalCoordinates=1,
             **self.engine,
         )
@@ -187,7 +187,7 @@ class World:
         return self.add_body(shape, 0.0, [0, 0, 0])
 
     def _move(self, body: int, position: Iterable[float]):
-        place = [self.scale * float(each) for each in position]
+        place = [self.scale * float(coordinate) for coordinate in position]
         pybullet().resetBasePositionAndOrientation(body, place, [0, 0, 0, 1], **self.engine)
 
 

@@ -54,7 +54,7 @@ class Cloud:
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner of the bounding box, (2, 3), metres."""
         columns = self.points.T  # one by one, which is ten times as quick as axis=0 over rows of three
-        return np.array([[each.min() for each in columns], [each.max() for each in columns]])
+        return np.array([[column.min() for column in columns], [column.max() for column in columns]])
 
     @property
     def size(self) -> np.ndarray:

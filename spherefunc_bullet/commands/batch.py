@@ -126,9 +126,9 @@ def work_through(batch: Batch, json: bool, **options):
     interrupted = False
     try:
         doing = f"dropping spheres on {batch.dataset.name}"
-        for each in progress(run_batch(batch, **options), len(batch.objects), doing):
-            counts["failed" if each.errors else "skipped" if each.skipped else "done"] += 1
-            for error in each.errors:
+        for finished in progress(run_batch(batch, **options), len(batch.objects), doing):
+            counts["failed" if finished.errors else "skipped" if finished.skipped else "done"] += 1
+            for error in finished.errors:
                 failures.add(InputError(error))
     except KeyboardInterrupt:
         interrupted = True
@@ -157,7 +157,7 @@ def show_status(folder: Path, json: bool):
     kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
     print(f"rate {rate}, time left {left}; {kept}")
     if about["failures"]:
-        print_table("Failures", ["object", "outcome", "why"], [list(each.values()) for each in about["failures"]])
+        print_table("Failures", ["object", "outcome", "why"], [list(failure.values()) for failure in about["failures"]])
 
 
 @app.command()
@@ -171,6 +171,6 @@ def merge(
     from ..batch.merging import merge_runs
 
     failures = Failures()
-    merged = merge_runs([RunFolder(each) for each in shards], RunFolder(folder), failed=failures.add)
+    merged = merge_runs([RunFolder(shard) for shard in shards], RunFolder(folder), failed=failures.add)
     print_json(merged) if json else say(", ".join(f"{name} {value}" for name, value in merged.items()))
     failures.exit()

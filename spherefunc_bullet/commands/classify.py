@@ -105,13 +105,13 @@ def print_neighbors(row: Row, name: str):
     """Print which training objects decided one function of one object."""
     table = [
         [
-            each["name"],
-            format_length(each["radius"]),
-            "yes" if each["member"] else "no",
-            f"{each['distance']:.2f}",
-            f"{each['weight']:.3f}",
+            neighbor["name"],
+            format_length(neighbor["radius"]),
+            "yes" if neighbor["member"] else "no",
+            f"{neighbor['distance']:.2f}",
+            f"{neighbor['weight']:.3f}",
         ]
-        for each in row["neighbors"][name]
+        for neighbor in row["neighbors"][name]
     ]
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
     print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)
@@ -121,12 +121,12 @@ def print_cubes(row: Row, name: str):
     """Print which cubes of space speak for and against one function of one object."""
     table = [
         [
-            "for" if each["share"] > 0 else "against",
-            " ".join(f"{100 * (low + each['side'] / 2):.1f}" for low in each["corner"]),
-            *(f"{each[key]:.1f}" for key in ("spheres", "members", "others")),
-            f"{abs(each['share']):.0%}",
+            "for" if cube["share"] > 0 else "against",
+            " ".join(f"{100 * (low + cube['side'] / 2):.1f}" for low in cube["corner"]),
+            *(f"{cube[key]:.1f}" for key in ("spheres", "members", "others")),
+            f"{abs(cube['share']):.0%}",
         ]
-        for each in row["cubes"][name]
+        for cube in row["cubes"][name]
     ]
     if table:
         first = row["cubes"][name][0]

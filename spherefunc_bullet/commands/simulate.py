@@ -39,7 +39,7 @@ def simulate(
     from ..simulator import DropSettings, isolated, make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape))
-    runs = [DropSettings(radius=each, max_spheres=max_spheres) for each in parse_lengths(radius)]
+    runs = [DropSettings(radius=length, max_spheres=max_spheres) for length in parse_lengths(radius)]
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
     tasks = [(file, simulator, runs, seed, up, units) for file in files]

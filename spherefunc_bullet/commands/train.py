@@ -61,7 +61,7 @@ def train(
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
     loading = Loading(up=up, units=units)
-    dataset = joined_datasets([open_dataset(each) for each in data])
+    dataset = joined_datasets([open_dataset(name) for name in data])
     simulated = simulate_dataset(
         dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
     )
@@ -84,7 +84,7 @@ def train_on(
     from ..learning.method import find_method
 
     model = FunctionClassifier(simulator, radii=tuple(radii), method=find_method(method), seed=seed)
-    labels = [each.functions for each in simulated.objects]
+    labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
-    return model.fit_settled(simulated.settled, labels, [each.path.name for each in simulated.objects])
+    return model.fit_settled(simulated.settled, labels, [item.path.name for item in simulated.objects])

@@ -59,8 +59,8 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
             return name
     names = [name for name, shape in shapes.items() if shape and len(shape) == 2 and shape[1] == 3]
     if len(names) != 1:
-        found = ", ".join(sorted(shapes)[:8]) or "none"
-        raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {found}")
+        others = ", ".join(sorted(shapes)[:8]) or "none"
+        raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {others}")
     return names[0]
 
 

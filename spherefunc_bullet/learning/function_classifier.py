@@ -99,7 +99,7 @@ class FunctionClassifier(BaseEstimator):
         self.histograms_, self.examples_ = {}, {}
         for radius in self.radii:
             self.histograms_[radius] = method.histogram(radius)
-            self.examples_[radius] = self.histograms_[radius].fit_transform([each[radius] for each in settled])
+            self.examples_[radius] = self.histograms_[radius].fit_transform([spheres[radius] for spheres in settled])
         return self._choose_radii()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
@@ -114,7 +114,7 @@ class FunctionClassifier(BaseEstimator):
         self.functions_, self.members_ = functions, np.vstack([old, memberships(labels, functions)])
         self.names_ = [*self.names_, *names]
         for radius, histogram in self.histograms_.items():
-            centers = [each[radius] for each in settled]
+            centers = [spheres[radius] for spheres in settled]
             before = histogram.keys_
             histogram.partial_fit(centers)
             old = widened(self.examples_[radius], before, histogram.keys_)
@@ -205,9 +205,9 @@ class FunctionClassifier(BaseEstimator):
         counts = find_method(self.method).neighbors
         weights = np.zeros(len(members))
         for count in counts:
-            nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
-            inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
-            total = sum(each.sum() for each in inverse)
+            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in both_sides(members)]
+            inverse = [1 / np.maximum(distances[rows], SAME) / max(len(rows), 1) for rows in nearest]
+            total = sum(rows.sum() for rows in inverse)
             for rows, values in zip(nearest, inverse, strict=True):
                 weights[rows] += values / total / len(counts)
         return weights
@@ -250,7 +250,7 @@ def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
 
     Examples
     --------
-    >>> [sorted(each) for each in as_sets(["cup", "none", {"table", "sittable"}])]
+    >>> [sorted(functions) for functions in as_sets(["cup", "none", {"table", "sittable"}])]
     [['cup'], [], ['sittable', 'table']]
     """
     sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]

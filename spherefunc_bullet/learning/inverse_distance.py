@@ -45,7 +45,7 @@ def inverse_distance_scores(
 
 def share_of_nearness(inside: np.ndarray, outside: np.ndarray, n_neighbors: int | Sequence[int]) -> np.ndarray:
     """Return the scores (Q,) from the distances to members (Q, M) and to the others (Q, N - M)."""
-    inside, outside = (mean_inverse_distances(each, n_neighbors) for each in (inside, outside))
+    inside, outside = (mean_inverse_distances(distances, n_neighbors) for distances in (inside, outside))
     total = inside + outside
     return np.divide(inside, total, out=np.zeros_like(total), where=total > 0).mean(axis=1)
 

@@ -65,8 +65,8 @@ def validated_f_measure(
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
-    found = truth.sum() + predicted.sum()
-    return 2 * float((truth & predicted).sum()) / float(found) if found else 0.0
+    positives = truth.sum() + predicted.sum()
+    return 2 * float((truth & predicted).sum()) / float(positives) if positives else 0.0
 
 
 def radius_weights(

@@ -53,12 +53,12 @@ def groups(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> Iterato
     for times, least in ROUNDS:
         if len(free) == 0:
             return
-        found = grow_sides(vertices, faces[free], times * tolerance)
-        kept = int((np.bincount(found) >= least).sum())
-        big = found < kept
-        for members in split_by(free[big], found[big]):
+        side_of = grow_sides(vertices, faces[free], times * tolerance)
+        kept = int((np.bincount(side_of) >= least).sum())
+        big = side_of < kept
+        for members in split_by(free[big], side_of[big]):
             yield members, members[:0]
-        new = np.column_stack([faces[free[big]].ravel(), np.repeat(found[big] + count, 3)])
+        new = np.column_stack([faces[free[big]].ravel(), np.repeat(side_of[big] + count, 3)])
         owners = np.concatenate([owners, unique_rows(new)])
         count += kept
         bends, free = bends_between(faces, free[~big], owners, count, len(vertices))
