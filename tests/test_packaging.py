@@ -69,7 +69,12 @@ def run_from(folder: Path, path: Path | str, *arguments: str) -> subprocess.Comp
     code = "import sys; from spherefunc_bullet.commands.command_line import main; main()"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, [str(folder), str(path)]))}
     return subprocess.run(
-        [sys.executable, "-c", code, *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        [sys.executable, "-c", code, *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
@@ -110,6 +115,10 @@ def test_the_wheel_is_what_ran(wheel, hostile, tmp_path_factory):
     zipfile.ZipFile(wheel).extractall(site)
     code = "from spherefunc_bullet.scenes.household import household as h; print(h.__file__)"
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=hostile, env=os.environ | {"PYTHONPATH": str(site)}, capture_output=True, text=True
+        [sys.executable, "-c", code],
+        cwd=hostile,
+        env=os.environ | {"PYTHONPATH": str(site)},
+        capture_output=True,
+        text=True,
     )
     assert done.stdout.startswith(str(site)), done.stderr
