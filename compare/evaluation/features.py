@@ -12,13 +12,12 @@ import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.learning.histogram import DIAMETERS, counts_matrix, cube_keys
+from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counts_matrix, cube_keys
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 SPHERES = "spheres"
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
-Cubes = tuple[np.ndarray, np.ndarray]  # keys (V,) and values (V,) float, 0 in all other cubes
 
 
 def all_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> dict[str, Distances]:
@@ -77,13 +76,13 @@ def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
     return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
 
 
-def cube_distances(objects: Sequence[Cubes]) -> np.ndarray:
-    """Return distances (N, N) between objects given as cubes and values."""
+def cube_distances(objects: Sequence[Counts]) -> np.ndarray:
+    """Return distances (N, N) between objects given as cubes and values, 0 in all others."""
     keys = np.unique(np.concatenate([keys for keys, _ in objects]))
     return euclidean_distances(counts_matrix(objects, keys))
 
 
-def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Cubes, Cubes]:
+def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Counts, Counts]:
     """Return how many of an object's points (N, 3) each cube holds, and their top view.
 
     The top view is the squares of the ground, as cubes on it, and the height over each.

@@ -78,7 +78,7 @@ def cut_slice(data: EvaluatedData, index: int, axis: int) -> Slice:
     histogram = data.method.histogram(radius)
     centers = np.asarray(data.simulated.settled[index][radius], float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
-    keys, counts = counted_cubes(layer, histogram.side, data.method.anchor)
+    keys, counts = counted_cubes(layer, histogram.side)
     return Slice(
         index=index,
         axis=axis,

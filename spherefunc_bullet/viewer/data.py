@@ -90,7 +90,7 @@ def panel_data(panel: Panel, names: dict[int, int]) -> dict:
 def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (3,) of the object, spheres of a radius, and cubes that explain, metres."""
     lows, highs = [cloud.bounds[0]], [cloud.bounds[1]]
-    for layer in (each for each in layers if each.radius == radius):
+    for layer in (shown for shown in layers if shown.radius == radius):
         if len(layer.centers):
             lows.append(layer.centers.min(axis=0) - radius)
             highs.append(layer.centers.max(axis=0) + radius)
@@ -104,8 +104,8 @@ def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndar
 def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
     """Return the cubes of the default histogram that hold centres (S, 3), metres."""
     histogram = CubeHistogram(radius)
-    keys, counts = counted_cubes(np.asarray(centers, float), histogram.side, histogram.anchor)
-    return Cubes(side=histogram.side, corners=corners(keys, histogram, centers), counts=counts)
+    keys, counts = counted_cubes(np.asarray(centers, float), histogram.side)
+    return Cubes(side=histogram.side, corners=corners(keys, histogram.side), counts=counts)
 
 
 def cubes_data(cubes: Cubes) -> dict:
