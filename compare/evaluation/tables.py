@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.quantities import format_length
@@ -19,7 +19,7 @@ class About(TypedDict):
     method: str
     data: str
     objects: int
-    radii: Sequence[float]  # metres
+    radii: NotRequired[Sequence[float]]  # metres
 
 
 def print_results(about: About, results: Sequence[Result], json: bool):
