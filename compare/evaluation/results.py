@@ -73,6 +73,8 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
     labels, count = labels_of(both), len(learnt.objects)
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
-    features = all_distances(both, radii, method)
-    figures = {name: evaluate(each, labels, method, splits).quality(count) for name, each in features.items()}
+    figures = {
+        name: evaluate(distances, labels, method, splits).quality(count)
+        for name, distances in all_distances(both, radii, method).items()
+    }
     return result("test", count, figures)
