@@ -29,18 +29,7 @@ FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],
     "table": [*TABLES, *LOW_TABLES, *DESKS],
     "cup": CUPS,
-    "none": [
-        *CONTAINERS,
-        *BOXES,
-        *DISHES,
-        *CABINETS,
-        *DEVICES,
-        *LAMPS,
-        *PLANTS,
-        *FIXTURES,
-        *TOOLS,
-        *BELONGINGS,
-    ],
+    "none": [*CONTAINERS, *BOXES, *DISHES, *CABINETS, *DEVICES, *LAMPS, *PLANTS, *FIXTURES, *TOOLS, *BELONGINGS],
 }
 
 

@@ -7,11 +7,14 @@ boolean backend or a polygon library.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+
 import numpy as np
 import trimesh
+from numpy.typing import ArrayLike
 
 
-def loft(rings, *, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
+def loft(rings: ArrayLike, *, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
     """Return the surface through rings of equally many points.
 
     Parameters
@@ -78,25 +81,33 @@ def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4)
     quarter = np.linspace(0, np.pi / 2, steps + 1)
     turns = [quarter + k * np.pi / 2 for k in range(4)]
     middles = rectangle(width - 2 * corner, depth - 2 * corner)[[2, 3, 0, 1]]
-    arcs = [
-        m + corner * np.stack([np.cos(t), np.sin(t)], axis=1) for m, t in zip(middles, turns, strict=True)
-    ]
+    arcs = [m + corner * np.stack([np.cos(t), np.sin(t)], axis=1) for m, t in zip(middles, turns, strict=True)]
     return np.concatenate(arcs)
 
 
-def prism(outline, height: float, z: float = 0.0, *, taper: float = 1.0) -> trimesh.Trimesh:
+def prism(outline: ArrayLike, height: float, z: float = 0.0, *, taper: float = 1.0) -> trimesh.Trimesh:
     """Return an upright prism on z over an outline (N, 2); its top is the outline times ``taper``."""
     outline = np.asarray(outline, dtype=float)
-    return loft([_ring(outline, z), _ring(outline * taper, z + height)])
+    return stacked(outline, [(1, z), (taper, z + height)])
 
 
-def _ring(outline: np.ndarray, z: float) -> np.ndarray:
+def at_height(outline: np.ndarray, z: ArrayLike) -> np.ndarray:
+    """Return an outline (N, 2) at a height, or each of its points at one of its own, (N, 3), metres."""
     return np.column_stack([outline, np.full(len(outline), z)])
 
 
-def box(
-    width: float, depth: float, height: float, x: float = 0, y: float = 0, z: float = 0
-) -> trimesh.Trimesh:
+def stacked(outline: np.ndarray, steps: Iterable[tuple[float, ...]]) -> trimesh.Trimesh:
+    """Return the loft through an outline (N, 2) at several heights.
+
+    Parameters
+    ----------
+    steps : iterable of (scale, z) or (x scale, y scale, z)
+        What the outline is multiplied by, and its height, metres.
+    """
+    return loft([at_height(outline * scale, z) for *scale, z in steps])
+
+
+def box(width: float, depth: float, height: float, x: float = 0, y: float = 0, z: float = 0) -> trimesh.Trimesh:
     """Return a box whose bottom face is centred on (x, y, z)."""
     return prism(rectangle(width, depth) + [x, y], height, z)
 
@@ -123,15 +134,15 @@ def cushion(
     def outline(inset: float) -> np.ndarray:
         return rounded_rectangle(width - 2 * inset, depth - 2 * inset, max(corner - inset, 0.002)) + [x, y]
 
-    rings = [_ring(outline(i), z + r) for i, r in zip(insets, rises, strict=True)]
-    rings += [_ring(outline(i), z + body - r) for i, r in zip(insets[::-1], rises[::-1], strict=True)]
+    rings = [at_height(outline(i), z + r) for i, r in zip(insets, rises, strict=True)]
+    rings += [at_height(outline(i), z + body - r) for i, r in zip(insets[::-1], rises[::-1], strict=True)]
     edge = outline(rounding) - [x, y]
     domes = [(s, 1 - s**2) for s in (0.75, 0.5, 0.25)] if crown else []
-    rings += [_ring(edge * s + [x, y], z + body + crown * rise) for s, rise in domes]
+    rings += [at_height(edge * s + [x, y], z + body + crown * rise) for s, rise in domes]
     return loft(rings)
 
 
-def lathe(profile, *, sections: int = 32, capped: bool = True) -> trimesh.Trimesh:
+def lathe(profile: ArrayLike, *, sections: int = 32, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
     """Return a solid of revolution about the z axis.
 
     Parameters
@@ -139,10 +150,12 @@ def lathe(profile, *, sections: int = 32, capped: bool = True) -> trimesh.Trimes
     profile : array_like (K, 2)
         Radius and height in metres along the outline, from the middle of the bottom, over the outside, to the
         middle of the top; a vessel's profile goes back down its inside to the middle of its floor.
+    loop : bool
+        The profile closes on itself, away from the axis.
     capped : bool
         False leaves both ends open.
     """
-    return loft([_ring(circle(max(radius, 1e-4), sections), z) for radius, z in profile], capped=capped)
+    return loft([at_height(circle(max(radius, 1e-4), sections), z) for radius, z in profile], loop=loop, capped=capped)
 
 
 def ellipsoid(
@@ -155,7 +168,7 @@ def ellipsoid(
     return shift(ball, x, y, z)
 
 
-def sweep(path, section, *, scale=1.0, loop: bool = False) -> trimesh.Trimesh:
+def sweep(path: ArrayLike, section: ArrayLike, *, scale: ArrayLike = 1.0, loop: bool = False) -> trimesh.Trimesh:
     """Return a section carried along a path without twist.
 
     Parameters
@@ -200,25 +213,35 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def tube(path, radius: float, *, sections: int = 10, scale=1.0, loop: bool = False) -> trimesh.Trimesh:
+def tube(
+    path: ArrayLike, radius: float, *, sections: int = 10, scale: ArrayLike = 1.0, loop: bool = False
+) -> trimesh.Trimesh:
     """Return a round bar along a path (K, 3), metres."""
     return sweep(path, circle(radius, sections), scale=scale, loop=loop)
 
 
-def beam(start, end, width: float, depth: float, *, taper: float = 1.0) -> trimesh.Trimesh:
+def hoop(outline: np.ndarray, z: float, radius: float) -> trimesh.Trimesh:
+    """Return a round bar bent to an outline (N, 2) at a height, metres."""
+    return tube(at_height(outline, z), radius, sections=6, loop=True)
+
+
+def beam(start: ArrayLike, end: ArrayLike, width: float, depth: float, *, taper: float = 1.0) -> trimesh.Trimesh:
     """Return a rectangular bar between two points; the section at its end is ``taper`` of the first."""
     return sweep([start, end], rectangle(width, depth), scale=[1.0, taper])
 
 
-def rounded(path, rounds: int = 2) -> np.ndarray:
+def rounded(path: ArrayLike, rounds: int = 2) -> np.ndarray:
     """Return a path (K, 3) with its inner corners cut off ``rounds`` times (Chaikin's curve)."""
     path = np.asarray(path, dtype=float)
     for _ in range(rounds):
         near, far = 0.75 * path[:-1] + 0.25 * path[1:], 0.25 * path[:-1] + 0.75 * path[1:]
-        path = np.concatenate(
-            [path[:1], np.stack([near, far], axis=1).reshape(-1, path.shape[1])[1:-1], path[-1:]]
-        )
+        path = np.concatenate([path[:1], np.stack([near, far], axis=1).reshape(-1, path.shape[1])[1:-1], path[-1:]])
     return path
+
+
+def arch(half: Sequence[Sequence[float]], rounds: int = 2) -> np.ndarray:
+    """Return a rounded path (K, 3) through points beside the plane x = 0 and back through their images."""
+    return rounded([*half, *[[-x, y, z] for x, y, z in half[::-1]]], rounds)
 
 
 def arc(radius: float, start_deg: float, end_deg: float, steps: int = 12) -> np.ndarray:
@@ -227,7 +250,7 @@ def arc(radius: float, start_deg: float, end_deg: float, steps: int = 12) -> np.
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def sheet(grid, thickness: float) -> trimesh.Trimesh:
+def sheet(grid: ArrayLike, thickness: float) -> trimesh.Trimesh:
     """Return a closed solid of even thickness below a grid of surface points (K, N, 3), metres."""
     grid = np.asarray(grid, dtype=float)
     normals = np.cross(np.gradient(grid, axis=0), np.gradient(grid, axis=1))
@@ -274,7 +297,7 @@ def join(*parts) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
-def _flat(parts):
+def _flat(parts: Iterable) -> Iterator[trimesh.Trimesh]:
     for part in parts:
         if isinstance(part, trimesh.Trimesh):
             yield part
