@@ -1,9 +1,10 @@
-"""Lengths as people write them (``5mm``, ``0.5cm``, ``0.005``), in metres inside."""
+"""Lengths, durations and amounts of memory as people write them; in metres, seconds and bytes inside."""
 
 from __future__ import annotations
 
 import math
 import re
+import time
 
 from .errors import InputError
 
@@ -108,14 +109,30 @@ def _amount(text: str, units: dict[str, int], wanted: str) -> float:
     return value
 
 
+class Stopwatch:
+    """The seconds that each step took, in order."""
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, step: str):
+        """Book the time since the last call under a step's name."""
+        now = time.perf_counter()
+        self.seconds[step] = self.seconds.get(step, 0.0) + now - self._last
+        self._last = now
+
+
 def format_duration(seconds: float) -> str:
     """Return a duration as people read it.
 
     Examples
     --------
-    >>> format_duration(4.25), format_duration(100), format_duration(7260), format_duration(900000)
-    ('4.2 s', '1 min 40 s', '2 h 1 min', '10 d 10 h')
+    >>> format_duration(0.0123), format_duration(4.25), format_duration(100), format_duration(7260)
+    ('12 ms', '4.2 s', '1 min 40 s', '2 h 1 min')
     """
+    if seconds < 1:
+        return f"{1000 * seconds:.{0 if seconds >= 0.01 or not seconds else 1}f} ms"
     if seconds < 60:
         return f"{seconds:.1f} s"
     if seconds < 3600:

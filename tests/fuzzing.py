@@ -145,7 +145,7 @@ def load(path: Path, data: bytes) -> str:
 def fuzz(tasks: list[tuple], jobs: int = 1) -> Iterator[dict]:
     """Yield what `judge` finds for each task; a process that dies is a finding, too."""
     limits = {"time_limit": SECONDS + max(task[3] for task in tasks) + 60, "memory_limit": MEMORY}
-    for index, outcome in run_tasks(judge, tasks, jobs=jobs, isolate=True, **limits):
+    for index, outcome in run_tasks(judge, tasks, [task[0] for task in tasks], jobs=jobs, isolate=True, **limits):
         kind = tasks[index][0]
         lost = {"kind": kind, "found": Counter([f"{outcome} {tasks[index]}"]), "slowest": (SECONDS, 0), "peak": 0}
         yield lost if isinstance(outcome, InputError) else outcome

@@ -62,7 +62,7 @@ class Unpicklable(Exception):
         super().__init__(one)
 
 
-def surroundings(name, variable: str) -> tuple:
+def surroundings(variable: str) -> tuple:
     """Return what a task finds around it."""
     return os.getcwd(), os.environ.get(variable), os.environ["OMP_NUM_THREADS"], os.getppid()
 

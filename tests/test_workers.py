@@ -31,7 +31,7 @@ DEATHS = {
 
 def outcomes(names, **options) -> list:
     """Return what becomes of tasks of these names."""
-    found = dict(run_tasks(happen, [(name,) for name in names], **options))
+    found = dict(run_tasks(happen, [(name,) for name in names], names, **options))
     return [found[i] for i in range(len(names))]
 
 
@@ -76,7 +76,7 @@ def test_time_limit_is_for_each_task_and_not_for_all():
 
 
 def test_one_process_does_all_tasks_in_their_order():
-    done = list(run_tasks(happen, [(f"{i}",) for i in range(20)], isolate=True))
+    done = list(run_tasks(happen, [(f"{i}",) for i in range(20)], range(20), isolate=True))
     assert [index for index, _ in done] == list(range(20))
     assert len(processes(text for _, text in done)) == 1 and str(os.getpid()) not in processes(t for _, t in done)
 
@@ -86,13 +86,13 @@ def test_one_job_that_need_not_be_isolated_starts_no_process():
 
 
 def test_more_tasks_than_workers_are_all_done_once():
-    done = list(run_tasks(happen, [(f"{i}",) for i in range(100)], jobs=3))
+    done = list(run_tasks(happen, [(f"{i}",) for i in range(100)], range(100), jobs=3))
     assert sorted(index for index, _ in done) == list(range(100)) and len(processes(t for _, t in done)) <= 3
     assert all(text.split()[0] == str(index) for index, text in done)
 
 
 def test_no_tasks_are_no_work():
-    assert list(run_tasks(happen, [], jobs=2, isolate=True)) == []
+    assert list(run_tasks(happen, [], [], jobs=2, isolate=True)) == []
 
 
 @pytest.mark.parametrize("isolate", [False, True])
@@ -117,7 +117,7 @@ def test_errors_that_cannot_be_sent_come_back_in_words(name, words):
 
 def test_result_that_cannot_be_sent_is_a_bug():
     with pytest.raises(Exception, match="(?i)pickle"):
-        list(run_tasks(memoryview, [(b"bytes",)], isolate=True))
+        list(run_tasks(memoryview, [(b"bytes",)], ["bytes"], isolate=True))
 
 
 def test_workers_find_what_the_caller_has_around(tmp_path, monkeypatch):
@@ -127,12 +127,12 @@ def test_workers_find_what_the_caller_has_around(tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path / folder)
         monkeypatch.setenv("SOME_VARIABLE", folder)
         monkeypatch.setenv("OMP_NUM_THREADS", "7")
-        ((_, found),) = run_tasks(surroundings, [("task", "SOME_VARIABLE")], isolate=True)
+        ((_, found),) = run_tasks(surroundings, [("SOME_VARIABLE",)], ["task"], isolate=True)
         assert found[:3] == (str(tmp_path / folder), folder, "1") and os.environ["OMP_NUM_THREADS"] == "7"
 
 
 def test_abandoned_tasks_leave_no_process():
-    tasks = run_tasks(happen, [("one",), ("sleeper",), ("sleeper",)], jobs=2)
+    tasks = run_tasks(happen, [("one",), ("sleeper",), ("sleeper",)], ["one", "sleeper", "sleeper"], jobs=2)
     process = int(next(tasks)[1].split()[1])
     started = time.monotonic()
     tasks.close()

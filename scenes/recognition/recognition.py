@@ -5,13 +5,12 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import scores
 
 from ..scans.cells import cells
 from ..scans.levelling import Levelling, level
@@ -151,7 +150,10 @@ def recognise_objects(
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model, simulator)
     watch.lap("spheres")
-    functions = scores(settled, model)
+    functions = [
+        {name: asdict(membership) for name, membership in memberships.items()}
+        for memberships in model.memberships_of(settled, any_heading=True)
+    ]
     watch.lap("classification")
     return [scene_object(k, parts[k], supports[k], clouds[k][1], functions[k]) for k in range(len(parts))]
 
@@ -194,16 +196,13 @@ def settled_on(clouds: Sequence[Cloud], model, simulator=None) -> list[dict]:
     A simulator that may crash runs in a process of its own; an object that it cannot do holds no spheres, and that is
     logged.
     """
-    from spherefunc_bullet.processes.tasks import run_tasks
-    from spherefunc_bullet.settling.settling import settle
-    from spherefunc_bullet.simulator import isolated, make_simulator
+    from spherefunc_bullet.settling.settling import settle_all
 
-    simulator = make_simulator(simulator or model.simulator)
-    tasks = [(cloud, simulator, telling_radii(cloud, model), model.seed) for cloud in clouds]
+    radii, names = [telling_radii(cloud, model) for cloud in clouds], [f"object {k}" for k in range(len(clouds))]
     settled: list[dict] = [{} for _ in clouds]
-    for index, outcome in run_tasks(settle, tasks, isolate=isolated(simulator)):
+    for index, outcome in settle_all(clouds, simulator or model.simulator, radii, model.seed, names):
         if isinstance(outcome, InputError):
-            logger.warning("object %d: %s", index, outcome)
+            logger.warning("%s", outcome)
         else:
             settled[index] = outcome
     return settled

@@ -125,9 +125,9 @@ def run_batch(
 
 def here(tasks: Sequence[Task], folder: RunFolder, jobs: int, limits: Limits) -> Outcomes:
     """Do tasks in worker processes of this machine, always isolated: what happens to one costs that object."""
-    arguments = [(task.path, task, folder) for task in tasks]
+    arguments = [(task, folder) for task in tasks]
     limited = {"time_limit": limits.seconds, "memory_limit": limits.memory}
-    return run_tasks(settled_rows, arguments, jobs=jobs, isolate=True, **limited)
+    return run_tasks(settled_rows, arguments, [task.path for task in tasks], jobs=jobs, isolate=True, **limited)
 
 
 def about_call(batch: Batch, jobs: int) -> dict[str, Any]:

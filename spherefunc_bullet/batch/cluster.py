@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from ..errors import Crashed, InputError, Unexpected
 from ..formats.limits import require_file
 from ..processes.tasks import finish
+from ..processes.worker import Task as Assignment
 from ..processes.worker import Worker
 from ..settling.records import file_parts
 from .batch import Limits, Outcomes
@@ -79,7 +80,7 @@ def deliver(parcel: Parcel, limits: Limits) -> Delivery:
         files.mkdir()
         folder.make()
         with parcel.unpacked(files) as task:
-            ((_, outcome),) = finish([resident(limits)], iter([(0, (task.path, task, folder))]))
+            ((_, outcome),) = finish([resident(limits)], iter([Assignment(0, str(task.path), (task, folder))]))
         if isinstance(outcome, InputError):
             kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that disk is not the run's
             outcome = kind(str(outcome).replace(str(task.path), task.name))

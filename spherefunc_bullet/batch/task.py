@@ -37,7 +37,7 @@ class Task:
         return run_hash(content, self.simulator, radius, self.seed)
 
 
-def settled_rows(path: Path, task: Task, folder: RunFolder) -> list[Row]:
+def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
     """Return the rows of one object, simulating what the folder lacks; called in a worker.
 
     Raises
@@ -46,11 +46,11 @@ def settled_rows(path: Path, task: Task, folder: RunFolder) -> list[Row]:
         If the file cannot be used, the disk is full, or something is wrong with us or the backend.
     """
     try:
-        content = content_hash(path, task.loading)
+        content = content_hash(task.path, task.loading)
 
         @cache
         def cloud() -> Cloud:
-            return load_cloud(path, up=task.loading.up, units=task.loading.units)
+            return load_cloud(task.path, up=task.loading.up, units=task.loading.units)
 
         return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
     except (InputError, MemoryError):
@@ -58,7 +58,7 @@ def settled_rows(path: Path, task: Task, folder: RunFolder) -> list[Row]:
     except Exception as error:  # whatever a backend makes of this object, the others are still to be done
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}, line {last.lineno}"
-        raise Unexpected(f"{path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
+        raise Unexpected(f"{task.path}: expected a result, got {type(error).__name__}: {error} ({where})") from error
 
 
 def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder) -> Row:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +14,11 @@ from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..quantities import format_length
 from .options import Json, Units, Up
+
+if TYPE_CHECKING:
+    from ..learning.function_classifier import FunctionClassifier
+    from ..settling.settling import Settled
+    from ..simulator import Simulator
 
 CUBES = 3  # that speak for a function, and as many that speak against it
 
@@ -33,7 +40,7 @@ def classify(
     classifier = load_model(model or shipped_model(backend or "fast"), backend)
     failures, rows = Failures(), []
     tasks = [settling(file, classifier, up, units) for file in files]
-    outcomes = run_tasks(settled_on, tasks, isolate=isolated(make_simulator(classifier.simulator)))
+    outcomes = run_tasks(settled_file, tasks, files, isolate=isolated(make_simulator(classifier.simulator)))
     for index, outcome in progress(outcomes, len(files), "classifying"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
@@ -43,17 +50,19 @@ def classify(
     failures.exit()
 
 
-def classified(file: Path, classifier, explain: bool, up: str, units: str) -> dict:
+def classified(file: Path, classifier: FunctionClassifier, explain: bool, up: str, units: str) -> dict:
     """Return the scores of one file's object."""
-    return scored(file, *settled_on(*settling(file, classifier, up, units)), classifier, explain)
+    return scored(file, *settled_file(*settling(file, classifier, up, units)), classifier, explain)
 
 
-def settling(file: Path, classifier, up: str, units: str) -> tuple:
-    """Return the arguments of `settled_on` for a file."""
+def settling(file: Path, classifier: FunctionClassifier, up: str, units: str) -> tuple:
+    """Return the arguments of `settled_file` for a file."""
     return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, up, units
 
 
-def settled_on(file: Path, simulator, radii: list[float], seed: int, up: str, units: str) -> tuple[dict, float]:
+def settled_file(
+    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, up: str, units: str
+) -> tuple[Settled, float]:
     """Return the settled centres on one file's object for each radius, and the seconds that it took."""
     from ..clouds.cloud import load_cloud
     from ..settling.settling import settle
@@ -63,16 +72,12 @@ def settled_on(file: Path, simulator, radii: list[float], seed: int, up: str, un
     return settle(cloud, simulator, radii, seed), time.perf_counter() - started
 
 
-def scored(file: Path, settled: dict, seconds: float, classifier, explain: bool) -> dict:
+def scored(
+    file: Path, settled: Settled, seconds: float, classifier: FunctionClassifier, explain: bool
+) -> dict:
     """Return the scores of one file's object, on which the spheres have settled."""
-    from ..learning.validation import THRESHOLD
-
     started = time.perf_counter()
-    scores = classifier.score_settled([settled])[0]
-    functions = {
-        name: {"member": bool(score > THRESHOLD), "score": round(float(score), 4), "radius": classifier.radius_[name]}
-        for name, score in zip(classifier.functions_, scores, strict=True)
-    }
+    functions = {name: asdict(membership) for name, membership in classifier.memberships_of([settled])[0].items()}
     row = {"file": str(file), "functions": functions, "seconds": round(seconds + time.perf_counter() - started, 3)}
     if explain:
         from ..learning.evidence import strongest_cubes

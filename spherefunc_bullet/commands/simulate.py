@@ -35,7 +35,7 @@ def simulate(
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
     tasks = [(file, simulator, runs, seed, up, units) for file in files]
-    outcomes = run_tasks(simulated, tasks, isolate=isolated(simulator))
+    outcomes = run_tasks(simulated, tasks, files, isolate=isolated(simulator))
     for index, outcome in progress(outcomes, len(files), "dropping"):
         done, error = ([], outcome) if isinstance(outcome, InputError) else outcome
         rows += [row for row, _ in done]

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,13 @@ from ..errors import InputError
 from ..formats.writing import require_place, write_text
 from ..quantities import format_length, parse_lengths
 from .options import Json, Seed, Shape, Units, Up, simulator_options
+
+if TYPE_CHECKING:
+    from ..clouds.cloud import Cloud
+    from ..learning.function_classifier import FunctionClassifier
+    from ..settling.settling import Settled
+    from ..simulator import DropResult, DropSettings, Simulator
+    from ..viewer.data import Panel
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres: to choose from by the object's size
 SPHERES_ACROSS = 36  # radii along the longest side, about: enough to see how they lie, few enough to see each
@@ -26,10 +33,10 @@ class Viewed:
     """One file's object, and what became of the spheres on it."""
 
     file: Path
-    cloud: object
+    cloud: Cloud
     radii: tuple[float, ...]  # metres
-    results: dict[str, list] = field(default_factory=dict)  # backend -> a DropResult per radius
-    settled: dict | None = None  # for the explanation: radius in metres -> centres (S, 3), metres
+    results: dict[str, list[DropResult]] = field(default_factory=dict)  # backend -> one per radius
+    settled: Settled | None = None  # for the explanation
 
 
 def view(
@@ -83,7 +90,7 @@ def backend_names(text: str) -> list[str]:
     return names
 
 
-def explaining_model(model: Path | None, names: Sequence[str]):
+def explaining_model(model: Path | None, names: Sequence[str]) -> FunctionClassifier:
     """Return the model that is given, or the first that ships for one of the backends shown."""
     from ..learning.model_file import load_model, shipped_model
 
@@ -106,7 +113,7 @@ def check_place(out: Path | None):
         require_place(out / "page.html" if out.is_dir() else out)
 
 
-def usable_simulators(names: Sequence[str], shape: str | None, failures: Failures) -> list:
+def usable_simulators(names: Sequence[str], shape: str | None, failures: Failures) -> list[Simulator]:
     """Return the simulators that there are, and say of the others why not; only bullet has shapes."""
     from ..simulator import make_simulator
 
@@ -120,7 +127,9 @@ def usable_simulators(names: Sequence[str], shape: str | None, failures: Failure
     return found
 
 
-def loaded_objects(files: Sequence[Path], radii, up: str, units: str, failures: Failures) -> list[Viewed]:
+def loaded_objects(
+    files: Sequence[Path], radii: tuple[float, ...] | None, up: str, units: str, failures: Failures
+) -> list[Viewed]:
     """Return the objects of the files that can be used, and say of the others why not."""
     from ..clouds.cloud import load_cloud
 
@@ -135,20 +144,21 @@ def loaded_objects(files: Sequence[Path], radii, up: str, units: str, failures: 
     return objects
 
 
-def fitting_radius(cloud) -> float:
+def fitting_radius(cloud: Cloud) -> float:
     """Return the radius, in metres, of which the most nearly SPHERES_ACROSS make the object's longest side."""
     return min(RADII, key=lambda each: abs(each * SPHERES_ACROSS - cloud.size.max()))
 
 
-def drop_on_all(objects: list[Viewed], simulator, max_spheres: int, seed: int, failures: Failures):
+def drop_on_all(
+    objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures
+):
     """Drop spheres on every object by one backend."""
     from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated
 
     runs = [[DropSettings(radius=each, max_spheres=max_spheres) for each in viewed.radii] for viewed in objects]
-    pairs = zip(objects, runs, strict=True)
-    tasks = [(viewed.file, viewed.cloud, simulator, settings, seed) for viewed, settings in pairs]
-    outcomes = run_tasks(dropped, tasks, isolate=isolated(simulator))
+    tasks = [(viewed.cloud, simulator, settings, seed) for viewed, settings in zip(objects, runs, strict=True)]
+    outcomes = run_tasks(dropped, tasks, [viewed.file for viewed in objects], isolate=isolated(simulator))
     for index, outcome in progress(outcomes, len(tasks), f"dropping by {simulator.name}"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
@@ -156,34 +166,28 @@ def drop_on_all(objects: list[Viewed], simulator, max_spheres: int, seed: int, f
             objects[index].results[simulator.name] = outcome
 
 
-def dropped(file: Path, cloud, simulator, runs: list, seed: int) -> list:
-    """Return the result of each run on a cloud; the file is what errors name."""
+def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], seed: int) -> list[DropResult]:
+    """Return the result of each run on a cloud."""
     return [simulator.drop(cloud, settings, seed) for settings in runs]
 
 
-def settle_on_all(objects: list[Viewed], classifier, failures: Failures):
+def settle_on_all(objects: Sequence[Viewed], classifier: FunctionClassifier, failures: Failures):
     """Drop the spheres that the classifier looks at on every object."""
-    from ..processes.tasks import run_tasks
-    from ..simulator import isolated, make_simulator
+    from ..settling.settling import settle_all
 
-    simulator, radii = make_simulator(classifier.simulator), classifier.chosen_radii()
-    tasks = [(viewed.file, viewed.cloud, simulator, radii, classifier.seed) for viewed in objects]
-    outcomes = run_tasks(settled_on, tasks, isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(tasks), "explaining"):
+    clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
+    radii = [classifier.chosen_radii()] * len(objects)
+    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files)
+    for index, outcome in progress(outcomes, len(objects), "explaining"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
         else:
             objects[index].settled = outcome
 
 
-def settled_on(file: Path, cloud, simulator, radii: list[float], seed: int) -> dict:
-    """Return the settled centres of a cloud at each radius; the file is what errors name."""
-    from ..settling.settling import settle
-
-    return settle(cloud, simulator, radii, seed)
-
-
-def write_pages(objects: list[Viewed], out: Path | None, classifier, failures: Failures) -> list[Path]:
+def write_pages(
+    objects: Sequence[Viewed], out: Path | None, classifier: FunctionClassifier | None, failures: Failures
+) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
     from ..viewer.page import page_html
 
@@ -209,7 +213,7 @@ def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
     return path
 
 
-def object_parts(viewed: Viewed, classifier) -> list[str]:
+def object_parts(viewed: Viewed, classifier: FunctionClassifier | None) -> list[str]:
     """Return the HTML of one object: its title, the scene, and why where that is asked for."""
     from html import escape
 
@@ -230,7 +234,7 @@ def object_parts(viewed: Viewed, classifier) -> list[str]:
     return parts
 
 
-def backend_panels(viewed: Viewed) -> list:
+def backend_panels(viewed: Viewed) -> list[Panel]:
     """Return a panel for each backend, with a layer for each radius."""
     from ..viewer.data import Layer, Panel, histogram_cubes
 
@@ -250,7 +254,7 @@ def backend_panels(viewed: Viewed) -> list:
     return panels
 
 
-def run_note(radius: float, result) -> str:
+def run_note(radius: float, result: DropResult) -> str:
     """Return a run's radius, outcomes and time, for people."""
     from ..simulator import Stop
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from sklearn.base import BaseEstimator
@@ -11,13 +12,24 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..datasets.dataset import parse_functions
 from ..errors import InputError
-from ..settling.settling import settle
+from ..settling.settling import Settled, settle
+from .heading import quarter_turns
 from .histogram import widened
 from .inverse_distance import SAME
 from .method import find_method
-from .validation import THRESHOLD, radius_weights, voted_scores
+from .validation import THRESHOLD, radius_weights, remaining_weights, voted_scores
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
+NO_SPHERES = np.empty((0, 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Membership:
+    """Whether an object has a function."""
+
+    member: bool
+    score: float  # 0 to 1, to four places
+    radius: float  # of the spheres that count most, metres
 
 
 class FunctionClassifier(BaseEstimator):
@@ -115,20 +127,52 @@ class FunctionClassifier(BaseEstimator):
             for row in self.predict_proba(X)
         ]
 
-    def score_settled(self, settled: Sequence[dict]) -> np.ndarray:
-        """Return the scores (N, F) of objects given as settled centres at the chosen radii."""
-        check_is_fitted(self)
-        distances = {radius: self.distances(settled, radius) for radius in self.chosen_radii()}
-        columns = [
-            voted_scores(distances, members, self.weights_[name], find_method(self.method))
-            for name, members in zip(self.functions_, self.members_.T, strict=True)
-        ]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(settled), 0))
+    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+        """Return the scores (N, F) of objects given as settled centres.
 
-    def distances(self, settled: Sequence[dict], radius: float) -> np.ndarray:
+        Parameters
+        ----------
+        settled : sequence of dict of radius in metres to (S, 3) float, metres
+            At the chosen radii. Where spheres of one were not dropped, the others vote alone.
+        any_heading : bool
+            Whether an object may face any way, as in a scan: its distance to a training object is then that at the
+            best of four quarter turns.
+        """
+        check_is_fitted(self)
+        scores = np.zeros((len(settled), len(self.functions_)))
+        if not len(settled):
+            return scores
+        measure = self.turned_distances if any_heading else self.distances
+        distances = {radius: measure(settled, radius) for radius in self.chosen_radii()}
+        for radii, rows in by_radii(settled).items():
+            known = {radius: matrix[rows] for radius, matrix in distances.items() if radius in radii}
+            for column, name in enumerate(self.functions_):
+                weights = remaining_weights(self.weights_[name], radii)
+                members = self.members_[:, column]
+                scores[rows, column] = voted_scores(known, members, weights, find_method(self.method))
+        return scores
+
+    def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
+        """Return what each object is for, by the function's name; see `score_settled`."""
+        return [
+            {
+                name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=self.radius_[name])
+                for name, score in zip(self.functions_, row, strict=True)
+            }
+            for row in self.score_settled(settled, any_heading=any_heading).tolist()
+        ]
+
+    def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
         """Return the Euclidean distances (Q, N) from objects to the training examples."""
-        features = self.histograms_[radius].transform([each[radius] for each in settled])
+        features = self.histograms_[radius].transform([spheres.get(radius, NO_SPHERES) for spheres in settled])
         return euclidean_distances(features, self.examples_[radius])
+
+    def turned_distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
+        """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
+        turns = [
+            [{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)
+        ]
+        return np.min([self.distances(turned, radius) for turned in turns], axis=0)
 
     def neighbors(self, settled: dict, name: str) -> list[dict]:
         """Return the training objects that decide one object's membership, by radius and nearest first.
@@ -207,6 +251,14 @@ def as_sets(labels) -> list[frozenset[str]]:
     return sets
 
 
+def by_radii(settled: Sequence[Settled]) -> dict[frozenset[float], list[int]]:
+    """Return which objects had spheres dropped at which radii: the rows of each such set."""
+    rows: dict[frozenset[float], list[int]] = {}
+    for row, spheres in enumerate(settled):
+        rows.setdefault(frozenset(spheres), []).append(row)
+    return rows
+
+
 def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows with and the rows without the function."""
     return np.flatnonzero(members), np.flatnonzero(~members)
@@ -215,35 +267,3 @@ def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:
     """Return which object has which function, (N, F) bool."""
     return np.array([[name in label for name in functions] for label in labels], bool).reshape(len(labels), -1)
-
-
-def scores(settled: Sequence[dict], model) -> list[dict[str, dict]]:
-    """Return each function's score for objects on which the spheres have settled, whichever way they face.
-
-    Which side of an object is the front nobody said, so its distance to a training object is that at the best of
-    four quarter turns. Where spheres of a radius were not dropped, the other radii vote alone.
-    """
-    from .method import find_method
-    from .validation import THRESHOLD, voted_scores
-
-    method, out = find_method(model.method), [{} for _ in settled]
-    distances = {radius: turned_distances(settled, model, radius) for radius in model.chosen_radii()}
-    for name, members in zip(model.functions_, model.members_.T, strict=True):
-        for k, dropped in enumerate(settled):
-            weights = {radius: weight for radius, weight in model.weights_[name].items() if radius in dropped}
-            total = sum(weights.values())
-            rows = {radius: distances[radius][k : k + 1] for radius in weights}
-            score = float(voted_scores(rows, members, weights, method)[0]) / total if weights else 0.0
-            out[k][name] = {"member": score > THRESHOLD, "score": round(score, 4), "radius": model.radius_[name]}
-    return out
-
-
-def turned_distances(settled: Sequence[dict], model, radius: float) -> np.ndarray:
-    """Return the distances (Q, N) of objects to the training examples, each turned by quarters to be nearest."""
-    from .heading import quarter_turns
-
-    nothing = np.empty((0, 3))
-    turns = [[{radius: quarter_turns(each.get(radius, nothing), k)} for each in settled] for k in range(4)]
-    if not settled:
-        return np.empty((0, len(model.names_)))
-    return np.min([model.distances(turned, radius) for turned in turns], axis=0)

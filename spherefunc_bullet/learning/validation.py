@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,6 +92,14 @@ def radius_weights(
         return {best: 1.0}
     # Which vote is largest names the function's radius, so a tie goes to the largest radius as well.
     return {radius: votes[radius] / sum(votes.values()) for radius in radii if radius in votes}
+
+
+def remaining_weights(weights: dict[float, float], radii: Collection[float]) -> dict[float, float]:
+    """Return the weights of these radii alone, made to sum to one again; none where none of them counts."""
+    if weights.keys() <= set(radii):
+        return weights
+    left = {radius: weight for radius, weight in weights.items() if radius in radii}
+    return {radius: weight / sum(left.values()) for radius, weight in left.items()}
 
 
 def voted_scores(

@@ -8,14 +8,15 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import wait
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, one_line
 from .child import attempt
-from .worker import Worker
+from .worker import Task, Worker
 
 
 def run_tasks(
     function: Callable,
     tasks: Sequence[tuple],
+    names: Sequence[object],
     *,
     jobs: int = 1,
     isolate: bool = False,
@@ -29,7 +30,9 @@ def run_tasks(
     Parameters
     ----------
     tasks : sequence of tuple
-        Arguments. The first one, such as a file's path, begins the errors of this module.
+        Arguments.
+    names : sequence
+        What errors of this module call each task, such as its file's path.
     jobs : int
         Processes that work at once; -1: one per core. One alone is this process, unless ``isolate`` or a limit
         asks for another.
@@ -54,7 +57,7 @@ def run_tasks(
     if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
         yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
         return
-    left = iter(enumerate(tasks))
+    left = (Task(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
     workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
     try:
         yield from finish(workers, left)
@@ -74,10 +77,10 @@ def worker_count(jobs: int) -> int:
     return max(1, cpu_count() + 1 + jobs)
 
 
-def finish(workers: Sequence[Worker], left: Iterator[tuple[int, tuple]]) -> Iterator[tuple[int, Any]]:
+def finish(workers: Sequence[Worker], left: Iterator[Task]) -> Iterator[tuple[int, Any]]:
     """Hand out tasks until none is left, and yield their outcomes."""
     for worker in workers:
-        worker.begin(*next(left))
+        worker.begin(next(left))
     busy = set(workers)
     while busy:
         until = min(worker.deadline for worker in busy)
@@ -85,6 +88,6 @@ def finish(workers: Sequence[Worker], left: Iterator[tuple[int, tuple]]) -> Iter
         wait([end for worker in busy for end in (worker.pipe, worker.process.sentinel)], timeout)
         for worker in list(busy):
             for outcome in worker.outcomes():
-                index, following = worker.index, next(left, None)
-                worker.begin(*following) if following else busy.remove(worker)
-                yield index, outcome
+                done, following = worker.task, next(left, None)
+                worker.begin(following) if following else busy.remove(worker)
+                yield done.index, outcome

@@ -11,12 +11,22 @@ import signal
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 
-from ..errors import Crashed, InputError, OutOfMemory, TimedOut, one_line
+from ..errors import Crashed, InputError, OutOfMemory, TimedOut
 from .child import OUT_OF_MEMORY, start_process
 
 NATIVE_DEATHS = (-signal.SIGABRT, -signal.SIGSEGV, -signal.SIGBUS)  # of native code that was refused memory, too
 PATIENCE = 5.0  # seconds that a process has to be gone once its pipe is closed
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker is to do."""
+
+    index: int
+    name: str  # begins its errors
+    arguments: tuple
 
 
 class Worker:
@@ -31,9 +41,9 @@ class Worker:
         self.level = logger.level if says and logger.handlers else None
         self.process = None
 
-    def begin(self, index: int, task: tuple, again: bool = False):
+    def begin(self, task: Task, again: bool = False):
         """Start a task, perhaps once more, and a process where there is none."""
-        self.index, self.task, self.again = index, task, again
+        self.task, self.again = task, again
         if self.process is None:
             self.ready, self.deadline = False, math.inf
             self.process, self.pipe = start_process(self.function, self.level, self.memory_limit)
@@ -44,18 +54,18 @@ class Worker:
         """Send the task to the process, which is ready for it."""
         self.deadline = time.monotonic() + self.time_limit
         with suppress(ConnectionError):  # the process has died, as its sentinel says
-            self.pipe.send(self.task)
+            self.pipe.send(self.task.arguments)
 
     def outcomes(self) -> list:
         """Return the outcome of the task in a list, which is empty as long as there is none."""
         if self.pipe.poll():
             return self.receive()
         if not self.process.is_alive():
-            return self.mourn()
+            return self.bury()
         if time.monotonic() > self.deadline:
             self.end()
             late = f"expected a result within {self.time_limit:g} s; stopped twice"
-            return self.retry_or(TimedOut(f"{self.name}: {late}"))
+            return self.retry_or(TimedOut(f"{self.task.name}: {late}"))
         return []
 
     def receive(self) -> list:
@@ -63,7 +73,7 @@ class Worker:
         try:
             answer = self.pipe.recv()
         except (EOFError, OSError):
-            return self.mourn()
+            return self.bury()
         if not self.ready:
             self.ready = True
             self.send()
@@ -73,23 +83,19 @@ class Worker:
             raise error
         return [outcome]
 
-    def mourn(self) -> list:
+    def bury(self) -> list:
         """Try the task of a process that died once more, since memory may have been short; then give it up."""
         code = self.end(PATIENCE)
         if not self.ready and code >= 0:
             raise RuntimeError(f"a worker process could not start (exit code {code}), for the reason that it printed")
-        return self.retry_or(loss(self.name, code, self.memory_limit))
+        return self.retry_or(loss(self.task.name, code, self.memory_limit))
 
     def retry_or(self, error: InputError) -> list:
         """Begin the task once more in a fresh process; the second time the error is its outcome."""
         if self.again:
             return [error]
-        self.begin(self.index, self.task, again=True)
+        self.begin(self.task, again=True)
         return []
-
-    @property
-    def name(self) -> str:
-        return one_line(self.task[0])
 
     def end(self, patience: float = 0.0) -> int:
         """End the process, which may be gone by itself within some seconds, and return its exit code."""

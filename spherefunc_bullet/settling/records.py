@@ -80,7 +80,7 @@ def simulate_objects(
     """
     simulator, loading = make_simulator(simulator), loading or Loading()
     tasks = [(path, simulator, tuple(radii), seed, loading, home) for path in paths]
-    yield from run_tasks(object_record, tasks, jobs=jobs, isolate=isolated(simulator), time_limit=time_limit)
+    yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolated(simulator), time_limit=time_limit)
 
 
 def object_record(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -10,18 +10,41 @@ import numpy as np
 from ..clouds.cloud import Cloud, Mesh
 from ..errors import InputError
 from ..processes.memory import forget_peak, peak_bytes
-from ..simulator import DropSettings, Simulator, make_simulator, sphere_limit
+from ..processes.tasks import run_tasks
+from ..simulator import DropSettings, Simulator, isolated, make_simulator, sphere_limit
+
+Settled = dict[float, np.ndarray]  # radius in metres -> where spheres settled, centres (S, 3), metres
 
 _warm: set[str] = set()  # the simulators that have run in this process
 
 
-def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> dict:
+def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> Settled:
     """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
 
     Where the sphere is larger than the object nothing can settle, and there are none.
     """
     simulator = make_simulator(simulator)
     return {radius: drop_or_nothing(cloud, simulator, radius, seed)[0] for radius in radii}
+
+
+def settle_all(
+    clouds: Sequence[Cloud], simulator: str | Simulator, radii: Sequence[Sequence[float]], seed: int, names: Sequence
+) -> Iterator[tuple[int, Settled | InputError]]:
+    """Settle several clouds, each at radii of its own; a simulator that may crash does so in another process.
+
+    Parameters
+    ----------
+    names : sequence
+        What errors call each cloud, such as its file's path.
+
+    Yields
+    ------
+    index, outcome : int, Settled or InputError
+        In the order of the clouds.
+    """
+    simulator = make_simulator(simulator)
+    tasks = [(cloud, simulator, lengths, seed) for cloud, lengths in zip(clouds, radii, strict=True)]
+    yield from run_tasks(settle, tasks, names, isolate=isolated(simulator))
 
 
 def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> tuple[np.ndarray, float, int]:
