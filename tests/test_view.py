@@ -22,7 +22,7 @@ from spherefunc_bullet.learning.evidence import cube_evidence, strongest_cubes
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
-from spherefunc_bullet.viewer.page import page_html, scene_html
+from spherefunc_bullet.viewer.page import scene_html, scene_page
 
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.
@@ -221,7 +221,7 @@ def test_a_browser_draws_it_without_errors(tmp_path):
         layer = Layer(radius=0.01, centers=centers, cubes=cubes, note="three")
         parts.append(scene_html(scene(Cloud(clouds.mug().points, "mug", mesh), [Panel(title="a", layers=[layer])])))
     page = tmp_path / "page.html"
-    page.write_text(page_html("test", parts).replace("</body>", f"{CLICKS}</body>"))
+    page.write_text(scene_page("test", parts).replace("</body>", f"{CLICKS}</body>"))
     drawn = draw(page, tmp_path, size=(400, 420))
     assert not drawn.console, drawn.console
     pixels = drawn.pixels[170:400]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.viewer.page import table_html
 
-from ..pages.html import table
 from .significance import BETTER, UNKNOWN, listed, paired_differences, spoken
 from .tables import with_spread
 
@@ -108,7 +108,8 @@ def advice_table(report: dict) -> str:
     ]
     names = [f"F of {name}" for name in report["backends"]]
     times = ["", "median object"] + [spoken(each["seconds_per_object"]) for each in report["backends"].values()]
-    return table(["to tell", "use", *names, "best without spheres", "why"], [*rows, [*times, "", ""]], "text advice")
+    head = ["to tell", "use", *names, "best without spheres", "why"]
+    return table_html(head, [*rows, [*times, "", ""]], texts=None, kind="advice")
 
 
 def prices(report: dict) -> dict[str, str]:

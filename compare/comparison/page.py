@@ -10,9 +10,9 @@ from html import escape
 
 from spherefunc_bullet.datasets.dataset import NONE
 from spherefunc_bullet.learning.validation import THRESHOLD
-from spherefunc_bullet.viewer.page import scene_html, viewer_html
+from spherefunc_bullet.viewer.page import scene_html, table_html
 
-from ..pages.html import document, drawing, table
+from ..pages.html import drawing, report_page
 from .advice import advice, advice_table, prices, recommendation
 from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Shown, chosen, disagreements, shown
@@ -36,7 +36,8 @@ def comparison_page(report: dict, contest: Contest, experiment: Experiment) -> s
         quality_section(report),
         making_section(report, experiment),
     ]
-    return document(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts)
+    title = f"{' or '.join(names)}? Simulators compared on {report['data']}"
+    return report_page(title, parts, scenes=len(names) > 1)
 
 
 def introduction(report: dict, names: Sequence[str]) -> str:
@@ -120,7 +121,7 @@ def disagreement_section(report: dict, contest: Contest, experiment: Experiment)
     parts = "\n".join(scene_part(each, report) for each in scenes)
     return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(scenes)} of the clearest, with the spheres
 of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
-{listing(differ, report)}</section>{viewer_html()}"""
+{listing(differ, report)}</section>"""
 
 
 def scene_part(each: Shown, report: dict) -> str:
@@ -155,7 +156,8 @@ def listing(differ: Sequence[Disagreement], report: dict) -> str:
     ]
     more = f", the first {LISTED}" if len(differ) > LISTED else ""
     head = ["file", "label", *(f"{name} says" for name in report["backends"])]
-    return f"<details><summary>All {len(differ)} in a list{more}</summary>{table(head, rows, 'text')}</details>"
+    summary = f"<summary>All {len(differ)} in a list{more}</summary>"
+    return f"<details>{summary}{table_html(head, rows, texts=None)}</details>"
 
 
 def said_with_scores(scores: dict[str, float]) -> str:
@@ -171,7 +173,7 @@ def quality_section(report: dict) -> str:
     for function in report["functions"]:
         rows = [[*row[:place], *row[place + 1 :]] for row in whole.rows if row[place] == function]
         head = [*whole.columns[:place], *whole.columns[place + 1 :]]
-        parts.append(f"<h3>{escape(function)}</h3>{table(head, rows)}")
+        parts.append(f"<h3>{escape(function)}</h3>{table_html(head, rows)}")
     return f"""<section><h2>Function by function</h2><p>{report["train_size"]} objects learnt at random,
 {report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
 spheres and have the same classifier; <b>always no</b> says no to everything. F fair does not count what is true as
@@ -186,8 +188,8 @@ def making_section(report: dict, experiment: Experiment) -> str:
         for name, each in report["backends"].items()
     ]
     return f"""<section><h2>How this was made</h2>{left_out(report)}
-{table(["on", ""], list(report["machine"].items()), "text")}
-{table(["simulator", "version", "settled spheres at most", "options"], options, "text")}
+{table_html(["on", ""], list(report["machine"].items()), texts=None)}
+{table_html(["simulator", "version", "settled spheres at most", "options"], options, texts=None)}
 <p>This file repeats it, from the cache where it can: <code>spherefunc compare experiment.toml</code></p>
 <pre>{escape(as_toml(experiment))}</pre></section>"""
 
@@ -208,4 +210,4 @@ def left_out(report: dict) -> str:
 
 def html_table(each: Table) -> str:
     """Return a table of the report as HTML."""
-    return table(each.columns, each.rows)
+    return table_html(each.columns, each.rows)

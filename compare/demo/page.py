@@ -11,10 +11,11 @@ from html import escape
 
 from spherefunc_bullet.datasets.dataset import NONE
 from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.viewer.page import table_html
 
 from ..comparison.advice import advice_table, recommendation
 from ..evaluation.confusion import Confusion
-from ..pages.html import document, image, table
+from ..pages.html import image, report_page
 
 SPHERES = "spheres"
 NAMES = {
@@ -73,7 +74,7 @@ def page(summary: Summary) -> str:
         confusion_section(summary.confusion),
         configuration_section(summary),
     ]
-    return document(f"What {summary.data} objects are for", parts)
+    return report_page(f"What {summary.data} objects are for", parts)
 
 
 def introduction(summary: Summary) -> str:
@@ -101,7 +102,7 @@ def chart_section(result: dict, summary: Summary) -> str:
 {summary.objects} objects of <b>{escape(summary.data)}</b> were learnt at random and {test} others were tested. The
 lower bars are baselines that need no spheres, scored with the same classifier. {escape(standing(features))}</p>
 <div class="groups">{groups}</div>
-{table(["features", *result["functions"]], rows)}
+{table_html(["features", *result["functions"]], rows)}
 <p class="note">Mean over trials ± standard deviation. The catalogue is made by a program, so these numbers show that
 everything runs; how well the method does on real models is a question for real models.</p></section>"""
 
@@ -145,7 +146,7 @@ def sizes_section(splits: Sequence[dict]) -> str:
         [str(each["train_size"]), *(cell(each["functions"][name]) for name in functions)] for each in splits
     ]
     return f"""<section><h2>How many examples it takes</h2><p>F-measure of the settled spheres by the number of
-objects learnt.</p>{table(["objects learnt", *functions], rows)}</section>"""
+objects learnt.</p>{table_html(["objects learnt", *functions], rows)}</section>"""
 
 
 def classified_section(objects: Sequence[ClassifiedObject]) -> str:
@@ -161,17 +162,13 @@ means that the object has the function. Small objects are drawn cut open, to sho
 
 def card(each: ClassifiedObject) -> str:
     """Return one object's picture, verdict, scores and label."""
-    scores = "".join(
-        f'<tr><td>{escape(name)}</td><td class="number">{score:.2f}</td><td>{"yes" if name in each.predicted else "no"}'
-        "</td></tr>"
-        for name, score in each.scores.items()
-    )
+    rows = [[name, f"{score:.2f}", "yes" if name in each.predicted else "no"] for name, score in each.scores.items()]
     also = f" (also {escape(names(each.also))})" if each.also else ""
     drawn = f"r = {format_length(each.radius)}, {each.settled:,} spheres settled"
     return f"""<article>{image(each.picture, f"{each.name} with settled spheres")}
 <h3>{escape(each.name)} <span class="verdict {each.verdict}">{each.verdict}</span></h3>
 <p>Said to be: <b>{escape(names(each.predicted))}</b><br>Label: <b>{escape(names(each.functions))}</b>{also}</p>
-<table class="scores"><tr><th>function</th><th>score</th><th>member</th></tr>{scores}</table>
+{table_html(["function", "score", "member"], rows, kind="scores")}
 <p class="note">Training object that counted most: {escape(each.nearest)}<br>{drawn}</p></article>"""
 
 
@@ -197,14 +194,14 @@ def confusion_section(confusion: Confusion) -> str:
     head = ["labelled", "objects", *(f"said: {name}" for name in confusion.labels)]
     return f"""<section><h2>What is taken for what</h2><p>Every object was tested with all others learnt (leave one
 out). An object may be said to have several functions, so a row may add up to more than its objects.</p>
-{table(head, rows)}</section>"""
+{table_html(head, rows)}</section>"""
 
 
 def configuration_section(summary: Summary) -> str:
     """Return how this page was made, and how long each step took."""
     seconds = {name: f"{value:.1f} s" for name, value in summary.seconds.items()}
     total = {"all together": f"{sum(summary.seconds.values()):.1f} s"}
-    made = table(["setting", "value"], list(summary.configuration.items()), "text")
+    made = table_html(["setting", "value"], list(summary.configuration.items()), texts=None)
     return f"""<section><h2>How this was made</h2><div class="columns">{made}
-{table(["step", "time"], list((seconds | total).items()))}</div>
+{table_html(["step", "time"], list((seconds | total).items()))}</div>
 <p class="note">Settled spheres are kept in a cache: a second run takes less time.</p></section>"""

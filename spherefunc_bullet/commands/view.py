@@ -189,7 +189,7 @@ def write_pages(
     objects: Sequence[Viewed], out: Path | None, classifier: FunctionClassifier | None, failures: Failures
 ) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
-    from ..viewer.page import page_html
+    from ..viewer.page import scene_page
 
     together = out is not None and not out.is_dir()
     groups = [objects] if together and objects else [[each] for each in objects]
@@ -197,7 +197,7 @@ def write_pages(
     for group in groups:
         path = out if together else unused_name(out or Path(), group[0].file.stem, written)
         title = ", ".join(each.file.name for each in group)
-        html = page_html(title, [part for each in group for part in object_parts(each, classifier)])
+        html = scene_page(title, [part for each in group for part in object_parts(each, classifier)])
         try:
             written.append(write_text(path, html))
         except InputError as error:

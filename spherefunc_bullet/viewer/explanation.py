@@ -12,7 +12,7 @@ from ..learning.function_classifier import FunctionClassifier
 from ..learning.validation import THRESHOLD
 from ..quantities import format_length
 from .data import Layer, Panel, scene
-from .page import scene_html
+from .page import scene_html, table_html
 
 
 def explanation_html(classifier: FunctionClassifier, cloud: Cloud, settled: dict) -> str:
@@ -79,11 +79,9 @@ def evidence_note(cubes: Cubes, name: str, radius: float, share: float) -> str:
 
 def neighbors_html(rows: list[dict], name: str) -> str:
     """Return a table of the training objects that decide at one radius, heaviest first."""
-    columns = ("nearest training object", f"is {escape(name)}", "distance", "weight")
-    head = "".join(f"<th{' class=number' if i > 1 else ''}>{each}</th>" for i, each in enumerate(columns))
-    body = "".join(
-        f"<tr><td>{escape(row['name'])}</td><td>{'yes' if row['member'] else 'no'}</td>"
-        f"<td class=number>{row['distance']:.1f}</td><td class=number>{row['weight']:.3f}</td></tr>"
+    head = ["nearest training object", f"is {name}", "distance", "weight"]
+    cells = [
+        [row["name"], "yes" if row["member"] else "no", f"{row['distance']:.1f}", f"{row['weight']:.3f}"]
         for row in sorted(rows, key=lambda row: -row["weight"])
-    )
-    return f"<table aria-label='Nearest training objects, {escape(name)}'><tr>{head}</tr>{body}</table>"
+    ]
+    return table_html(head, cells, texts=2, label=f"Nearest training objects, {name}")

@@ -1,9 +1,9 @@
-"""Scenes as HTML: interactive pictures without network or libraries, in a page of their own or within another."""
+"""Pages, tables and scenes as HTML: complete in themselves, without network or libraries."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
 
@@ -11,22 +11,25 @@ SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js", "scene.js", "
 
 
 def scene_html(scene: dict) -> str:
-    """Return the markup of one scene (`scene_data.scene`); the page needs `viewer_html` once, after all scenes."""
+    """Return the markup of one scene (`scene_data.scene`); the page needs `viewer_style` and `viewer_script` once."""
     data = json.dumps(scene, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
     return f'<div class="scene"><script type="application/json">{data}</script></div>'
 
 
-def viewer_html(*, dark: bool = False) -> str:
-    """Return the style and the program that draw every scene of a page.
+def viewer_style(*, dark: bool = False) -> str:
+    """Return the style of scenes.
 
     Parameters
     ----------
     dark : bool
         Whether the page follows a reader who prefers dark ones.
     """
-    styles = "\n".join(viewer_file(name) for name in ("viewer.css", "dark.css")[: 1 + dark])
-    script = "\n".join(viewer_file(name) for name in SCRIPTS)
-    return f"<style>\n{styles}</style>\n<script>\n(() => {{\n{script}\n}})();\n</script>"
+    return "\n".join(viewer_file(name) for name in ("viewer.css", "dark.css")[: 1 + dark])
+
+
+def viewer_script() -> str:
+    """Return the program that draws every scene of a page."""
+    return "\n".join(viewer_file(name) for name in SCRIPTS)
 
 
 def viewer_file(name: str, package: str = __package__) -> str:
@@ -34,21 +37,66 @@ def viewer_file(name: str, package: str = __package__) -> str:
     return (files(package) / name).read_text(encoding="utf-8")
 
 
-def page_html(title: str, parts: Sequence[str]) -> str:
-    """Return a whole page of scenes and other markup.
+def page_html(title: str, parts: Iterable[str], *, style: str, script: str = "", kind: str = "") -> str:
+    """Return a whole page that needs nothing beside it, not even a network.
 
     Parameters
     ----------
     title : str
         Plain text.
-    parts : sequence of str
+    parts : iterable of str
         HTML, in order.
+    style, script : str
+        CSS, and a program that runs after all parts, with names of its own.
+    kind : str
+        Class of the page's body.
     """
+    head = '<meta charset="utf-8">\n<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+    head += f'<link rel="icon" href="data:,">\n<title>{escape(title)}</title>\n<style>\n{style}</style>'
+    program = f"<script>\n(() => {{\n{script}\n}})();\n</script>\n" if script else ""
     body = "\n".join(parts)
     return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta name="color-scheme" content="light dark">\n<link rel="icon" href="data:,">\n'
-        f"<title>{escape(title)}</title>\n</head>\n"
-        f'<body class="scene-page">\n{body}\n{viewer_html(dark=True)}\n</body>\n</html>\n'
+        f'<!doctype html>\n<html lang="en">\n<head>\n{head}\n</head>\n'
+        f"<body{attribute('class', kind)}>\n{body}\n{program}</body>\n</html>\n"
     )
+
+
+def scene_page(title: str, parts: Iterable[str]) -> str:
+    """Return a whole page of scenes and other markup; see `page_html`."""
+    return page_html(title, parts, style=viewer_style(dark=True), script=viewer_script(), kind="scene-page")
+
+
+def table_html(
+    head: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int | None = 1, kind: str = "", label: str = ""
+) -> str:
+    """Return a table, which scrolls where it is wider than the page.
+
+    Parameters
+    ----------
+    head, rows
+        Plain text.
+    texts : int
+        How many of the columns are words, from the left; the others are numbers. None: all of them.
+    kind : str
+        Class of the table.
+    label : str
+        What it holds, for those who cannot see it.
+    """
+    lines = "\n".join(row_html("td", row, texts) for row in rows)
+    return (
+        f'<div class="scroll"><table{attribute("class", kind)}{attribute("aria-label", label)}>'
+        f"{row_html('th', head, texts)}\n{lines}</table></div>"
+    )
+
+
+def row_html(kind: str, cells: Sequence[str], texts: int | None) -> str:
+    """Return a row of cells of a kind, ``th`` or ``td``; see `table_html`."""
+    words, numbers = cells[:texts], cells[len(cells) if texts is None else texts :]
+    parts = [f"<{kind}>{escape(cell)}</{kind}>" for cell in words]
+    parts += [f'<{kind} class="number">{escape(cell)}</{kind}>' for cell in numbers]
+    return f"<tr>{''.join(parts)}</tr>"
+
+
+def attribute(name: str, value: str) -> str:
+    """Return an attribute of an element, or nothing without a value."""
+    return f' {name}="{escape(value)}"' if value else ""
