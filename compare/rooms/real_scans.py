@@ -97,7 +97,7 @@ def found_objects(room: Room) -> list[FoundObject]:
     """Return the objects of a room in the scan's frame."""
     return [
         FoundObject(
-            functions=frozenset(name for name, each in item.functions.items() if each["member"]),
+            functions=item.members,
             box=room.box_in_scan(item.box),
             points=room.labels == item.id,
         )

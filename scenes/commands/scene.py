@@ -120,15 +120,13 @@ def write(scan, room, out: Path, file: Path):
 
 def print_room(scan, room):
     """Print the objects with a function, and the seconds of each stage."""
-    from ..recognition.recognition import main_function
-
-    names = list(room.objects[0].functions) if room.objects else []
+    names = room.function_names
     table = [
-        [str(item.id), name, *[f"{item.functions[each]['score']:.2f}" for each in names]]
-        + [" × ".join(f"{100 * each:.0f}" for each in item.box.size)]
-        + [" ".join(f"{each:.2f}" for each in room.box_in_scan(item.box).center), f"{len(item.points)}"]
+        [str(item.id), item.main_function, *[f"{item.functions[name].score:.2f}" for name in names]]
+        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
+        + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
         for item in room.objects
-        if (name := main_function(item)) is not None
+        if item.main_function is not None
     ]
     none = len(room.objects) - len(table)
     if table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
 
-from ..recognition.recognition import Room, SceneObject, main_function
+from ..recognition.recognition import Room, SceneObject
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 
@@ -54,7 +55,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict:
         },
         "support": round(item.support, 4),
         "fragment": item.fragment,
-        "functions": item.functions,
+        "functions": {name: asdict(membership) for name, membership in item.functions.items()},
     }
 
 
@@ -64,8 +65,7 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     ``label`` is an object's id, -1 the floor, -2 a wall or the ceiling, -3 what is left over; ``function`` is the
     place of the object's best function in the header's comment, from 1, and 0 for none.
     """
-    names = list(room.objects[0].functions) if room.objects else []
-    best = [main_function(item) for item in room.objects]
+    names, best = room.function_names, [item.main_function for item in room.objects]
     function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)
     tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
     of = np.where(room.labels >= 0, room.labels, len(best))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..recognition.recognition import Room, main_function
+from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 
@@ -120,7 +120,7 @@ def draw_boxes(image, camera: Camera, room: Room):
 
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)
     for item in room.objects:
-        name = main_function(item)
+        name = item.main_function
         if name is None:
             continue
         colour = function_colour(name, item.functions)
@@ -128,7 +128,7 @@ def draw_boxes(image, camera: Camera, room: Room):
         for a, b in _EDGES:
             draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=colour, width=max(3, image.size[1] // 270))
         top = at[np.argmin(at[:, 1]), :2]
-        text = f"{name} {item.functions[name]['score']:.2f}"
+        text = f"{name} {item.functions[name].score:.2f}"
         box = draw.textbbox(tuple(top), text, font=font, anchor="mb")
         draw.rectangle([box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3], fill=(255, 255, 255))
         draw.text(tuple(top), text, fill=colour, font=font, anchor="mb")

@@ -40,15 +40,15 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     return numbered_anew(cluster)
 
 
-def numbered_anew(found: np.ndarray) -> np.ndarray:
+def numbered_anew(cluster_of: np.ndarray) -> np.ndarray:
     """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
-    _, first, member = np.unique(found, return_index=True, return_inverse=True)
+    _, first, member = np.unique(cluster_of, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return rank[member.ravel()]
 
 
-def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarray:
+def bridged(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.ndarray:
     """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
 
     Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
@@ -56,25 +56,25 @@ def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarr
     Parameters
     ----------
     points : (N, 3) float64, metres
-    found : (N,) int64
+    cluster_of : (N,) int64
         Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
     tolerance : float
         The gap that is bridged, metres.
     """
     wide = euclidean_clusters(points, tolerance)
     has_large = np.zeros(len(points), bool)
-    has_large[wide[is_large(points, found)]] = True
+    has_large[wide[is_large(points, cluster_of)]] = True
     first = np.unique(wide, return_index=True)[1]
-    return numbered_anew(np.where(has_large[wide], found[first][wide], found))
+    return numbered_anew(np.where(has_large[wide], cluster_of[first][wide], cluster_of))
 
 
-def is_large(points: np.ndarray, found: np.ndarray) -> np.ndarray:
+def is_large(points: np.ndarray, cluster_of: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) belong to a cluster as large as furniture, (N,) bool."""
-    count = found.max(initial=-1) + 1
+    count = cluster_of.max(initial=-1) + 1
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, found, points)
-    np.maximum.at(high, found, points)
-    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[found]
+    np.minimum.at(low, cluster_of, points)
+    np.maximum.at(high, cluster_of, points)
+    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[cluster_of]
 
 
 @njit(cache=True, error_model="numpy")

@@ -50,15 +50,15 @@ class Wall:
         return beside & (self.ahead(points) < self.thickness)
 
 
-def is_flush(points: np.ndarray, found: np.ndarray, walls: list[Wall]) -> np.ndarray:
+def is_flush(points: np.ndarray, cluster_of: np.ndarray, walls: list[Wall]) -> np.ndarray:
     """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
 
     Furniture hides the wall between, and such a piece alone is too small for a wall.
     """
-    flush, counts = np.zeros(len(points), bool), np.bincount(found)
+    flush, counts = np.zeros(len(points), bool), np.bincount(cluster_of)
     for wall in walls:
-        near = np.bincount(found, np.abs(wall.ahead(points)) < wall.thickness)
-        flush |= (near > _FLUSH * counts)[found]
+        near = np.bincount(cluster_of, np.abs(wall.ahead(points)) < wall.thickness)
+        flush |= (near > _FLUSH * counts)[cluster_of]
     return flush
 
 
@@ -84,16 +84,16 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
         Of the same points.
     """
     left = patches[np.abs(patches.normals[:, 2]) < _UPRIGHT]
-    found = []
+    walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
         if left.areas[inside].sum() < _AREA:
             break
         wall = bounding_wall(points, plane, left[inside])
         if wall is not None:
-            found.append(wall)
+            walls.append(wall)
         left = left[~inside]
-    return found
+    return walls
 
 
 def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarray]:
