@@ -17,7 +17,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.commands.dataset import app
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, WALL, Furnishing, furnish
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, GAP, WALL, furnish
 from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
@@ -42,18 +42,17 @@ def plan(placed) -> np.ndarray:
 
 
 def test_no_object_is_nearer_than_the_gap(rooms):
-    settings = Furnishing()
     for room in rooms:
         on_floor = [each for each in room.objects if each.support == FLOOR]
         plans = [plan(each) for each in on_floor]
         for i, one in enumerate(on_floor):
             low, high = one.points.min(axis=0), one.points.max(axis=0)
             # A footprint is drawn on cells: a diagonal of one may be lost.
-            assert (low[:2] > settings.gap - 1.5 * CELL).all()
-            assert (high[:2] < room.size[:2] - settings.gap + 1.5 * CELL).all()
+            assert (low[:2] > GAP - 1.5 * CELL).all()
+            assert (high[:2] < room.size[:2] - GAP + 1.5 * CELL).all()
             tree = cKDTree(plans[i])
             for other in plans[:i]:
-                assert tree.query(other)[0].min() > settings.gap - 1.5 * CELL
+                assert tree.query(other)[0].min() > GAP - 1.5 * CELL
 
 
 def test_small_things_stand_on_tops(rooms):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,12 @@ from spherefunc_bullet.commands.options import Json, Units
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import format_length, parse_length
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+
+    from ..recognition.recognition import Room
+    from ..scans.scan import Scan
 
 
 def scene(
@@ -67,7 +73,7 @@ def scene(
         print_room(scan, room)
 
 
-def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float):
+def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:
     """Return the scan of a cloud's or of a depth image's file."""
     from ..scans.depth_image import IMAGES, load_depth_image
     from ..scans.scan import load_scan
@@ -80,7 +86,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
     return load_scan(file, units=units, report=say)
 
 
-def prepare(classifier):
+def prepare(classifier: FunctionClassifier):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
@@ -93,7 +99,7 @@ def prepare(classifier):
         warm_up(simulator)
 
 
-def say_remarks(scan, room):
+def say_remarks(scan: Scan, room: Room):
     """Say on stderr what the user may not expect."""
     from ..recognition.recognition import FINE, MANY
 
@@ -110,7 +116,7 @@ def say_remarks(scan, room):
         say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
 
 
-def write(scan, room, out: Path, file: Path):
+def write(scan: Scan, room: Room, out: Path, file: Path):
     """Write the files, and say which."""
     from ..report.files import write_room
 
@@ -118,7 +124,7 @@ def write(scan, room, out: Path, file: Path):
         say(f"wrote {path}")
 
 
-def print_room(scan, room):
+def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
     names = room.function_names
     table = [

@@ -18,7 +18,7 @@ from ..scans.cells import cells
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
-from ..segmentation.clusters import euclidean_clusters
+from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import Segmentation, segment
 from ..segmentation.supports import top_below
 from .completion import DEFAULT, complete
@@ -143,7 +143,7 @@ def recognise_objects(
         Receives the seconds of each step.
     """
     watch = watch or Stopwatch()
-    parts = object_points(points, labels)
+    parts = [points[members] for members in members_of(labels)]
     supports = support_heights(parts)
     watch.lap("supports")
     clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
@@ -165,13 +165,6 @@ def scene_object(
     return SceneObject(
         id=number, points=points, support=support, box=box.lowered(support), fragment=fragment, functions=functions
     )
-
-
-def object_points(points: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
-    """Return the points (N, 3) of each object, by number, as they came."""
-    order = np.argsort(labels, kind="stable")
-    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
-    return [points[order[first:last]] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
 def support_heights(parts: list[np.ndarray]) -> list[float]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from spherefunc_bullet.errors import InputError
+
 from .patches import Patches
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL),
@@ -35,13 +37,11 @@ def axis_up(up: str) -> np.ndarray:
     InputError
         If it is neither.
     """
-    from spherefunc_bullet.errors import InputError
-
     sign, axis = (-1.0, up[1:]) if up.startswith("-") and "," not in up else (1.0, up)
     if axis in ("x", "y", "z"):
         return sign * np.eye(3)["xyz".index(axis)]
     try:
-        vector = np.array([float(each) for each in up.split(",")])
+        vector = np.array([float(number) for number in up.split(",")])
         length = np.linalg.norm(vector)
         if vector.shape == (3,) and np.isfinite(length) and length > 0:
             return vector / length

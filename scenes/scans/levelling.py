@@ -156,7 +156,7 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
 
 
-def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera) -> bool:
+def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
     """Tell a table top from a floor: close below the camera, or small, with only low things on it."""
     if camera is not None:
         return bool(camera @ up - height < _STANDING)

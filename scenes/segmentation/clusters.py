@@ -31,13 +31,18 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     if distances is not None:
         reach = np.clip(_STEP * distances**2, tolerance, max(tolerance, _WIDEST))
     grid = cells(points, float(reach.max()))
-    order = np.argsort(grid.cell_of, kind="stable")
-    start = np.concatenate([[0], np.cumsum(grid.counts)])
     roots = np.arange(len(points))
-    connect(np.ascontiguousarray(points[order]), reach[order], grid.keys, start, roots)
-    cluster = np.empty(len(points), np.int64)
-    cluster[order] = roots
-    return numbered_anew(cluster)
+    connect(np.ascontiguousarray(points[grid.order]), reach[grid.order], grid.keys, grid.start, roots)
+    cluster_of = np.empty(len(points), np.int64)
+    cluster_of[grid.order] = roots
+    return numbered_anew(cluster_of)
+
+
+def members_of(labels: np.ndarray) -> list[np.ndarray]:
+    """Return the indices of the points (N,) that carry each label from 0 on, ascending."""
+    order = np.argsort(labels, kind="stable")
+    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
+    return [order[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
 def numbered_anew(cluster_of: np.ndarray) -> np.ndarray:

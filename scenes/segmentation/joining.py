@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .box import Box, bounding_box
+from .clusters import members_of
 
 _FEWEST = 10  # voxels: what is smaller is noise
 _REACH = 0.12  # metres: the widest gap that is bridged
@@ -59,7 +60,7 @@ def joined(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground:
     wall, ground : (W, 3), (G, 3) float64, metres
         Voxels of walls and of the ground.
     """
-    pieces = pieces_of(points, cluster_of)
+    pieces = [Piece.of(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
     links, hanging = vessel_sides(pieces, ground), []
     walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
     x = points[along_x, 0]
@@ -127,14 +128,6 @@ def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.
         if near.all(axis=1).sum() >= _FEWEST:
             return [int(k)]
     return []
-
-
-def pieces_of(points: np.ndarray, cluster_of: np.ndarray) -> list[Piece]:
-    """Return the clusters of points (N, 3), by number."""
-    order = np.argsort(cluster_of, kind="stable")
-    bounds = np.searchsorted(cluster_of[order], np.arange(cluster_of.max(initial=-1) + 2))
-    spans = enumerate(zip(bounds[:-1], bounds[1:], strict=True))
-    return [Piece.of(k, points[order[first:last]]) for k, (first, last) in spans]
 
 
 def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:

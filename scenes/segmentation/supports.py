@@ -8,7 +8,7 @@ import numpy as np
 
 from ..scans.cells import cells
 from .box import Box, bounding_box
-from .clusters import euclidean_clusters
+from .clusters import euclidean_clusters, members_of
 
 _BIN = 0.01  # metres, of the heights that are compared
 _BOARD = 6  # bins that a table top may be thick
@@ -65,13 +65,10 @@ def split_off(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, nois
     noise : float
         Standard deviation of level surfaces, metres.
     """
-    cluster_of = cluster_of.copy()
-    order = np.argsort(cluster_of, kind="stable")
-    new = cluster_of.max(initial=-1) + 1
-    bounds = np.searchsorted(cluster_of[order], np.arange(new + 1))
+    cluster_of, clusters = cluster_of.copy(), members_of(cluster_of)
+    new = len(clusters)
     clear = min(max(_CLEAR, 2.5 * noise), _MOST_CLEAR)
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
-        members = order[first:last]
+    for members in clusters:
         if len(members) < _AREA / _BIN**2 / 4:  # too few for a top
             continue
         for part in standing_apart(points[members], tolerance, clear):
@@ -89,7 +86,7 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         outside = top.outside(points)
         apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
-        for thing in (apart[clusters == number] for number in range(clusters.max(initial=-1) + 1)):
+        for thing in (apart[members] for members in members_of(clusters)):
             if not above[thing].any():
                 continue  # a leg that spreads outward
             # Crumbs over a table are noise, and would make it higher than it is.

@@ -21,23 +21,15 @@ from .grounds import Ground, floor_of, top_of
 
 FLOOR, WALL = -1, -2  # labels of points that belong to no object; a ceiling is a wall
 TABLE = "table"  # the function whose tops carry small objects
-
-
-@dataclass(frozen=True, kw_only=True)
-class Furnishing:
-    """How a room is furnished."""
-
-    width: float = 4.5  # metres, along x
-    depth: float = 4.0  # metres, along y
-    height: float = 2.6  # metres
-    tables: int = 2
-    on_floor: int = 6  # besides tables: as many of each other function as of none, as far as they go
-    on_tops: int = 6  # likewise
-    gap: float = 0.1  # metres between neighbours on the floor, and to the walls
-    top_gap: float = 0.05  # metres between neighbours on a table top
-    small: float = 0.4  # metres: what is no larger in any direction stands on tops
-    lowest: float = 0.04  # metres: lower things (a spoon, a telephone) are left out
-    largest: float = 2.5  # metres
+SIZE = (4.5, 4.0, 2.6)  # of a room: metres along x, y and z
+TABLES = 2  # in a room
+ON_FLOOR = 6  # besides tables: as many of each other function as of none, as far as they go
+ON_TOPS = 6  # likewise
+GAP = 0.1  # metres between neighbours on the floor, and to the walls
+TOP_GAP = 0.05  # metres between neighbours on a table top
+SMALL = 0.4  # metres: what is no larger in any direction stands on tops
+LOWEST = 0.04  # metres: lower things (a spoon, a telephone) are left out
+LARGEST = 2.5  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +63,8 @@ class VirtualRoom:
     def meshes(self) -> Iterator[tuple[int, Mesh]]:
         """Yield label and mesh of the room's shell and of every object."""
         yield from shell(self.size)
-        for number, each in enumerate(self.objects):
-            yield number, each.mesh
+        for number, placed in enumerate(self.objects):
+            yield number, placed.mesh
 
 
 def moved(points: np.ndarray, T: np.ndarray) -> np.ndarray:
@@ -113,7 +105,7 @@ class Stock:
     small: dict[str, tuple[DatasetObject, ...]]
 
 
-def take_stock(dataset: Dataset, settings: Furnishing, failed: Callable[[InputError], None]) -> Stock:
+def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Stock:
     """Sort the objects of a data set that suit a room by function and size.
 
     Parameters
@@ -133,11 +125,11 @@ def take_stock(dataset: Dataset, settings: Furnishing, failed: Callable[[InputEr
         except InputError as error:
             failed(error)
             continue
-        if size[2] >= settings.lowest and size.max() <= settings.largest:
-            kind, name = kinds[bool(size.max() <= settings.small)], min(item.functions, default="none")
+        if size[2] >= LOWEST and size.max() <= LARGEST:
+            kind, name = kinds[bool(size.max() <= SMALL)], min(item.functions, default="none")
             kind[name] = (*kind.get(name, ()), item)
     if not any(kinds.values()):
-        wanted = f"at least {settings.lowest} m high and at most {settings.largest} m long"
+        wanted = f"at least {LOWEST} m high and at most {LARGEST} m long"
         raise InputError(f"{dataset.name}: expected objects {wanted}, found none")
     return Stock(kinds[False], kinds[True])
 
@@ -151,12 +143,7 @@ def extents(item: DatasetObject) -> np.ndarray:
 
 
 def furnish(
-    dataset: Dataset,
-    count: int,
-    *,
-    settings: Furnishing | None = None,
-    seed: int = 0,
-    failed: Callable[[InputError], None],
+    dataset: Dataset, count: int, *, seed: int = 0, failed: Callable[[InputError], None]
 ) -> Iterator[VirtualRoom]:
     """Yield rooms furnished at random; every object stands in one before any stands in a second.
 
@@ -172,15 +159,14 @@ def furnish(
     InputError
         If no object of the data set can stand in a room.
     """
-    settings = settings or Furnishing()
-    stock = take_stock(dataset, settings, failed)
+    stock = take_stock(dataset, failed)
     rng = np.random.default_rng(seed)
     decks = {name: Deck(items, rng) for name, items in sorted(stock.large.items())}
     tables = [decks.pop(TABLE)] if TABLE in decks else []
     small = [Deck(stock.small[name], rng) for name in sorted(stock.small)]
     for number in range(1, count + 1):
-        on_floor = dealt(tables, settings.tables) + dealt(list(decks.values()), settings.on_floor)
-        yield arrange(f"room_{number:02d}", on_floor, dealt(small, settings.on_tops), settings, rng)
+        on_floor = dealt(tables, TABLES) + dealt(list(decks.values()), ON_FLOOR)
+        yield arrange(f"room_{number:02d}", on_floor, dealt(small, ON_TOPS), rng)
 
 
 def dealt(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
@@ -189,25 +175,31 @@ def dealt(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
 
 
 def arrange(
-    name: str, on_floor: list, on_tops: list, settings: Furnishing, rng: np.random.Generator
+    name: str, on_floor: list[DatasetObject], on_tops: list[DatasetObject], rng: np.random.Generator
 ) -> VirtualRoom:
     """Return a room with objects at random places and headings; what finds no place is left out."""
     clouds = {item.path: load_cloud(item.path) for item in [*on_floor, *on_tops]}
-    floor = floor_of(settings.width, settings.depth)
+    floor = floor_of(*SIZE[:2])
     placed: list[PlacedObject] = []
     tops: dict[int, Ground] = {}
     # The largest first: small ones find a place between large ones, but not the other way round.
-    for item in sorted(on_floor, key=lambda each: -np.prod(clouds[each.path].size[:2])):
-        if put(item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed) and TABLE in item.functions:
+    for item in sorted(on_floor, key=lambda item: -np.prod(clouds[item.path].size[:2])):
+        if put(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed) and TABLE in item.functions:
             tops[len(placed) - 1] = top_of(placed[-1].points)
     for item in on_tops:
-        put(item, clouds[item.path], tops, settings.top_gap, rng, placed) or put(
-            item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed
-        )
-    return VirtualRoom(name, np.array([settings.width, settings.depth, settings.height]), tuple(placed))
+        if not put(item, clouds[item.path], tops, TOP_GAP, rng, placed):
+            put(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed)
+    return VirtualRoom(name, np.array(SIZE), tuple(placed))
 
 
-def put(item, cloud: Cloud, grounds: dict[int, Ground], gap: float, rng, placed: list[PlacedObject]) -> bool:
+def put(
+    item: DatasetObject,
+    cloud: Cloud,
+    grounds: dict[int, Ground],
+    gap: float,
+    rng: np.random.Generator,
+    placed: list[PlacedObject],
+) -> bool:
     """Place an object on the first of the grounds, in random order, that has room for it; say whether one had."""
     T_room_object = heading(rng.uniform(0, 2 * np.pi))
     points = moved(cloud.points, T_room_object)

@@ -26,23 +26,18 @@ def drawer_cabinet(rng: Generator, *, width: float, depth: float, height: float,
     )
 
 
-def base_cabinet(rng: Generator, *, doors: int = 2, sink: bool = False):
+def base_cabinet(rng: Generator, *, sink: bool = False):
     """Return a kitchen cabinet with a worktop, a recessed plinth and doors; a sink is let into the top."""
-    width, depth, height = (0.45 * doors * rng.uniform(0.9, 1.3), rng.uniform(0.56, 0.62), rng.uniform(0.84, 0.92))
+    width, depth, height = 0.9 * rng.uniform(0.9, 1.3), rng.uniform(0.56, 0.62), rng.uniform(0.84, 0.92)
     parts = [box(width - 0.02, depth - 0.12, 0.1, y=0.04), box(width, depth - 0.04, height - 0.14, y=0.01, z=0.1)]
-    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11, doors)
+    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11, 2)
     if not sink:
         return join(parts, box(width + 0.02, depth, 0.04, z=height - 0.04))
     rim = [box(width + 0.02, 0.1, 0.2, y=y * (depth / 2 - 0.05), z=height - 0.2) for y in (-1, 1)]
     rim += [box(0.12, depth, 0.2, x=x * (width / 2 - 0.05), z=height - 0.2) for x in (-1, 1)]
     parts[1] = box(width, depth - 0.04, height - 0.34, y=0.01, z=0.1)
-    tap = tube(
-        [
-            [0, 0.42 * depth, height - 0.01], [0, 0.42 * depth, height + 0.22], [0, 0.2 * depth, height + 0.25],
-            [0, 0.15 * depth, height + 0.18],
-        ],
-        0.012,
-    )
+    bends = [(0.42, -0.01), (0.42, 0.22), (0.2, 0.25), (0.15, 0.18)]
+    tap = tube([[0, y * depth, height + z] for y, z in bends], 0.012)
     return join(parts, rim, box(width, depth - 0.02, 0.05, z=height - 0.25), tap)
 
 
@@ -57,15 +52,12 @@ def _doors(width: float, height: float, y: float, z: float, count: int):
     return parts
 
 
-def wardrobe(rng: Generator, *, doors: int = 2):
+def wardrobe(rng: Generator):
     """Return a wardrobe, 1.8 to 2.2 m high."""
-    width, depth, height = 0.5 * doors * rng.uniform(0.9, 1.1), rng.uniform(0.5, 0.62), rng.uniform(1.8, 2.2)
+    width, depth, height = rng.uniform(0.9, 1.1), rng.uniform(0.5, 0.62), rng.uniform(1.8, 2.2)
     parts = [box(width, depth - 0.03, height - 0.08, y=0.01, z=0.05), box(width - 0.04, depth - 0.1, 0.06)]
-    return join(
-        parts,
-        _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, doors),
-        box(width + 0.03, depth, 0.035, z=height - 0.035),
-    )
+    parts += _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, 2)
+    return join(parts, box(width + 0.03, depth, 0.035, z=height - 0.035))
 
 
 def bookcase(rng: Generator, *, tall: bool = True, filled: bool = False, back: bool = True):
@@ -103,13 +95,12 @@ def utility_shelf(rng: Generator):
     return join(boards, four_legs(width + 0.005, depth + 0.005, height, 0.03))
 
 
-def refrigerator(rng: Generator, *, size: str = "tall"):
-    """Return a refrigerator: tall with a freezer door, or under-counter size."""
-    width, depth = rng.uniform(0.55, 0.7), rng.uniform(0.58, 0.68)
-    height = rng.uniform(1.55, 1.85) if size == "tall" else rng.uniform(0.8, 0.88)
-    split = 0.68 * height if size == "tall" else height - 0.02
+def refrigerator(rng: Generator):
+    """Return a tall refrigerator with a freezer door."""
+    width, depth, height = rng.uniform(0.55, 0.7), rng.uniform(0.58, 0.68), rng.uniform(1.55, 1.85)
+    split = 0.68 * height
     parts = [box(width, depth - 0.06, height - 0.03, y=0.03, z=0.03), box(width - 0.06, depth - 0.16, 0.05, y=0.03)]
-    for low, high in ((0.06, split), (split, height)) if size == "tall" else ((0.06, height),):
+    for low, high in ((0.06, split), (split, height)):
         parts.append(cushion(width, 0.06, high - low - 0.01, y=-depth / 2 + 0.04, z=low, rounding=0.01, corner=0.015))
         parts.append(
             box(0.02, 0.05, 0.4 * (high - low), x=-0.42 * width, y=-depth / 2 - 0.005, z=low + 0.3 * (high - low))
@@ -160,7 +151,7 @@ def locker(rng: Generator):
     return join(box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.012, 0.08, count))
 
 
-def media_unit(rng: Generator, *, screen: bool = True):
+def media_unit(rng: Generator):
     """Return a low unit for a television, with the set on it."""
     width, depth, height = rng.uniform(1.2, 1.7), rng.uniform(0.38, 0.48), rng.uniform(0.38, 0.52)
     parts = [
@@ -170,12 +161,12 @@ def media_unit(rng: Generator, *, screen: bool = True):
     ]
     parts += [box(0.03, depth, height, x=x * width) for x in (-0.48, -0.16, 0.16, 0.48)]
     wide = 0.75 * width
-    set_ = [
+    screen = [
         box(wide, 0.05, 0.56 * wide, z=height + 0.06),
         box(0.4 * wide, 0.22, 0.015, z=height),
         box(0.1, 0.04, 0.08, z=height),
     ]
-    return join(parts, set_ if screen else [])
+    return join(parts, screen)
 
 
 CABINETS = [
@@ -183,17 +174,17 @@ CABINETS = [
     Family("filing_cabinet", partial(drawer_cabinet, width=0.42, depth=0.58, height=0.72, count=2)),
     Family("dresser", partial(drawer_cabinet, width=1.2, depth=0.48, height=0.85, count=4, feet=0.12)),
     Family("chest_of_drawers", partial(drawer_cabinet, width=0.8, depth=0.45, height=1.15, count=5)),
-    Family("kitchen_cabinet", partial(base_cabinet, doors=2)),
-    Family("kitchen_sink", partial(base_cabinet, doors=2, sink=True)),
-    Family("wardrobe", partial(wardrobe, doors=2)),
-    Family("bookcase", partial(bookcase, tall=True)),
-    Family("bookcase", partial(bookcase, tall=True, filled=True)),
+    Family("kitchen_cabinet", base_cabinet),
+    Family("kitchen_sink", partial(base_cabinet, sink=True)),
+    Family("wardrobe", wardrobe),
+    Family("bookcase", bookcase),
+    Family("bookcase", partial(bookcase, filled=True)),
     Family("low_bookcase", partial(bookcase, tall=False, back=False)),
     Family("shelf", utility_shelf),
-    Family("refrigerator", partial(refrigerator, size="tall")),
+    Family("refrigerator", refrigerator),
     Family("stove", stove),
     Family("washing_machine", washing_machine),
     Family("microwave", counter_oven),
     Family("locker", locker),
-    Family("tv_unit", partial(media_unit, screen=True)),
+    Family("tv_unit", media_unit),
 ]

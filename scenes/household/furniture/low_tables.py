@@ -7,7 +7,7 @@ from functools import partial
 from numpy.random import Generator
 
 from ..parts.family import Family
-from ..parts.legs import apron, four_legs, hairpins, panel_ends, sled
+from ..parts.legs import apron, four_legs, panel_ends, sled
 from ..parts.solids import beam, box, join
 from .tables import top
 
@@ -15,7 +15,7 @@ from .tables import top
 def coffee_table(rng: Generator, *, shape: str = "rectangle", legs: str = "shelf"):
     """Return a low table, 0.35 to 0.5 m high: solid, or a thin sheet like glass on a light frame."""
     width, depth, height = rng.uniform(0.9, 1.3), rng.uniform(0.5, 0.75), rng.uniform(0.36, 0.48)
-    thickness = 0.01 if legs in ("sled", "hairpin") else rng.uniform(0.025, 0.05)
+    thickness = 0.01 if legs == "sled" else rng.uniform(0.025, 0.05)
     under = height - thickness
     w, d = 0.94 * width, 0.92 * depth
     stands = {
@@ -28,7 +28,6 @@ def coffee_table(rng: Generator, *, shape: str = "rectangle", legs: str = "shelf
             sled(0.8 * w, 0.9 * d, under, 0.015),
             beam([-0.4 * w, 0, 0.015], [0.4 * w, 0, 0.015], 0.02, 0.02),
         ],
-        "hairpin": lambda: [hairpins(0.8 * w, 0.8 * d, under)],
         "splayed": lambda: [four_legs(0.6 * w, 0.55 * d, under, 0.04, splay=0.07, taper=0.6, round_bars=True)],
         "slab": lambda: [panel_ends(width, depth, under, 0.05), box(width - 0.1, depth - 0.04, 0.02, z=0.12)],
     }

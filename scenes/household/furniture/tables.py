@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..parts.family import Family
-from ..parts.legs import apron, cross_foot, crossed_legs, four_legs, panel_ends, pedestal, sled, stretchers, trestles
+from ..parts.legs import apron, cross_foot, crossed_legs, four_legs, pedestal, sled, stretchers, trestles
 from ..parts.solids import at_height, beam, box, circle, join, loft, prism, rounded_rectangle, superellipse, tube
 
 
@@ -31,10 +31,6 @@ def dining_table(rng: Generator, *, shape: str = "rectangle", legs: str = "strai
         ],
         "trestle": lambda: [trestles(0.7 * w, 0.8 * d, under, 0.06)],
         "crossed": lambda: [crossed_legs(0.72 * w, 0.85 * d, under, 0.06)],
-        "panels": lambda: [
-            panel_ends(0.9 * w, 0.9 * d, under, 0.04),
-            beam([-0.44 * w, 0, 0.5], [0.44 * w, 0, 0.5], 0.03, 0.15),
-        ],
     }
     return join(top(shape, width, depth, thickness, height), parts[legs]())
 
@@ -43,16 +39,12 @@ def round_table(rng: Generator, *, legs: str = "pedestal"):
     """Return a round table for two to six."""
     width, height, thickness = rng.uniform(0.85, 1.35), rng.uniform(0.71, 0.76), rng.uniform(0.02, 0.035)
     under = height - thickness
+    surface = top("round", width, width, thickness, height)
+    if legs == "pedestal":
+        return join(surface, pedestal(under, 0.3 * width, 0.05))
     inner = 0.66 * width
-    stands = {
-        "pedestal": lambda: pedestal(under, 0.3 * width, 0.05),
-        "four": lambda: [
-            four_legs(inner, inner, under, 0.05, taper=0.6),
-            apron(inner - 0.01, inner - 0.01, 0.08, 0.02, under),
-        ],
-        "splayed": lambda: [four_legs(0.5 * width, 0.5 * width, under, 0.045, splay=0.1, round_bars=True)],
-    }
-    return join(top("round", width, width, thickness, height), stands[legs]())
+    bars = four_legs(inner, inner, under, 0.05, taper=0.6)
+    return join(surface, bars, apron(inner - 0.01, inner - 0.01, 0.08, 0.02, under))
 
 
 def cafe_table(rng: Generator, *, shape: str = "round"):
@@ -91,19 +83,14 @@ def bar_table(rng: Generator, *, shape: str = "round"):
     return join(top(shape, length, width, 0.03, height), legs, stretchers(length - 0.12, width - 0.12, 0.25, 0.035))
 
 
-def work_bench(rng: Generator, *, vise: bool = False):
-    """Return a heavy bench to work at, with a shelf near the floor."""
+def work_bench(rng: Generator):
+    """Return a heavy bench to work at, with a shelf near the floor and a vise."""
     width, depth, height = rng.uniform(1.2, 1.9), rng.uniform(0.6, 0.75), rng.uniform(0.82, 0.95)
     parts = [box(width, depth, 0.06, z=height - 0.06), four_legs(width - 0.15, depth - 0.06, height - 0.06, 0.09)]
     parts.append(box(width - 0.2, depth - 0.1, 0.03, z=0.18))
-    if vise:
-        parts += [box(0.3, 0.05, 0.14, x=-0.35 * width, y=-depth / 2 - 0.04, z=height - 0.16)]
-        parts += [
-            tube(
-                [[-0.35 * width, -depth / 2 - 0.16, height - 0.1], [-0.35 * width, -depth / 2 + 0.05, height - 0.1]],
-                0.014,
-            )
-        ]
+    x = -0.35 * width
+    parts.append(box(0.3, 0.05, 0.14, x=x, y=-depth / 2 - 0.04, z=height - 0.16))
+    parts.append(tube([[x, -depth / 2 - 0.16, height - 0.1], [x, -depth / 2 + 0.05, height - 0.1]], 0.014))
     return join(parts, apron(width - 0.17, depth - 0.08, 0.12, 0.025, height - 0.06))
 
 
@@ -189,7 +176,7 @@ TABLES = [
     Family("console_table", partial(console, legs="drawer")),
     Family("bar_table", partial(bar_table, shape="round")),
     Family("bar_table", partial(bar_table, shape="rectangle")),
-    Family("work_bench", partial(work_bench, vise=True)),
+    Family("work_bench", work_bench),
     Family("folding_table", partial(folding_table, legs="crossed")),
     Family("folding_table", partial(folding_table, legs="tubes")),
     Family("picnic_table", picnic_table, also="sittable"),

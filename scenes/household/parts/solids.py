@@ -85,10 +85,9 @@ def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4)
     return np.concatenate(arcs)
 
 
-def prism(outline: ArrayLike, height: float, z: float = 0.0, *, taper: float = 1.0) -> trimesh.Trimesh:
-    """Return an upright prism on z over an outline (N, 2); its top is the outline times ``taper``."""
-    outline = np.asarray(outline, dtype=float)
-    return stacked(outline, [(1, z), (taper, z + height)])
+def prism(outline: np.ndarray, height: float, z: float = 0.0) -> trimesh.Trimesh:
+    """Return an upright prism on z over an outline (N, 2)."""
+    return loft([at_height(outline, z), at_height(outline, z + height)])
 
 
 def at_height(outline: np.ndarray, z: ArrayLike) -> np.ndarray:

@@ -49,10 +49,10 @@ def spray_bottle(rng: Generator):
     return join(body, head, beam([0, -0.045, height], [0, -0.055, height - 0.055], 0.012, 0.008))
 
 
-def jar(rng: Generator, *, wide: bool = True):
+def jar(rng: Generator):
     """Return a jar with its lid on."""
     radius, height = rng.uniform(0.035, 0.05), rng.uniform(0.09, 0.15)
-    neck = radius * (0.92 if wide else 0.7)
+    neck = radius * 0.92
     profile = [
         (0, 0), (radius, 0.004), (radius, 0.78 * height), (neck, 0.84 * height), (neck + 0.004, 0.85 * height),
         (neck + 0.004, height), (0, height),
@@ -73,13 +73,12 @@ def tin(rng: Generator, *, flat: bool = False):
 
 
 def vase(rng: Generator, *, kind: str = "narrow"):
-    """Return an open vase: narrow-necked, bellied with a flared rim, or a tall cylinder."""
+    """Return an open vase: narrow-necked, or bellied with a flared rim."""
     height = rng.uniform(0.22, 0.38)
     wide = rng.uniform(0.055, 0.085)
     shapes = {
         "narrow": [(0.6, 0), (0.75, 0.05), (1, 0.35), (0.85, 0.55), (0.3, 0.75), (0.28, 0.93), (0.38, 1)],
         "flared": [(0.55, 0), (0.7, 0.1), (0.95, 0.4), (0.7, 0.72), (0.62, 0.82), (0.9, 1)],
-        "tall": [(0.85, 0), (0.9, 0.1), (0.95, 0.6), (1, 1)],
     }
     outside = [(radius * wide, z * height) for radius, z in shapes[kind]]
     return vessel(outside, 0.005, 0.015)
@@ -98,7 +97,7 @@ CONTAINERS = [
     Family("water_bottle", partial(bottle, kind="water")),
     Family("mustard_bottle", flat_bottle),
     Family("spray_bottle", spray_bottle),
-    Family("jar", partial(jar, wide=True)),
+    Family("jar", jar),
     Family("tin", partial(tin, flat=False)),
     Family("tin", partial(tin, flat=True)),
     Family("vase", partial(vase, kind="narrow")),

@@ -33,16 +33,14 @@ def vessel(outside: ArrayLike, wall: float, floor: float, *, sections: int = 36)
     return lathe(profile, sections=sections)
 
 
-def shell(outside: Sequence[tuple[float, float]], *, sections: int = 36):
+def shell(outside: Sequence[tuple[float, float]]):
     """Return a vessel of a single surface, as many hand-made models are: no wall thickness."""
-    return lathe([(0, outside[0][1]), *outside], sections=sections, capped=False)
+    return lathe([(0, outside[0][1]), *outside], sections=36, capped=False)
 
 
-def wall_profile(
-    foot: float, rim: float, height: float, *, belly: float = 0.0, rounding: float = 0.006, steps: int = 9
-):
+def wall_profile(foot: float, rim: float, height: float, *, belly: float = 0.0, rounding: float = 0.006):
     """Return an outer wall (K, 2) from foot radius to rim radius, bulging by ``belly`` metres midway."""
-    t = np.linspace(0, 1, steps)
+    t = np.linspace(0, 1, 9)
     radius = foot + (rim - foot) * t + belly * np.sin(np.pi * t)
     return [(foot - rounding, 0.0), *zip(radius, rounding + t * (height - rounding), strict=True)]
 
@@ -54,9 +52,9 @@ def handle(radius_low: float, radius_high: float, low: float, high: float, reach
     return tube(rounded([*upper, *lower], rounds=3), thickness, sections=8)
 
 
-def mug(rng: Generator, *, slim: float = 1.0, open_shell: bool = False):
+def mug(rng: Generator, *, open_shell: bool = False):
     """Return a mug with a handle, 8 to 12 cm high."""
-    height, radius = rng.uniform(0.08, 0.115) * slim, rng.uniform(0.036, 0.047)
+    height, radius = rng.uniform(0.08, 0.115), rng.uniform(0.036, 0.047)
     foot = radius * rng.uniform(0.8, 1.0)
     outside = wall_profile(foot, radius, height, belly=rng.choice([0, 0, 0.004]))
     wall = rng.uniform(0.003, 0.005)
