@@ -1,49 +1,109 @@
 """Compiled kernels: say when they are compiled, and never run those of an older source.
 
 Numba keeps compiled kernels beside their source and compiles anew when the kernel's own file changes, but not
-when a kernel that it calls has changed in another file.
+when a kernel that it calls, or a constant that it uses, has changed in another file.
 """
 
 from __future__ import annotations
 
+import ast
 import logging
+import pickle
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
+from importlib.util import resolve_name
 from pathlib import Path
+from typing import Any
 
 logger = logging.getLogger("spherefunc")
 
 
-def prepare(kernel):
-    """Make sure that a kernel's cached code is of today's sources, and say so if it has to be compiled.
+@cache
+def prepare(kernel: Any):
+    """Make sure, once in a process, that a kernel's cached code is of today's sources; say so if it is to be compiled.
 
     Parameters
     ----------
     kernel : numba dispatcher
-        With ``cache=True``; everything that it calls lies in files of the same folder.
+        With ``cache=True``.
     """
-    sources = Path(kernel.py_func.__code__.co_filename).parent
-    if _forget_older(Path(kernel.stats.cache_path), newest(sources), kernel.__name__):
-        return
-    _announce()
+    for called in kernels_of(kernel):
+        forget_stale(called)
+    if not any(cached_code(kernel)):
+        _announce()
 
 
-def newest(folder: Path) -> float:
-    """Return when the latest Python file of a folder was changed, in seconds since the epoch."""
-    return max((path.stat().st_mtime for path in folder.glob("*.py")), default=0.0)
+def kernels_of(kernel: Any) -> list[Any]:
+    """Return a kernel and all those that it calls, directly or through others."""
+    known = [kernel]
+    for called in known:
+        known += [value for value in globals_of(called).values() if hasattr(value, "py_func") and value not in known]
+    return known
 
 
-def _forget_older(cached: Path, since: float, name: str) -> bool:
-    """Drop cached code older than its sources; return whether some is left."""
-    left = False
-    for index in cached.glob(f"*{name}-*.nbi"):
-        try:
-            if index.stat().st_mtime >= since:
-                left = True
-            else:
+def globals_of(kernel: Any) -> dict[str, Any]:
+    """Return what a kernel takes from its module, by name: kernels, constants, modules."""
+    names = kernel.py_func.__code__.co_names
+    return {name: kernel.py_func.__globals__[name] for name in names if name in kernel.py_func.__globals__}
+
+
+def sources_of(kernel: Any) -> set[Path]:
+    """Return the files that decide a kernel's compiled code, constants that come from other files included."""
+    files = set()
+    for called in kernels_of(kernel):
+        module = sys.modules[called.py_func.__module__]
+        origins = imported_names(Path(module.__file__), module.__package__)
+        files.add(Path(module.__file__))
+        modules = (sys.modules.get(origins.get(name, "")) for name in globals_of(called))
+        files.update(Path(origin.__file__) for origin in modules if origin and origin.__name__ in ours())
+    return files
+
+
+def ours() -> set[str]:
+    """Return the loaded modules of this distribution."""
+    return {name for name in sys.modules if name.partition(".")[0] == __name__.partition(".")[0]}
+
+
+@cache
+def imported_names(file: Path, package: str) -> dict[str, str]:
+    """Return from which module a file takes each name that it imports from one."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+    return {
+        name.asname or name.name: resolve_name("." * node.level + (node.module or ""), package)
+        for node in imports
+        for name in node.names
+    }
+
+
+def cached_code(kernel: Any) -> Iterator[Path]:
+    """Yield the index files of a kernel's cached code, one for each place in the file where it has stood."""
+    file = Path(kernel.py_func.__code__.co_filename)
+    return Path(kernel.stats.cache_path).glob(f"{file.stem}.{kernel.__name__}-*.nbi")
+
+
+def forget_stale(kernel: Any):
+    """Drop cached code that is older than its sources, or that cannot be loaded since a module was renamed."""
+    newest = max(file.stat().st_mtime for file in sources_of(kernel))
+    for index in cached_code(kernel):
+        with suppress(OSError):  # another process is at work on it, or it may not be written
+            if index.stat().st_mtime < newest or not is_loadable(index):
                 index.unlink(missing_ok=True)
-        except OSError:
-            left = True  # another process is at work on it, or it may not be written
-    return left
+
+
+def is_loadable(index: Path) -> bool:
+    """Return whether numba will be able to load an index of its own: its signatures name modules."""
+    try:
+        with index.open("rb") as file:
+            pickle.load(file)
+            pickle.loads(file.read())
+    except OSError:
+        raise
+    except Exception:  # whatever unpickling meets
+        return False
+    return True
 
 
 @cache

@@ -203,7 +203,7 @@ def test_unknown_choices_are_named_with_the_known_ones(save, option):
 
 
 def test_importing_clouds_loads_no_heavy_module():
-    code = "import sys, spherefunc_bullet.cloud; print([m for m in sys.modules if '.' not in m])"
+    code = "import sys, spherefunc_bullet.clouds.cloud; print([m for m in sys.modules if '.' not in m])"
     root = Path(__file__).resolve().parents[1]
     modules = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True

@@ -11,13 +11,13 @@ from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.heading import quarter_turns, turned
+from spherefunc_bullet.compare.evaluation.alternatives import Alternative, front_first, long_side_along_x
 from spherefunc_bullet.learning.histogram import (
     CubeHistogram,
     SphereHistogram,
     cube_indices,
     cube_keys,
+    quarter_turns,
     widened,
 )
 
@@ -29,14 +29,13 @@ def pile(seed: int, count: int = 200, size: float = 0.5) -> np.ndarray:
     return np.random.default_rng(seed).uniform([-size, -size, 0], [size, size, size], (count, 3))
 
 
-def dense(piles, counts=None) -> np.ndarray:
+def dense(piles) -> np.ndarray:
     """Return the histograms over every cube that any of the piles touches, counted one sphere at a time."""
     cubes = [
         Counter(map(tuple, np.floor(each / SIDE + [0.5, 0.5, 0]).astype(int).tolist())) for each in piles
     ]
     columns = sorted(set().union(*cubes))
-    rows = np.array([[each[cube] for cube in columns] for each in cubes], float)
-    return np.sqrt(rows) if counts == "sqrt" else rows
+    return np.array([[each[cube] for cube in columns] for each in cubes], float)
 
 
 def test_counts_sum_to_the_number_of_spheres():
@@ -59,7 +58,7 @@ def test_cubes_begin_at_the_floor_and_are_centred_on_the_axis():
 
 def test_corner_anchor_begins_at_the_lowest_sphere():
     centers = np.array([[5.0, -3.0, 0.3], [5.0 + 1.5 * SIDE, -3.0, 0.3]])
-    assert cube_indices(cube_keys(centers, SIDE, "corner"))[:, :2].tolist() == [[0, 0], [1, 0]]
+    assert cube_indices(cube_keys(centers, SIDE, centers[:, :2].min(axis=0)))[:, :2].tolist() == [[0, 0], [1, 0]]
 
 
 def test_keys_name_cubes_far_from_the_axis():
@@ -68,12 +67,11 @@ def test_keys_name_cubes_far_from_the_axis():
     assert np.array_equal(cube_indices(cube_keys(centers, SIDE)), expected)
 
 
-@pytest.mark.parametrize("counts", ["raw", "sqrt"])
-def test_distances_are_those_over_all_of_space(counts):
+def test_distances_are_those_over_all_of_space():
     """Also to objects with spheres where no training object had any: that is what "elsewhere" is for."""
     learnt, asked = [pile(i) for i in range(4)], [pile(9, 300, 0.9), pile(10, 50, 0.2), np.empty((0, 3))]
-    histogram = CubeHistogram(RADIUS, counts=counts).fit(learnt)
-    truth = dense([*learnt, *asked], counts)
+    histogram = CubeHistogram(RADIUS).fit(learnt)
+    truth = dense([*learnt, *asked])
     measured = euclidean_distances(histogram.transform(asked), histogram.transform(learnt))
     # Both are sums of a few hundred squares of counts in double precision.
     assert np.allclose(measured, euclidean_distances(truth[4:], truth[:4]), rtol=1e-9)
@@ -121,7 +119,7 @@ def sloped(width: float, depth: float) -> np.ndarray:
 def test_heading_front_makes_quarter_turns_the_same(width, depth):
     centers = sloped(width, depth)
     turns = [quarter_turns(centers, k) for k in range(4)]
-    rows = CubeHistogram(RADIUS, heading="front").fit_transform(turns).toarray()
+    rows = CubeHistogram(RADIUS).fit_transform(map(front_first, turns)).toarray()
     assert np.array_equal(rows, np.repeat(rows[:1], 4, axis=0))
     as_given = CubeHistogram(RADIUS).fit_transform(turns).toarray()
     assert not np.array_equal(as_given[0], as_given[1])
@@ -129,12 +127,12 @@ def test_heading_front_makes_quarter_turns_the_same(width, depth):
 
 def test_heading_front_puts_the_back_to_the_far_side():
     for turns in range(4):
-        x, y, z = turned(quarter_turns(sloped(0.4, 0.4), turns), "front").T
+        x, y, z = front_first(quarter_turns(sloped(0.4, 0.4), turns)).T
         assert np.polyfit(y, z, 1)[0] > 0.4  # the slope of one half that it was made with, and noise
 
 
 def test_heading_long_side_lies_along_x():
-    assert np.ptp(turned(quarter_turns(sloped(1.6, 0.6), 1), "long_side"), axis=0)[0] > 1.5
+    assert np.ptp(long_side_along_x(quarter_turns(sloped(1.6, 0.6), 1)), axis=0)[0] > 1.5
 
 
 def test_four_quarter_turns_are_none():
@@ -142,10 +140,12 @@ def test_four_quarter_turns_are_none():
     assert np.array_equal(quarter_turns(quarter_turns(centers, 1), 3), centers)
 
 
-@pytest.mark.parametrize("option", [{"anchor": "side"}, {"heading": "north"}, {"counts": "log"}])
-def test_option_out_of_the_list_is_refused(option):
-    with pytest.raises(InputError, match="expected one of"):
-        CubeHistogram(RADIUS, **option).fit([pile(0)])
+def test_an_alternative_reads_the_same_spheres_otherwise():
+    keys, counts = Alternative(rooted=True, limit=50).cubes(pile(0), RADIUS)
+    plain, all_counts = Alternative(limit=50).cubes(pile(0), RADIUS)
+    assert np.array_equal(keys, plain) and np.allclose(counts**2, all_counts) and all_counts.sum() == 50
+    lowest = cube_indices(Alternative(from_corner=True).cubes(pile(0), RADIUS)[0]).min(axis=0)
+    assert lowest.tolist() == [0, 0, 0]
 
 
 def test_nothing_in_nothing_out():

@@ -5,35 +5,90 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table
-from spherefunc_bullet.learning.heading import quarter_turns
+from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import METHODS, Method
 
-from .evaluation import labels_of, sphere_distances
+from .baselines import Distances, cube_distances
+from .evaluation import labels_of
 from .protocol import leave_one_group_out, pooled_measured, random_splits, trials_measured
 
-PAPER = METHODS["paper"]
-LIMITS = (2000, 1000, 250)  # settled spheres at which a run might end
-ALTERNATIVES: dict[str, Method] = {
-    "paper": PAPER,
-    "anchor: corner": replace(PAPER, anchor="corner"),
-    "heading: long side along x": replace(PAPER, heading="long_side"),
-    "heading: front to -y": replace(PAPER, heading="front"),
-    "counts: square roots": replace(PAPER, counts="sqrt"),
-    "cubes of 3 diameters": replace(PAPER, diameters=3.0),
-    "cubes of 4 diameters": replace(PAPER, diameters=4.0),
-    "1 neighbour of either side": replace(PAPER, neighbors=(1,)),
-    "3 neighbours of either side": replace(PAPER, neighbors=(3,)),
-    "radii vote (default)": METHODS["default"],
-    "default, 1 neighbour": replace(METHODS["default"], neighbors=(1,)),
-    "default, square roots": replace(METHODS["default"], counts="sqrt"),
-    "default, front to -y": replace(METHODS["default"], heading="front"),
+PAPER, DEFAULT = METHODS["paper"], METHODS["default"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alternative:
+    """One way to read settled spheres where the paper leaves it open."""
+
+    method: Method = PAPER
+    from_corner: bool = False  # the grid begins at the lowest sphere; else it is centred on the axis
+    heading: Callable[[np.ndarray], np.ndarray] | None = None  # turns an object's spheres
+    rooted: bool = False  # square roots: a cube with many spheres counts less beside many cubes with few
+    limit: int | None = None  # of the spheres that settled first, as if each run had ended there
+
+    def distances(self, simulated: Simulated, radii: Sequence[float]) -> Distances:
+        """Return the distances between all objects' histograms at each radius."""
+        return {
+            radius: cube_distances([self.cubes(settled[radius], radius) for settled in simulated.settled])
+            for radius in radii
+        }
+
+    def cubes(self, centers: np.ndarray, radius: float) -> Counts:
+        """Return the cubes that hold spheres of an object (S, 3), metres, and how many."""
+        centers = np.asarray(centers[: self.limit], dtype=np.float64).reshape(-1, 3)
+        if self.heading is not None and len(centers):
+            centers = self.heading(centers)
+        corner = centers[:, :2].min(axis=0) if self.from_corner and len(centers) else None
+        keys, counts = counted_cubes(centers, self.method.histogram(radius).side, corner)
+        return keys, np.sqrt(counts) if self.rooted else counts
+
+
+def long_side_along_x(centers: np.ndarray) -> np.ndarray:
+    """Return settled centres (S, 3) turned so that the longer side of their footprint lies along x."""
+    width, depth = np.ptp(centers[:, :2], axis=0)
+    return quarter_turns(centers, 1) if depth > width else centers
+
+
+def front_first(centers: np.ndarray) -> np.ndarray:
+    """Return settled centres (S, 3) turned so that the higher ones, against a back, lie to +y: seats face one way.
+
+    Where one side is a quarter longer, it lies along x.
+    """
+    width, depth = np.ptp(centers[:, :2], axis=0)
+    # How height goes along with x and y: towards the back it rises.
+    along_x, along_y = (centers[:, 2] - centers[:, 2].mean()) @ centers[:, :2]
+    if max(width, depth) > 1.25 * min(width, depth):
+        across = depth > width
+    else:
+        across = abs(along_x) > abs(along_y)
+    # Turned once counterclockwise, what rose along +x rises along +y.
+    rise = along_x if across else along_y
+    return quarter_turns(centers, (1 if across else 0) + (2 if rise < 0 else 0))
+
+
+ALTERNATIVES = {
+    "paper": Alternative(),
+    "anchor: corner": Alternative(from_corner=True),
+    "heading: long side along x": Alternative(heading=long_side_along_x),
+    "heading: front to -y": Alternative(heading=front_first),
+    "counts: square roots": Alternative(rooted=True),
+    "cubes of 3 diameters": Alternative(method=replace(PAPER, diameters=3.0)),
+    "cubes of 4 diameters": Alternative(method=replace(PAPER, diameters=4.0)),
+    "1 neighbour of either side": Alternative(method=replace(PAPER, neighbors=(1,))),
+    "3 neighbours of either side": Alternative(method=replace(PAPER, neighbors=(3,))),
+    "radii vote (default)": Alternative(method=DEFAULT),
+    "default, 1 neighbour": Alternative(method=replace(DEFAULT, neighbors=(1,))),
+    "default, square roots": Alternative(method=DEFAULT, rooted=True),
+    "default, front to -y": Alternative(method=DEFAULT, heading=front_first),
+    "default, 2,000 spheres at most": Alternative(method=DEFAULT, limit=2000),
+    "default, 1,000 spheres at most": Alternative(method=DEFAULT, limit=1000),
+    "default, 250 spheres at most": Alternative(method=DEFAULT, limit=250),
 }
 
 
@@ -43,15 +98,13 @@ def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int
     half = random_splits(len(labels.members), len(labels.members) // 2, trials, seed)
     sources = leave_one_group_out(labels.groups) if len(set(labels.groups.tolist())) > 1 else []
     turned = randomly_turned(simulated, seed)
-    every = {name: (method, None) for name, method in ALTERNATIVES.items()}
-    every |= {f"default, {limit:,} spheres at most": (METHODS["default"], limit) for limit in LIMITS}
     rows = {}
-    for name, (method, limit) in every.items():
-        distances = sphere_distances(first_spheres(simulated, limit), radii, method)
+    for name, alternative in ALTERNATIVES.items():
+        method, distances = alternative.method, alternative.distances(simulated, radii)
         rows[name] = {"random halves": f_measures(trials_measured(distances, labels, half, method))}
         if sources:
             rows[name]["across sources"] = f_measures(pooled_measured(distances, labels, sources, method))
-        distances = sphere_distances(first_spheres(turned, limit), radii, method)
+        distances = alternative.distances(turned, radii)
         rows[name]["random halves, turned"] = f_measures(trials_measured(distances, labels, half, method))
     if json:
         print_json(rows)
@@ -70,15 +123,6 @@ def spaced(f_measures: dict[str, float]) -> str:
 def f_measures(measured: dict) -> dict[str, float]:
     """Return each function's F-measure alone."""
     return {name: row["f_measure"] for name, row in measured.items()}
-
-
-def first_spheres(simulated: Simulated, limit: int | None) -> Simulated:
-    """Return the data set with the spheres that settled first alone, as if each run had ended there."""
-    records = [
-        replace(record, settled={r: centers[:limit] for r, centers in record.settled.items()})
-        for record in simulated.records
-    ]
-    return replace(simulated, records=tuple(records))
 
 
 def randomly_turned(simulated: Simulated, seed: int) -> Simulated:

@@ -75,7 +75,7 @@ def cut_slice(study: Study, index: int, axis: int) -> Slice:
     histogram = study.method.histogram(radius)
     centers = np.asarray(study.simulated.settled[index][radius], float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
-    keys, counts = counted_cubes(layer, histogram.side, study.method.anchor)
+    keys, counts = counted_cubes(layer, histogram.side)
     return Slice(
         index=index,
         axis=axis,

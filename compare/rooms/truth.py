@@ -10,7 +10,7 @@ import numpy as np
 
 from spherefunc_bullet.datasets.dataset import parse_functions
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_attributes
+from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.segmentation.box import Box
 
 _STEPS = 24  # per axis, of the places at which two boxes are compared
@@ -47,7 +47,7 @@ def true_objects(scan_file: Path) -> list[TrueObject] | None:
         boxes = scan_file.with_name(f"{stem.split('_frame')[0]}_fused_boxes.csv")
     instances = scan_file.with_name(f"{stem}_instances.csv")
     if instances.exists():
-        labels = read_attributes(scan_file).get("label")
+        labels = read_geometry(scan_file).labels
         return [from_points(row, labels, instances) for row in read_rows(instances)]
     return [from_box(row, boxes) for row in read_rows(boxes)] if boxes.exists() else None
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
-from spherefunc_bullet.formats.reading import Geometry, read_attributes, read_geometry
+from spherefunc_bullet.formats.geometry import Geometry
+from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.quantities import METRES
 
 Report = Callable[[str], None]
@@ -113,8 +114,7 @@ def load_scan(path: str | Path, *, units: str = "auto", report: Report | None = 
     geometry = read_geometry(path)
     if len(geometry.faces):
         return scan_from_points(surface_points(geometry), name, units=units, report=report)
-    colors = read_attributes(Path(path)).get("color")
-    return scan_from_points(geometry.vertices, name, colors=colors, units=units, report=report)
+    return scan_from_points(geometry.vertices, name, colors=geometry.colors, units=units, report=report)
 
 
 def surface_points(geometry: Geometry) -> np.ndarray:

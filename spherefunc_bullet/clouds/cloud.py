@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, one_line
-from ..formats.reading import Geometry, read_geometry
+from ..formats.geometry import Geometry
+from ..formats.reading import read_geometry
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up
 
 MIN_POINTS = 10

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, one_line
-from ..formats.reading import Geometry
+from ..formats.geometry import Geometry
 from ..quantities import METRES, format_length
 
 Report = Callable[[str], None]

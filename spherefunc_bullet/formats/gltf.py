@@ -14,6 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import MAX_FILE_BYTES, MAX_TRIANGLES
 
 MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
@@ -98,7 +99,7 @@ def _in_one_frame(scene, kind: str) -> list[tuple[np.ndarray, np.ndarray]]:
     return parts
 
 
-def read_gltf(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+def read_gltf(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
     import trimesh
 
@@ -118,4 +119,4 @@ def read_gltf(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
     starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
     faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)])
-    return np.concatenate([vertices for vertices, _ in parts]), faces if len(faces) else None
+    return Geometry(np.concatenate([vertices for vertices, _ in parts]), faces)

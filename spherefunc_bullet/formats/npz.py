@@ -12,6 +12,7 @@ from typing import BinaryIO
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_members, require_unpacked
 
 # What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
@@ -65,8 +66,8 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
     return names[0]
 
 
-def read_npz(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+def read_npz(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         require_members(archive)
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
@@ -74,8 +75,8 @@ def read_npz(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         name = _points_name(shapes)
         vertices = _load(archive, name, "fiu", "real numbers (N, 3)")
         if name != "vertices" or "faces" not in shapes:
-            return vertices, None
-        return vertices, _load(archive, "faces", "iu", "integers (M, 3)")
+            return Geometry(vertices)
+        return Geometry(vertices, _load(archive, "faces", "iu", "integers (M, 3)"))
 
 
 def read_arrays(file: str | Path | BinaryIO) -> dict[str, np.ndarray]:

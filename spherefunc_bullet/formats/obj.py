@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
 
@@ -38,8 +39,8 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
         start = end + 1
 
 
-def read_obj(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+def read_obj(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
     require_text_size(data)
     vertices, counts, corners = array("d"), array("q"), array("q")
     for number, words in _lines(data):
@@ -55,4 +56,4 @@ def read_obj(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         raise FormatError("expected lines of vertices ('v 1 2 3'), found none; is it an OBJ file?")
     require_counts(vertices=len(vertices) // 3, triangles=len(corners) - 2 * len(counts))
     points = np.array(vertices).reshape(-1, 3)
-    return points, fan_triangles(np.array(counts), np.array(corners)) if counts else None
+    return Geometry(points, fan_triangles(np.array(counts), np.array(corners)))

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
 
 _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")
 
 
-def read_off(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+def read_off(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
     require_text_size(data)
     text = re.sub(r"#[^\n]*", "", data.decode("ascii"))
     header = _HEADER.match(text)
@@ -37,7 +38,7 @@ def read_off(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
         counts.append(int(words[0]))
         corners.extend(_numbers(int, words[1 : counts[-1] + 1], counts[-1]))
     vertices = np.array(coordinates).reshape(-1, 3)
-    return vertices, fan_triangles(np.array(counts), np.array(corners)) if counts else None
+    return Geometry(vertices, fan_triangles(np.array(counts), np.array(corners)))
 
 
 def _numbers(kind: type, words: list[str], count: int) -> list:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size, require_unpacked
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
@@ -113,10 +114,22 @@ def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]
     return _BODIES[header["DATA"][0]](data[start:], dtype, count), count
 
 
-def read_pcd(data: bytes, path: Path) -> tuple[np.ndarray, None]:
-    """Return the points (N, 3); those a sensor did not see are NaN."""
+def _colors(columns: dict[str, np.ndarray] | np.ndarray) -> np.ndarray | None:
+    """Return the colours (N, 3) uint8 that a packed field holds, if there is one."""
+    names = columns.dtype.names if isinstance(columns, np.ndarray) else columns
+    name = next((name for name in ("rgb", "rgba") if name in names), None)
+    if name is None:
+        return None
+    packed = np.ascontiguousarray(columns[name]).reshape(-1)
+    packed = packed.view(np.uint32) if packed.dtype.itemsize == 4 else packed.astype(np.uint32)
+    return np.column_stack([packed >> 16 & 255, packed >> 8 & 255, packed & 255]).astype(np.uint8)
+
+
+def read_pcd(data: bytes, path: Path) -> Geometry:
+    """Return the points (N, 3), those a sensor did not see NaN, and their colours."""
     columns, count = point_columns(data)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:
         raise FormatError(f"expected {count} points, got {len(points)}; is the file cut off?")
-    return points, None
+    colors = _colors(columns)
+    return Geometry(points, colors=colors if colors is not None and len(colors) == count else None)

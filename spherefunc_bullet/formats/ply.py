@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
 
@@ -170,33 +171,38 @@ def _triangles(columns, element: _Element) -> np.ndarray:
     return fan_triangles([len(polygon) for polygon in columns[name]], np.concatenate(columns[name]))
 
 
-def vertex_columns(data: bytes) -> dict[str, np.ndarray]:
-    """Return what a file says of each vertex, by the property's name: x, y, z, and maybe red or label."""
-    order, elements, start = _parse_header(data)
-    body = _BinaryBody(data, start, order) if order else _TextBody(data, start)
-    for element in elements:
-        columns = _read_element(body, element)
-        if element.name == "vertex":
-            return {each.name: np.asarray(columns[each.name]) for each in element.properties if len(columns)}
-    return {}
+def _colors(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | None:
+    """Return the vertices' colours (N, 3) uint8; where they are declared as real numbers, 1 is the brightest."""
+    kinds = {prop.name: prop.kind for prop in element.properties if not prop.count_kind}
+    if not all(name in kinds for name in ("red", "green", "blue")):
+        return None
+    channels = np.column_stack([columns[name] for name in ("red", "green", "blue")])
+    return np.clip(channels * (255 if kinds["red"][0] == "f" else 1), 0, 255).astype(np.uint8)
 
 
-def read_ply(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the vertices (N, 3) and triangles (M, 3), None for a cloud."""
+def _labels(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | None:
+    """Return the vertices' labels (N,) int64, if they have any."""
+    has = any(prop.name == "label" and not prop.count_kind for prop in element.properties)
+    return np.asarray(columns["label"]).astype(np.int64) if has else None
+
+
+def read_ply(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3), triangles (M, 3), none for a cloud, and the vertices' colours and labels."""
     order, elements, start = _parse_header(data)
     declared = {element.name: element.count for element in elements}
     require_counts(vertices=declared.get("vertex", 0), triangles=declared.get("face", 0))
     body = _BinaryBody(data, start, order) if order else _TextBody(data, start)
-    vertices, faces = np.empty((0, 3)), None
+    geometry = Geometry(np.empty((0, 3)))
     for element in elements:
         columns = _read_element(body, element)
         if element.name == "vertex" and element.count:
             vertices = np.column_stack([np.asarray(columns[axis], dtype=np.float64) for axis in "xyz"])
+            geometry = Geometry(vertices, colors=_colors(columns, element), labels=_labels(columns, element))
         elif element.name == "face" and element.count:
-            faces = _triangles(columns, element)
+            geometry = replace(geometry, faces=_triangles(columns, element))
         elif element.name == "tristrips" and element.count:
             raise FormatError("expected faces, got triangle strips; save it with faces")
-    return vertices, faces
+    return geometry
 
 
 _WRITTEN = {"<f4": "float", "|u1": "uchar", "<i4": "int"}

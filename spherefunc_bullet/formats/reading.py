@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import importlib
 import warnings
-from dataclasses import dataclass, field
 from pathlib import Path
-
-import numpy as np
 
 from ..errors import InputError, OutOfMemory, one_line
 from . import FormatError
-from .limits import require_counts, require_file
+from .geometry import Geometry
+from .limits import require_file
 
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.
 READERS = {
@@ -32,16 +30,6 @@ _SIGNATURES = {
     b"PK\x03\x04": "NPZ or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
     b"# .PCD": "PCD",
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """What a file holds, in its own units and axes."""
-
-    vertices: np.ndarray  # (N, 3) float64
-    faces: np.ndarray = field(
-        default_factory=lambda: np.empty((0, 3), dtype=np.int64)
-    )  # (M, 3); none: a cloud
 
 
 def _read_bytes(path: Path) -> bytes:
@@ -74,38 +62,13 @@ def _require_own_signature(data: bytes, path: Path) -> None:
         )
 
 
-def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Raise FormatError for arrays that are no mesh and no cloud."""
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
-        raise FormatError(f"expected vertices or points, got {len(vertices)}; is the file empty?")
-    require_counts(vertices=len(vertices), triangles=len(faces))
-    if not len(faces):
-        return
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        wrong = faces.min() if faces.min() < 0 else faces.max()
-        raise FormatError(
-            f"expected faces of its {len(vertices)} vertices, got one of number {wrong}; is it damaged?"
-        )
-    broken = int((~np.isfinite(vertices)).any(axis=1).sum())
-    if broken:
-        raise FormatError(
-            f"expected finite vertices, got NaN or infinity in {broken} of {len(vertices)}; repair it"
-        )
-
-
 def _read_arrays(data: bytes, path: Path) -> Geometry:
     """Return what the reader of the file's ending makes of it, checked."""
     module, name = READERS[path.suffix.lower()]
     reader = getattr(importlib.import_module(f".{module}", __package__), name)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        vertices, faces = reader(data, path)
-        geometry = Geometry(
-            np.ascontiguousarray(vertices, dtype=np.float64),
-            np.ascontiguousarray(np.empty((0, 3)) if faces is None else faces, dtype=np.int64),
-        )
-        _require_consistent(geometry.vertices, geometry.faces)
-    return geometry
+        return reader(data, path).checked()
 
 
 def read_geometry(path: str | Path) -> Geometry:
@@ -120,8 +83,8 @@ def read_geometry(path: str | Path) -> Geometry:
     Returns
     -------
     Geometry
-        In the file's own units and axes. The points of a cloud may be NaN, where a sensor saw nothing; the
-        vertices of a mesh are finite.
+        In the file's own units and axes, with the colours of its vertices and their labels where a PLY or PCD has them.
+        The points of a cloud may be NaN, where a sensor saw nothing; the vertices of a mesh are finite.
 
     Raises
     ------
@@ -143,52 +106,9 @@ def read_geometry(path: str | Path) -> Geometry:
     except MemoryError as error:
         wanted = "expected to need no more memory to read it than there is"
         raise OutOfMemory(f"{one_line(path.name)}: {wanted}; simplify it") from error
-    except (
-        Exception
-    ) as error:  # the one place where what readers raise on damaged bytes becomes the user's error
+    except Exception as error:  # the one place where what readers raise on damaged bytes becomes the user's error
         kind = path.suffix.lower()[1:].upper()
         detail = one_line(f"{type(error).__name__}: {error}")[:160]
         raise InputError(
             f"{one_line(path.name)}: expected a {kind} file, could not read it ({detail}); is it damaged?"
         ) from error
-
-
-def read_attributes(path: Path) -> dict[str, np.ndarray]:
-    """Return the attributes of a PLY's or a PCD's points, by name; none of other formats.
-
-    The file has been read before, and is sound.
-
-    Returns
-    -------
-    dict
-        ``color`` (N, 3) uint8 and ``label`` (N,) int64, where the file has them.
-    """
-    readers = {".ply": _ply_attributes, ".pcd": _pcd_attributes}
-    reader = readers.get(path.suffix.lower())
-    return reader(path.read_bytes()) if reader else {}
-
-
-def _ply_attributes(data: bytes) -> dict[str, np.ndarray]:
-    from .ply import vertex_columns
-
-    columns = vertex_columns(data)
-    found = {}
-    if all(name in columns for name in ("red", "green", "blue")):
-        channels = np.column_stack([columns[name] for name in ("red", "green", "blue")])
-        found["color"] = np.clip(channels * (255 if channels.dtype.kind == "f" else 1), 0, 255).astype(np.uint8)
-    if "label" in columns:
-        found["label"] = columns["label"].astype(np.int64)
-    return found
-
-
-def _pcd_attributes(data: bytes) -> dict[str, np.ndarray]:
-    from .pcd import point_columns
-
-    columns, _ = point_columns(data)
-    names = columns.dtype.names if isinstance(columns, np.ndarray) else columns
-    name = next((each for each in ("rgb", "rgba") if each in names), None)
-    if name is None:
-        return {}
-    packed = np.ascontiguousarray(columns[name]).reshape(-1)
-    packed = packed.view(np.uint32) if packed.dtype.itemsize == 4 else packed.astype(np.uint32)
-    return {"color": np.column_stack([packed >> 16 & 255, packed >> 8 & 255, packed & 255]).astype(np.uint8)}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size
 
 
@@ -26,7 +27,7 @@ def _count_facets(data: bytes) -> int | None:
     return text.count(b"facet normal")
 
 
-def read_stl(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+def read_stl(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3), repeated for each face, and triangles (M, 3)."""
     import trimesh
 
@@ -38,4 +39,4 @@ def read_stl(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     if not found or facets not in (None, found):
         raise FormatError(f"expected {facets or 'some'} facets, got {found}; is the file cut off or damaged?")
     vertices = np.concatenate([mesh.vertices[mesh.faces.reshape(-1)] for mesh in meshes])
-    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+    return Geometry(vertices, np.arange(len(vertices)).reshape(-1, 3))

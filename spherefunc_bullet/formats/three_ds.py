@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 
 _MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
 _CONTAINERS = (_MAIN, 0x3D3D, _OBJECT)  # file, editor, object
@@ -62,7 +63,7 @@ def _require_chunks(data: bytes, start: int, end: int) -> None:
             _require_chunks(data, begin, stop)
 
 
-def read_3ds(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
+def read_3ds(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all objects in the file's own axes."""
     import assimp_py
 
@@ -76,4 +77,4 @@ def read_3ds(data: bytes, path: Path) -> tuple[np.ndarray, np.ndarray | None]:
     faces = [np.array(mesh.indices, dtype=np.int64).reshape(-1, 3) for mesh in meshes]
     joined = np.concatenate([part + start for part, start in zip(faces, starts[:-1], strict=True)])
     x, z, y = np.concatenate(vertices).T  # assimp turns 3DS, which is z up, to y up
-    return np.column_stack([x, -y, z]), joined
+    return Geometry(np.column_stack([x, -y, z]), joined)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import FormatError
+from .geometry import Geometry
 from .limits import require_counts, require_text_size
 
 _COMMENT = re.compile(r"(?:#|//|%)[^\n]*")
@@ -20,7 +21,7 @@ def _is_heading(line: str) -> bool:
     return len(words) == 1 or not re.match(r"[-+.\d]|nan|inf", words[0], re.IGNORECASE)
 
 
-def read_xyz(data: bytes, path: Path) -> tuple[np.ndarray, None]:
+def read_xyz(data: bytes, path: Path) -> Geometry:
     """Return the points (N, 3)."""
     require_text_size(data)
     require_counts(points=data.count(b"\n"))
@@ -30,4 +31,4 @@ def read_xyz(data: bytes, path: Path) -> tuple[np.ndarray, None]:
         text = rest
     if not text.strip():
         raise FormatError("expected lines of three numbers, found none; is the file empty?")
-    return np.loadtxt(io.StringIO(text), usecols=(0, 1, 2), ndmin=2), None
+    return Geometry(np.loadtxt(io.StringIO(text), usecols=(0, 1, 2), ndmin=2))

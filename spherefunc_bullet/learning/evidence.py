@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
+from ..settling.settling import Settled
 from .function_classifier import FunctionClassifier
-from .heading import quarter_turns, turned
-from .histogram import CubeHistogram, cube_indices, cube_keys
+from .histogram import Counts, CubeHistogram, counted_cubes, cube_indices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,7 +24,7 @@ class Cubes:
     speaks_for: np.ndarray | None = None  # (V,) float, spheres squared; below 0 it speaks against
 
 
-def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radius: float) -> Cubes:
+def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, radius: float) -> Cubes:
     """Return the cubes that tell an object from its nearest training objects with and without a function.
 
     A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared.
@@ -59,7 +60,7 @@ def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radi
     nothing = np.zeros(len(keys))
     return Cubes(
         side=histogram.side,
-        corners=corners(np.concatenate([histogram.keys_[known], keys]), histogram, settled[radius]),
+        corners=corners(np.concatenate([histogram.keys_[known], keys]), histogram.side),
         counts=np.concatenate([here[known], counts]),
         members=np.concatenate([inside[known], nothing]),
         others=np.concatenate([outside[known], nothing]),
@@ -67,7 +68,7 @@ def cube_evidence(classifier: FunctionClassifier, settled: dict, name: str, radi
     )
 
 
-def side_counts(examples, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return one side's weighted mean count of each cube (V,), and mean squared difference to the object (V,)."""
     rows = np.flatnonzero(weights)
     if not len(rows):
@@ -77,35 +78,19 @@ def side_counts(examples, weights: np.ndarray, here: np.ndarray) -> tuple[np.nda
     return shares @ counts, shares @ (here - counts) ** 2
 
 
-def unknown_cubes(centers: np.ndarray, histogram) -> tuple[np.ndarray, np.ndarray]:
-    """Return the keys (V,) of cubes in which no training object had a sphere, and the object's counts there (V,)."""
-    laid = turned(np.asarray(centers, float).reshape(-1, 3), histogram.heading)
-    keys, counts = np.unique(cube_keys(laid, histogram.side, histogram.anchor), return_counts=True)
+def unknown_cubes(centers: np.ndarray, histogram: CubeHistogram) -> Counts:
+    """Return the cubes in which no training object had a sphere, and the counts of settled centres (S, 3) there."""
+    keys, counts = counted_cubes(np.asarray(centers, float).reshape(-1, 3), histogram.side)
     new = ~np.isin(keys, histogram.keys_)
-    return keys[new], counts[new].astype(float)
+    return keys[new], counts[new]
 
 
-def corners(keys: np.ndarray, histogram: CubeHistogram, centers: np.ndarray) -> np.ndarray:
-    """Return the lowest corners (V, 3) of cubes in the object's own frame, metres.
-
-    Parameters
-    ----------
-    keys : (V,) int64
-        Cubes of the histogram, which may have turned the object by quarters.
-    centers : (S, 3) float
-        The object's settled spheres as they are, metres.
-    """
-    centers = np.asarray(centers, float).reshape(-1, 3)
-    laid = turned(centers, histogram.heading)
-    start = np.full(2, -histogram.side / 2)
-    if histogram.anchor == "corner" and len(laid):
-        start = laid[:, :2].min(axis=0)
-    middles = (cube_indices(keys) + 0.5) * histogram.side + [*start, 0.0]
-    back = next(k for k in range(4) if np.array_equal(quarter_turns(laid, k), centers))
-    return quarter_turns(middles, back) - histogram.side / 2
+def corners(keys: np.ndarray, side: float) -> np.ndarray:
+    """Return the lowest corners (V, 3) of cubes (V,) int64 in the object's frame, metres."""
+    return (cube_indices(keys) + 0.5) * side + [-side / 2, -side / 2, 0.0] - side / 2
 
 
-def strongest_cubes(classifier: FunctionClassifier, settled: dict, name: str, count: int) -> list[dict]:
+def strongest_cubes(classifier: FunctionClassifier, settled: Settled, name: str, count: int) -> list[dict]:
     """Return the cubes that say most about a function, those for it and those against it, ready for JSON.
 
     Those of the radius that counts most, at most ``count`` of either side, the strongest first. ``share`` is a cube's

@@ -13,8 +13,7 @@ from sklearn.utils.validation import check_is_fitted
 from ..datasets.dataset import parse_functions
 from ..errors import InputError
 from ..settling.settling import Settled, settle
-from .heading import quarter_turns
-from .histogram import widened
+from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
 from .method import find_method
 from .validation import THRESHOLD, radius_weights, remaining_weights, voted_scores

@@ -6,22 +6,23 @@ the matrix is sparse, and has a column for every cube in which a training object
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy import sparse
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ..errors import InputError
-from .heading import HEADINGS, turned
+from ..clouds.cloud import Cloud
+from ..simulator import Simulator
 
 DIAMETERS = 3.5  # side of a cube in sphere diameters
-ANCHORS = ("centre", "corner")
-COUNTS = ("raw", "sqrt")
+Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and what each holds (V,) float
 _BITS = 21  # of a cube's index along each axis; two million cubes either way of the axis
 _OFFSET = 1 << (_BITS - 1)
 
 
-def cube_keys(centers: np.ndarray, side: float, anchor: str = "centre") -> np.ndarray:
+def cube_keys(centers: np.ndarray, side: float, corner: np.ndarray | None = None) -> np.ndarray:
     """Return one int64 per centre that names its cube.
 
     Parameters
@@ -30,28 +31,35 @@ def cube_keys(centers: np.ndarray, side: float, anchor: str = "centre") -> np.nd
         Metres, z up, the object centred on the z axis and standing on z = 0.
     side : float
         Of a cube, metres.
-    anchor : {'centre', 'corner'}
-        Whether the grid's middle cube is centred on the z axis, or its first begins at the spheres' lowest x
-        and y. The floor is always a boundary.
+    corner : (2,) float, optional
+        Where the grid's first cube begins, x and y, metres; by default its middle cube is centred on the z axis.
+        The floor is always a boundary.
     """
-    corner = centers.min(axis=0) if anchor == "corner" and len(centers) else np.full(3, -side / 2)
-    indices = np.floor((centers - [corner[0], corner[1], 0.0]) / side).astype(np.int64) + _OFFSET
+    x, y = (-side / 2, -side / 2) if corner is None else corner
+    indices = np.floor((centers - [x, y, 0.0]) / side).astype(np.int64) + _OFFSET
     return (indices[:, 0] << 2 * _BITS) | (indices[:, 1] << _BITS) | indices[:, 2]
 
 
 def cube_indices(keys: np.ndarray) -> np.ndarray:
-    """Return the cubes (V, 3) int64 that keys name: ix, iy, iz, 0 at the anchor and the floor."""
+    """Return the cubes (V, 3) int64 that keys name: ix, iy, iz, 0 at the axis and the floor."""
     mask = (1 << _BITS) - 1
     return np.stack([keys >> 2 * _BITS, keys >> _BITS & mask, keys & mask], axis=1) - _OFFSET
 
 
-def counted_cubes(points: np.ndarray, side: float, anchor: str = "centre") -> tuple[np.ndarray, np.ndarray]:
-    """Return the keys (V,) of the cubes that hold points (S, 3), ascending, and how many each holds (V,) float."""
-    keys, counts = np.unique(cube_keys(points, side, anchor), return_counts=True)
+def counted_cubes(points: np.ndarray, side: float, corner: np.ndarray | None = None) -> Counts:
+    """Return the cubes that hold points (S, 3), and how many each holds; see `cube_keys`."""
+    keys, counts = np.unique(cube_keys(points, side, corner), return_counts=True)
     return keys, counts.astype(float)
 
 
-def counts_matrix(counted, keys: np.ndarray) -> sparse.csr_matrix:
+def quarter_turns(centers: np.ndarray, turns: int) -> np.ndarray:
+    """Return centres (S, 3) turned counterclockwise about z, exactly."""
+    x, y, z = centers.T
+    turned_xy = [(x, y), (-y, x), (-x, -y), (y, -x)][turns % 4]
+    return np.column_stack([*turned_xy, z])
+
+
+def counts_matrix(counted: Sequence[Counts], keys: np.ndarray) -> sparse.csr_matrix:
     """Return counts (N, V + 1) of objects given as cubes and counts; the last column is what no key (V,) names."""
     rows, columns, values = [], [], []
     for row, (cubes, counts) in enumerate(counted):
@@ -81,12 +89,6 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         Of the spheres, metres.
     diameters : float
         Side of a cube in sphere diameters.
-    anchor : {'centre', 'corner'}
-        Where the grid of cubes begins, see `cube_keys`.
-    heading : {'as_given', 'long_side', 'front'}
-        How objects are turned about z before they are compared, see `heading.turned`.
-    counts : {'raw', 'sqrt'}
-        Square roots make a cube with many spheres count less beside many cubes with few.
 
     Attributes
     ----------
@@ -94,19 +96,16 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         The cubes that have a column, ascending.
     """
 
-    def __init__(self, radius=0.02, *, diameters=DIAMETERS, anchor="centre", heading="as_given", counts="raw"):
+    def __init__(self, radius: float = 0.02, *, diameters: float = DIAMETERS):
         self.radius = radius
         self.diameters = diameters
-        self.anchor = anchor
-        self.heading = heading
-        self.counts = counts
 
     @property
     def side(self) -> float:
         """Side of a cube, metres."""
         return self.diameters * 2 * self.radius
 
-    def fit(self, X, y=None):
+    def fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:
         """Learn which cubes have a column.
 
         Parameters
@@ -117,43 +116,29 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         self.fit_transform(X)
         return self
 
-    def fit_transform(self, X, y=None) -> sparse.csr_matrix:
+    def fit_transform(self, X: Sequence[np.ndarray], y: object = None) -> sparse.csr_matrix:
         """Learn the cubes of objects given as settled centres, and return their counts (len(X), V + 1)."""
-        self._check_options()
         self.keys_ = np.empty(0, np.int64)
         return self._learn(X)
 
-    def partial_fit(self, X, y=None):
+    def partial_fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:
         """Give the cubes of more objects a column too; see `widened` for matrices made before."""
-        self._check_options()
         self.keys_ = getattr(self, "keys_", np.empty(0, np.int64))
         self._learn(X)
         return self
 
-    def transform(self, X) -> sparse.csr_matrix:
+    def transform(self, X: Sequence[np.ndarray]) -> sparse.csr_matrix:
         """Return the counts (len(X), V + 1) of objects given as settled centres."""
         check_is_fitted(self)
         return counts_matrix([self._counted(centers) for centers in X], self.keys_)
 
-    def _learn(self, X) -> sparse.csr_matrix:
+    def _learn(self, X: Sequence[np.ndarray]) -> sparse.csr_matrix:
         counted = [self._counted(centers) for centers in X]
         self.keys_ = np.unique(np.concatenate([self.keys_, *(keys for keys, _ in counted)]))
         return counts_matrix(counted, self.keys_)
 
-    def _check_options(self):
-        for name, value, allowed in (
-            ("anchor", self.anchor, ANCHORS),
-            ("heading", self.heading, HEADINGS),
-            ("counts", self.counts, COUNTS),
-        ):
-            if value not in allowed:
-                raise InputError(f"{name}: expected one of {', '.join(allowed)}, got {value!r}")
-
-    def _counted(self, centers) -> tuple[np.ndarray, np.ndarray]:
-        """Return the keys (V,) of the cubes that hold spheres, and their counts (V,) float."""
-        centers = turned(np.asarray(centers, dtype=np.float64).reshape(-1, 3), self.heading)
-        keys, counts = counted_cubes(centers, self.side, self.anchor)
-        return keys, np.sqrt(counts) if self.counts == "sqrt" else counts
+    def _counted(self, centers: np.ndarray) -> Counts:
+        return counted_cubes(np.asarray(centers, dtype=np.float64).reshape(-1, 3), self.side)
 
 
 def widened(matrix: sparse.csr_matrix, before: np.ndarray, after: np.ndarray) -> sparse.csr_matrix:
@@ -174,13 +159,13 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         Of the spheres, metres.
     seed : int
         Of the drops.
-    diameters, anchor, heading, counts
-        See `CubeHistogram`.
+    diameters : float
+        Side of a cube in sphere diameters.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from spherefunc_bullet.cloud import Cloud
+    >>> from spherefunc_bullet import Cloud
     >>> x, y = np.meshgrid(np.linspace(-0.2, 0.2, 101), np.linspace(-0.2, 0.2, 101))
     >>> plate = Cloud(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.4)]), "plate")
     >>> matrix = SphereHistogram(simulator="fast", radius=0.02).fit_transform([plate])
@@ -190,40 +175,33 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
 
     def __init__(
         self,
-        simulator="fast",
-        radius=0.02,
+        simulator: str | Simulator = "fast",
+        radius: float = 0.02,
         *,
-        seed=0,
-        diameters=DIAMETERS,
-        anchor="centre",
-        heading="as_given",
-        counts="raw",
+        seed: int = 0,
+        diameters: float = DIAMETERS,
     ):
         self.simulator = simulator
         self.radius = radius
         self.seed = seed
         self.diameters = diameters
-        self.anchor = anchor
-        self.heading = heading
-        self.counts = counts
 
-    def fit(self, X, y=None):
+    def fit(self, X: Sequence[Cloud], y: object = None) -> SphereHistogram:
         """Learn the cubes of clouds."""
         self.fit_transform(X)
         return self
 
-    def fit_transform(self, X, y=None) -> sparse.csr_matrix:
+    def fit_transform(self, X: Sequence[Cloud], y: object = None) -> sparse.csr_matrix:
         """Learn the cubes of clouds and return their counts, simulating each cloud once."""
-        options = {name: getattr(self, name) for name in ("diameters", "anchor", "heading", "counts")}
-        self.cubes_ = CubeHistogram(self.radius, **options)
+        self.cubes_ = CubeHistogram(self.radius, diameters=self.diameters)
         return self.cubes_.fit_transform(self._settled(X))
 
-    def transform(self, X) -> sparse.csr_matrix:
+    def transform(self, X: Sequence[Cloud]) -> sparse.csr_matrix:
         """Return the counts of clouds in the cubes learnt."""
         check_is_fitted(self)
         return self.cubes_.transform(self._settled(X))
 
-    def _settled(self, clouds) -> list[np.ndarray]:
+    def _settled(self, clouds: Sequence[Cloud]) -> list[np.ndarray]:
         from ..settling.settling import settle
 
         return [settle(cloud, self.simulator, [self.radius], self.seed)[self.radius] for cloud in clouds]

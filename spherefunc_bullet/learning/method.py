@@ -18,17 +18,12 @@ class Method:
 
     name: str
     diameters: float = DIAMETERS  # side of a cube
-    anchor: str = "centre"
-    heading: str = "as_given"
-    counts: str = "raw"
     neighbors: tuple[int, ...] = (1, 3)  # nearest of either side; the mean score over several such numbers
     vote: bool = False  # over radii, instead of the best one alone
 
     def histogram(self, radius: float) -> CubeHistogram:
         """Return the histogram of this method for a radius in metres."""
-        return CubeHistogram(
-            radius, diameters=self.diameters, anchor=self.anchor, heading=self.heading, counts=self.counts
-        )
+        return CubeHistogram(radius, diameters=self.diameters)
 
 
 METHODS = {

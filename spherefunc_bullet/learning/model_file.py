@@ -11,6 +11,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -25,6 +26,7 @@ from .method import Method, find_method
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
+About = dict[str, Any]  # what a model file says of itself, JSON
 
 
 def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
@@ -96,7 +98,7 @@ def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifi
         raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
 
 
-def read_model(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
+def read_model(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
     """Return what a model file says about itself, and its arrays."""
     try:
         arrays = read_arrays(path)
@@ -109,7 +111,7 @@ def read_model(path: str | Path) -> tuple[dict, dict[str, np.ndarray]]:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
 
 
-def check_about(about, path, backend: str | None):
+def check_about(about: About, path: str | Path, backend: str | None):
     """Refuse a model that is none, or is another version's or another backend's."""
     if not isinstance(about, dict) or about.get("format") != FORMAT:
         raise InputError(f"{path}: expected a model as `spherefunc train` writes it, got another NPZ file")
@@ -130,10 +132,19 @@ def check_about(about, path, backend: str | None):
         )
 
 
-def rebuilt(about: dict, arrays: dict) -> FunctionClassifier:
+def rebuilt_method(about: dict[str, Any]) -> Method:
+    """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
+    fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
+    about = about | {"neighbors": tuple(about["neighbors"])}
+    if any(about.pop(name, value) != value for name, value in fixed.items()):
+        raise ValueError("a method of an earlier version")
+    return Method(**about)
+
+
+def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> FunctionClassifier:
     """Return the classifier that a model file describes."""
     simulator = make_simulator(about["backend"], **about["backend_options"])
-    method = Method(**about["method"] | {"neighbors": tuple(about["method"]["neighbors"])})
+    method = rebuilt_method(about["method"])
     radii = tuple(about["radii"])
     model = FunctionClassifier(
         simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]

@@ -104,8 +104,8 @@ def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndar
 def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
     """Return the cubes of the default histogram that hold centres (S, 3), metres."""
     histogram = CubeHistogram(radius)
-    keys, counts = counted_cubes(np.asarray(centers, float), histogram.side, histogram.anchor)
-    return Cubes(side=histogram.side, corners=corners(keys, histogram, centers), counts=counts)
+    keys, counts = counted_cubes(np.asarray(centers, float), histogram.side)
+    return Cubes(side=histogram.side, corners=corners(keys, histogram.side), counts=counts)
 
 
 def cubes_data(cubes: Cubes) -> dict:
