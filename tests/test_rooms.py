@@ -13,7 +13,7 @@ from clouds import level, mug, sheet
 from PIL import Image
 from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_table
 
-from spherefunc_bullet.compare.rooms.real_scans import Tally, matched
+from spherefunc_bullet.compare.rooms.real_scans import Tally, best_pairs
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
@@ -242,8 +242,8 @@ def test_bullet_recognises_too():
 
 
 def test_pairs_are_those_of_largest_overlap():
-    assert matched(np.array([[0.6, 0.9], [0.0, 0.7]])) == {0: 1}
-    assert matched(np.array([[0.6, 0.9], [0.5, 0.0]])) == {0: 1, 1: 0}
+    assert best_pairs(np.array([[0.6, 0.9], [0.0, 0.7]])) == {0: 1}
+    assert best_pairs(np.array([[0.6, 0.9], [0.5, 0.0]])) == {0: 1, 1: 0}
 
 
 def test_shares_of_a_tally():
