@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
 
 VERSION = "3"  # of the algorithm: another number, other centres
@@ -29,7 +30,7 @@ class FastSimulator:
     def options(self) -> dict:
         return asdict(self)
 
-    def drop(self, cloud, settings: DropSettings, seed: int = 0) -> DropResult:
+    def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
 
         Raises
@@ -57,7 +58,7 @@ class FastSimulator:
 class DropRun:
     """The state of one run: both grids, the tallies, and what the kernel needs beside them."""
 
-    def __init__(self, cloud, settings: DropSettings, flat_angle_deg: float):
+    def __init__(self, cloud: Cloud, settings: DropSettings, flat_angle_deg: float):
         from .contact import MAX_CONTACTS
         from .grid import point_grid, point_spacing, sphere_grid
         from .nearby import POINT_REACH, nowhere

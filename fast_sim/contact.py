@@ -17,18 +17,18 @@ RIDGE = 0.06
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_point(found, near, x, y, z, reach):
+def nearest_point(around, near, x, y, z, reach):
     """Return the row of the point nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
     nearest, best = -1, reach * reach
     for i in range(near):
-        d2 = (found[i, 0] - x) ** 2 + (found[i, 1] - y) ** 2 + (found[i, 2] - z) ** 2
+        d2 = (around[i, 0] - x) ** 2 + (around[i, 1] - y) ** 2 + (around[i, 2] - z) ** 2
         if d2 < best:
             nearest, best = i, d2
     return nearest, math.sqrt(best)
 
 
 @njit(cache=True, error_model="numpy")
-def plane_normal(found, near, x, y, z, reach):
+def plane_normal(around, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
     (0, 0, 0) where they are a ridge rather than a plane. The axis with the largest minor is solved for, which is
@@ -37,7 +37,7 @@ def plane_normal(found, near, x, y, z, reach):
     count = 0
     mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0
     for i in range(near):
-        px, py, pz = found[i, 0] - x, found[i, 1] - y, found[i, 2] - z
+        px, py, pz = around[i, 0] - x, around[i, 1] - y, around[i, 2] - z
         if px * px + py * py + pz * pz < reach * reach:
             count += 1
             mx += px
@@ -79,13 +79,13 @@ def cloud_contact(nearby, x, y, z, radius, shape):
     Where the nearest point lies farther aside than the cloud's spacing explains, the sphere hangs over an
     edge, and its contact is that edge, not the plane beside it.
     """
-    found, near, normals = nearby.points, nearby.counts[0], nearby.normals
-    nearest, distance = nearest_point(found, near, x, y, z, radius + shape.bump)
+    around, near, normals = nearby.points, nearby.counts[0], nearby.normals
+    nearest, distance = nearest_point(around, near, x, y, z, radius + shape.bump)
     if nearest < 0:
         return False, False
-    ax, ay, az = found[nearest, 0], found[nearest, 1], found[nearest, 2]
+    ax, ay, az = around[nearest, 0], around[nearest, 1], around[nearest, 2]
     px, py, pz = x - ax, y - ay, z - az
-    nx, ny, nz = plane_normal(found, near, ax, ay, az, shape.patch)
+    nx, ny, nz = plane_normal(around, near, ax, ay, az, shape.patch)
     along = px * nx + py * ny + pz * nz
     if along < 0:
         nx, ny, nz, along = -nx, -ny, -nz, -along

@@ -87,16 +87,16 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
 
 
 @njit(cache=True, error_model="numpy")
-def fall_on_nearby(found, count, x, y, z, touch, graze, tight, best):
-    """Do as `fall_on_points` with the first ``count`` points found nearby, which touch at a distance ``touch``."""
+def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
+    """Do as `fall_on_points` with the first ``count`` points around, which touch at a distance ``touch``."""
     aside = (graze * touch) ** 2
     tight = (tight * touch) ** 2
     for i in range(count):
-        dx, dy = found[i, 0] - x, found[i, 1] - y
+        dx, dy = around[i, 0] - x, around[i, 1] - y
         d2 = dx * dx + dy * dy
         if d2 >= aside:
             continue
-        pz = found[i, 2]
+        pz = around[i, 2]
         contact = pz + math.sqrt(touch * touch - d2)
         if contact <= z:
             best = max(best, contact)
@@ -122,11 +122,11 @@ def fall(points, spheres, x, y, z, radius):
 @njit(cache=True, error_model="numpy")
 def short_fall(points, spheres, nearby, x, y, z, radius):
     """Do as `fall`, looking only at what is nearby unless the fall is a long one."""
-    found, near = nearby.spheres, nearby.counts[1]
-    best, clear = fall_on_nearby(found, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
+    around, near = nearby.spheres, nearby.counts[1]
+    best, clear = fall_on_nearby(around, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
     if clear:
-        found, near = nearby.points, nearby.counts[0]
-        best, clear = fall_on_nearby(found, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
+        around, near = nearby.points, nearby.counts[0]
+        best, clear = fall_on_nearby(around, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
     if clear and z - best > DEPTH * radius:
         return fall(points, spheres, x, y, z, radius)
     return best, clear

@@ -54,8 +54,8 @@ def still_serves(nearby, x, y, z, radius):
 
 
 @njit(cache=True, error_model="numpy")
-def copy_points(points, x, y, z, reach, found):
-    """Copy the points within ``reach`` of (x, y, z) to ``found``; return how many."""
+def copy_points(points, x, y, z, reach, copied):
+    """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many."""
     count = 0
     first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)
     last_y = cell_index(y + reach - points.front, points.per_metre, points.ny)
@@ -70,14 +70,14 @@ def copy_points(points, x, y, z, reach, found):
             for i in range(points.start[column + top], points.start[column + bottom + 1]):
                 px, py, pz = points.xyz[i, 0], points.xyz[i, 1], points.xyz[i, 2]
                 if (px - x) ** 2 + (py - y) ** 2 + (pz - z) ** 2 < reach * reach:
-                    found[count, 0], found[count, 1], found[count, 2] = px, py, pz
+                    copied[count, 0], copied[count, 1], copied[count, 2] = px, py, pz
                     count += 1
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def copy_spheres(spheres, x, y, z, reach, found):
-    """Copy the centres of the settled spheres within ``reach`` of (x, y, z) to ``found``; return how many."""
+def copy_spheres(spheres, x, y, z, reach, copied):
+    """Copy the centres of the settled spheres within ``reach`` of (x, y, z) to ``copied``; return how many."""
     count = 0
     first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
     last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
@@ -91,7 +91,7 @@ def copy_spheres(spheres, x, y, z, reach, found):
                 for k in range(1, int(spheres.blocks[block, 0, 1]) + 1):
                     cx, cy, cz = spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2]
                     if (cx - x) ** 2 + (cy - y) ** 2 + (cz - z) ** 2 < reach * reach:
-                        found[count, 0], found[count, 1], found[count, 2] = cx, cy, cz
+                        copied[count, 0], copied[count, 1], copied[count, 2] = cx, cy, cz
                         count += 1
                 block = np.uint32(spheres.blocks[block, 0, 2])
     return count

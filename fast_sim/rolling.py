@@ -27,10 +27,10 @@ class RollShape(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def free_path(found, near, x, y, z, vx, vy, vz, touch, length):
-    """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything found."""
+def free_path(around, near, x, y, z, vx, vy, vz, touch, length):
+    """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything around."""
     for i in range(near):
-        px, py, pz = x - found[i, 0], y - found[i, 1], z - found[i, 2]
+        px, py, pz = x - around[i, 0], y - around[i, 1], z - around[i, 2]
         approach = px * vx + py * vy + pz * vz
         if approach < -GRAZING * touch:
             inside = approach * approach - (px * px + py * py + pz * pz) + touch * touch

@@ -1,12 +1,12 @@
 """Tells what an object is for from how spheres come to rest on it (after Hinkle and Olson, IROS 2013).
 
-    import spherefunc_bullet as sf
+import spherefunc_bullet as sf
 
-    cloud = sf.load_cloud("chair.ply")                        # metres, z up, on the ground
-    simulator = sf.make_simulator("fast")
-    result = simulator.drop(cloud, sf.DropSettings(radius=0.02), seed=0)
-    features = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
-    model = sf.FunctionClassifier(simulator="fast").fit(clouds, functions)
+cloud = sf.load_cloud("chair.ply")                        # metres, z up, on the ground
+simulator = sf.make_simulator("fast")
+result = simulator.drop(cloud, sf.DropSettings(radius=0.02), seed=0)
+features = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
+model = sf.FunctionClassifier(simulator="fast").fit(clouds, functions)
 """
 
 from importlib import import_module

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from .errors import InputError
 
 
-def print_json(value):
+def print_json(value: object):
     """Print a value as JSON on stdout."""
     print(json.dumps(value, indent=2))
 

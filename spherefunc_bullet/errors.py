@@ -37,7 +37,7 @@ class Unexpected(InputError):
     outcome = "error"
 
 
-FAILURES = tuple(each.outcome for each in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))
+FAILURES = tuple(error.outcome for error in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))
 
 
 def one_line(value: object) -> str:

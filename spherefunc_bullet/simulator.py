@@ -15,6 +15,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from .clouds.cloud import Cloud
 from .errors import InputError
 
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
@@ -85,7 +86,7 @@ class Simulator(Protocol):
     name: str
     version: str
 
-    def drop(self, cloud, settings: DropSettings, seed: int = 0) -> DropResult:
+    def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit.
 
         Parameters
@@ -103,7 +104,7 @@ class Simulator(Protocol):
         ...
 
 
-def require_fitting(cloud, radius: float):
+def require_fitting(cloud: Cloud, radius: float):
     """Raise InputError if a sphere of a radius in metres is larger than the whole object."""
     if radius > cloud.size.max():
         raise InputError(

@@ -312,7 +312,7 @@ def test_command_prints_the_contract_and_its_status(data, tmp_path):
         (["--run", "nowhere", "--status"], "expected a run directory"),
         (["--run", "run"], "expected DATA"),
         (["nothing", "--run", "run"], "found nothing of that name"),
-        (["DATA", "--run", "DATA/manifest.csv"], "expected a folder that can be written to"),
+        (["DATA", "--run", "DATA/manifest.csv"], "expected a folder that can be written"),
         (["DATA", "--run", "run", "--time-limit", "soon"], "expected a duration"),
         (["DATA", "--run", "run", "--memory-limit", "0"], "expected an amount of memory"),
         (["DATA", "--run", "run", "--shard", "9/8"], "--shard 9/8"),

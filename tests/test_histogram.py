@@ -169,9 +169,9 @@ def test_sphere_histogram_takes_clouds():
 
 def test_sphere_histogram_is_a_scikit_learn_transformer():
     histogram = SphereHistogram(
-        "fast", 0.03, seed=4, diameters=3.0, anchor="corner", heading="front", counts="sqrt"
+        "fast", 0.03, seed=4, diameters=3.0
     )
     copy = clone(histogram)
     assert copy is not histogram and copy.get_params() == histogram.get_params()
     assert set(CubeHistogram().get_params()) < set(histogram.get_params())
-    assert clone(CubeHistogram(0.03, counts="sqrt")).get_params()["counts"] == "sqrt"
+    assert clone(CubeHistogram(0.03, diameters=4.0)).get_params()["diameters"] == 4.0

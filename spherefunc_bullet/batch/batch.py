@@ -44,7 +44,7 @@ class Batch:
     @property
     def objects(self) -> dict[str, Path]:
         """The files by what the ledger calls them."""
-        return {self.dataset.name_of(each.path): each.path for each in self.dataset.objects}
+        return {self.dataset.name_of(item.path): item.path for item in self.dataset.objects}
 
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""
@@ -154,9 +154,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
             moved += [now] if now != row else []
     ledger.write(moved)
     common = {"simulator": batch.simulator, "seed": batch.seed, "loading": batch.loading}
-    tasks = [
-        Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii
-    ]
+    tasks = [Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii]
     done = [finished_object(name, standing[name], skipped=True) for name in objects if not missing[name]]
     return tasks, done
 

@@ -42,7 +42,7 @@ def source_stamp(path: Path) -> str:
         about = [part.stat() for part in file_parts(path)]
     except OSError:
         return ""
-    return f"{sum(each.st_size for each in about)} {max(each.st_mtime_ns for each in about)}"
+    return f"{sum(file.st_size for file in about)} {max(file.st_mtime_ns for file in about)}"
 
 
 def kept_file(row: Row, folder: RunFolder) -> dict[str, int] | None:

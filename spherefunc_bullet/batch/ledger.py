@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 
@@ -81,7 +82,7 @@ class Row:
     finished: float | None = None
 
 
-NAMES = tuple(each.name for each in fields(Row))
+NAMES = tuple(column.name for column in fields(Row))
 COLUMNS = ", ".join(NAMES)
 VALUES = ", ".join(f":{name}" for name in NAMES)
 
@@ -97,7 +98,7 @@ class Ledger:
 
     def __init__(self, path: Path, *, make: bool = False):
         self.path = path
-        with self.said():
+        with self.refusing():
             if not make and not path.is_file():
                 raise InputError(f"{path.parent}: expected a run directory of `spherefunc batch`, found no {path.name}")
             self.connection = sqlite3.connect(path, timeout=60.0, isolation_level=None)
@@ -105,7 +106,7 @@ class Ledger:
 
     def prepare(self):
         """Make what is missing; refuse what is damaged or of another version."""
-        with self.said():
+        with self.refusing():
             version = self.connection.execute("PRAGMA user_version").fetchone()[0]
             if version not in (0, VERSION):
                 wanted = f"expected a ledger of version {VERSION}, got {version}"
@@ -117,13 +118,13 @@ class Ledger:
 
     def check(self):
         """Refuse a ledger with damaged pages before a night is built on it."""
-        with self.said():
-            found = self.connection.execute("PRAGMA quick_check(1)").fetchone()[0]
-        if found != "ok":
-            raise InputError(f"{self.path}: {DAMAGED.format(' '.join(found.split()))}")
+        with self.refusing():
+            verdict = self.connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if verdict != "ok":
+            raise InputError(f"{self.path}: {DAMAGED.format(' '.join(verdict.split()))}")
 
     @contextmanager
-    def said(self) -> Iterator[None]:
+    def refusing(self) -> Iterator[None]:
         """Turn what SQLite raises into a line for the user."""
         try:
             yield
@@ -133,7 +134,7 @@ class Ledger:
     @contextmanager
     def writing(self) -> Iterator[sqlite3.Connection]:
         """Make everything within one transaction."""
-        with self.said():
+        with self.refusing():
             self.connection.execute("BEGIN IMMEDIATE")
             try:
                 yield self.connection
@@ -145,7 +146,7 @@ class Ledger:
 
     def query(self, sql: str, values: Sequence = ()) -> list[tuple]:
         """Return the rows of a query."""
-        with self.said():
+        with self.refusing():
             return self.connection.execute(sql, values).fetchall()
 
     def number(self, way: Way) -> int:
@@ -158,12 +159,12 @@ class Ledger:
 
     def numbers(self, ways: Iterable[Way]) -> list[int]:
         """Return the numbers of those ways that have one."""
-        sql = f"SELECT way FROM ways WHERE ({', '.join(each.name for each in fields(Way))}) = (?, ?, ?, ?)"
+        sql = f"SELECT way FROM ways WHERE ({', '.join(column.name for column in fields(Way))}) = (?, ?, ?, ?)"
         return [number for way in ways for (number,) in self.query(sql, tuple(asdict(way).values()))]
 
     def ways(self) -> dict[int, Way]:
         """Return all ways by their number."""
-        names = [each.name for each in fields(Way)]
+        names = [column.name for column in fields(Way)]
         rows = self.query(f"SELECT way, {', '.join(names)} FROM ways ORDER BY way")
         return {number: Way(**dict(zip(names, values, strict=True))) for number, *values in rows}
 
@@ -188,7 +189,7 @@ class Ledger:
         with self.writing() as connection:
             connection.executemany(f"INSERT OR REPLACE INTO runs ({COLUMNS}) VALUES ({VALUES})", map(vars, rows))
 
-    def begin_call(self, about: dict):
+    def begin_call(self, about: dict[str, Any]):
         """Note that a batch begins to work on this ledger."""
         with self.writing() as connection:
             names = ", ".join(about)
@@ -214,6 +215,6 @@ DAMAGED = (
 )
 
 
-def settings_json(settings: dict) -> str:
+def settings_json(settings: dict[str, Any]) -> str:
     """Return settings as the ledger writes them: the same settings, the same text."""
     return json.dumps(settings, sort_keys=True, default=str)

@@ -10,6 +10,8 @@ from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
 from ..settling.records import Loading, ObjectRecord, simulate_objects
+from ..settling.settling import Settled
+from ..simulator import Simulator
 from .batch import known_failures
 
 
@@ -22,13 +24,13 @@ class Simulated:
     records: tuple[ObjectRecord, ...]
 
     @property
-    def settled(self) -> list[dict]:
+    def settled(self) -> list[Settled]:
         return [record.settled for record in self.records]
 
 
 def simulate_dataset(
     dataset: Dataset,
-    simulator,
+    simulator: str | Simulator,
     radii: Sequence[float],
     *,
     seed: int = 0,
@@ -51,7 +53,7 @@ def simulate_dataset(
         If no object is left, or there is no such run.
     """
     known = {} if run is None else known_failures(run, dataset, simulator, radii, seed, loading or Loading())
-    left = [index for index, each in enumerate(dataset.objects) if each.path not in known]
+    left = [index for index, item in enumerate(dataset.objects) if item.path not in known]
     paths = [dataset.objects[index].path for index in left]
     done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs, home=run)
     records: dict[int, ObjectRecord] = {}

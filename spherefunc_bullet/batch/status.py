@@ -50,7 +50,7 @@ def rate_of(ledger: Ledger) -> float | None:
     if not last:
         return None
     started, ended = last[0]
-    outcomes = ", ".join(f"'{each}'" for each in (DONE, *FAILURES))
+    outcomes = ", ".join(f"'{outcome}'" for outcome in (DONE, *FAILURES))
     sql = f"SELECT count(*), max(finished) FROM runs WHERE outcome IN ({outcomes}) AND finished >= ?"
     ((count, newest),) = ledger.query(sql, (started,))
     return count / max((ended or max(time.time(), newest)) - started, 1e-3) if count else None

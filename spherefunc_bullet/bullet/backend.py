@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import asdict, dataclass
 
+from ..clouds.cloud import Cloud
 from ..compilation import prepare
 from ..errors import InputError
 from ..simulator import DropResult, DropSettings, require_fitting
@@ -49,7 +50,7 @@ class BulletSimulator(Physics):
     def options(self) -> dict:
         return asdict(self)
 
-    def drop(self, cloud, settings: DropSettings, seed: int = 0) -> DropResult:
+    def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
 
         Raises

@@ -51,13 +51,13 @@ def pybullet():
 def quiet(*descriptors: int):
     """Keep what C code prints on file descriptors, by default standard output, out of ours."""
     descriptors = descriptors or (1,)
-    saved, nowhere = [os.dup(each) for each in descriptors], os.open(os.devnull, os.O_WRONLY)
+    saved, nowhere = [os.dup(descriptor) for descriptor in descriptors], os.open(os.devnull, os.O_WRONLY)
     try:
-        for each in descriptors:
-            os.dup2(nowhere, each)
+        for descriptor in descriptors:
+            os.dup2(nowhere, descriptor)
         yield
     finally:
-        for each, original in zip(descriptors, saved, strict=True):
-            os.dup2(original, each)
+        for descriptor, original in zip(descriptors, saved, strict=True):
+            os.dup2(original, descriptor)
             os.close(original)
         os.close(nowhere)

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from ..simulator import Outcome
+from .physics import Physics
 
 ON_ITS_WAY = -1
 SETTLED, ROLLED_OFF, TIMED_OUT = int(Outcome.SETTLED), int(Outcome.ROLLED_OFF), int(Outcome.TIMED_OUT)
@@ -19,7 +20,7 @@ LEANING = 2.05  # radii between centres at which one sphere may lean on the othe
 class Flights:
     """Slots, each a place for one sphere in the air; lengths in radii, times in sqrt(radius / g)."""
 
-    def __init__(self, count: int, physics, low: np.ndarray, high: np.ndarray):
+    def __init__(self, count: int, physics: Physics, low: np.ndarray, high: np.ndarray):
         self.physics, self.low, self.high = physics, low, high
         self.flying = np.zeros(count, bool)
         self.positions = np.zeros((count, 3))

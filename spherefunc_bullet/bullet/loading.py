@@ -74,11 +74,11 @@ def require_arrived(shape: CollisionShape, body: int, scale: float, client: int)
     p = pybullet()
     corners = shape.vertices[np.unique(shape.faces)]
     expected = np.array([corners.min(axis=0), corners.max(axis=0)])
-    found = np.array(p.getAABB(body, physicsClientId=client)) / scale
+    bounds = np.array(p.getAABB(body, physicsClientId=client)) / scale
     starts, ends = rays(shape)
     hits = p.rayTestBatch((starts * scale).tolist(), (ends * scale).tolist(), physicsClientId=client)
     share = np.mean([hit[0] == body for hit in hits])
-    if share < 1 - MISSING or np.abs(found - expected).max() > SHORT:
+    if share < 1 - MISSING or np.abs(bounds - expected).max() > SHORT:
         raise InputError(
             f"{shape.name}: expected PyBullet to hold the whole shape of {len(shape.faces):,} faces, "
             f"{share:.1%} of it was met by rays; try another --shape or a larger radius"

@@ -8,6 +8,7 @@ tolerances are made for bodies of about one unit.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -50,7 +51,7 @@ class Physics:
         return 0.4 / self.time_step
 
 
-def require(name: str, value: float, accept, expected: str):
+def require(name: str, value: float, accept: Callable[[float], bool], expected: str):
     """Raise InputError unless a setting is a number in its range."""
     if not (math.isfinite(value) and accept(value)):
         raise InputError(f"backend 'bullet': {name}: expected {expected}, got {value}")

@@ -5,6 +5,8 @@ Lengths are in radii, times in sqrt(radius / g) (see `Physics`).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from .collision.shape import CollisionShape
@@ -75,14 +77,14 @@ class World:
         """Make spheres that can be dropped; they wait until they are placed."""
         self.air = [self.add_body(self.sphere, 1.0, waiting(i, FAR)) for i in range(count)]
 
-    def add_body(self, shape: int, mass: float, position) -> int:
+    def add_body(self, shape: int, mass: float, position: Iterable[float]) -> int:
         """Return a new body with this run's material."""
         p = pybullet()
         body = p.createMultiBody(
             mass,
             shape,
             self.visual,
-            basePosition=[self.scale * float(each) for each in position],
+            basePosition=[self.scale * float(coordinate) for coordinate in position],
             useMaximalCoordinates=1,
             **self.engine,
         )
@@ -113,7 +115,7 @@ class World:
         get = pybullet().getBasePositionAndOrientation
         return np.array([get(body, **self.engine)[0] for body in self.air]) / self.scale
 
-    def place(self, slot: int, position):
+    def place(self, slot: int, position: Iterable[float]):
         """Put a sphere of the air somewhere, without speed."""
         self._move(self.air[slot], position)
         pybullet().resetBaseVelocity(self.air[slot], [0, 0, 0], [0, 0, 0], **self.engine)
@@ -184,8 +186,8 @@ class World:
         )
         return self.add_body(shape, 0.0, [0, 0, 0])
 
-    def _move(self, body: int, position):
-        place = [self.scale * float(each) for each in position]
+    def _move(self, body: int, position: Iterable[float]):
+        place = [self.scale * float(coordinate) for coordinate in position]
         pybullet().resetBasePositionAndOrientation(body, place, [0, 0, 0, 1], **self.engine)
 
 

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
@@ -53,7 +54,7 @@ class Cloud:
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner of the bounding box, (2, 3), metres."""
         columns = self.points.T  # one by one, which is ten times as quick as axis=0 over rows of three
-        return np.array([[each.min() for each in columns], [each.max() for each in columns]])
+        return np.array([[column.min() for column in columns], [column.max() for column in columns]])
 
     @property
     def size(self) -> np.ndarray:
@@ -75,7 +76,7 @@ class Cloud:
         return float(np.median(distances[:, 1]))
 
 
-def _require_points(points, name: str) -> np.ndarray:
+def _require_points(points: ArrayLike, name: str) -> np.ndarray:
     """Return points as float64 (N, 3), or raise InputError."""
     try:
         points = np.ascontiguousarray(points, dtype=np.float64)
@@ -103,7 +104,7 @@ def placed(points: np.ndarray) -> np.ndarray:
     return points - [low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]]
 
 
-def cloud_from_points(points, name: str = "cloud") -> Cloud:
+def cloud_from_points(points: ArrayLike, name: str = "cloud") -> Cloud:
     """Return a cloud of the points as they are, in number and order, only moved to the ground.
 
     Parameters
@@ -120,7 +121,7 @@ def cloud_from_points(points, name: str = "cloud") -> Cloud:
     return Cloud(placed(_require_points(points, name)), name)
 
 
-def _require_mesh(vertices, faces, name: str) -> tuple[np.ndarray, np.ndarray]:
+def _require_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the vertices that faces use and the faces, or raise InputError if they make no surface."""
     vertices, faces = np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
     if vertices.ndim != 2 or vertices.shape[1:] != (3,) or faces.ndim != 2 or faces.shape[1:] != (3,):
@@ -135,7 +136,7 @@ def _require_mesh(vertices, faces, name: str) -> tuple[np.ndarray, np.ndarray]:
     return vertices, faces.reshape(-1, 3)
 
 
-def cloud_from_mesh(vertices, faces, name: str = "mesh", *, max_gap: float = MAX_GAP) -> Cloud:
+def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *, max_gap: float = MAX_GAP) -> Cloud:
     """Return a cloud that samples a mesh evenly, no surface location farther than ``max_gap`` from a point.
 
     Parameters
@@ -159,9 +160,7 @@ def cloud_from_mesh(vertices, faces, name: str = "mesh", *, max_gap: float = MAX
     vertices, faces = _require_mesh(vertices, faces, name)
     vertices = placed(vertices)
     if surface_area(vertices, faces) <= max_gap**2:
-        raise InputError(
-            f"{name}: expected a mesh with a surface, got one without area; is it flat or damaged?"
-        )
+        raise InputError(f"{name}: expected a mesh with a surface, got one without area; is it flat or damaged?")
     needed = needed_samples(vertices, faces, max_gap)
     if needed > MAX_SAMPLES:
         found = f"this surface needs {needed:.2g}; is it in other --units, or a room instead of an object?"

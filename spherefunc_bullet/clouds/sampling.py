@@ -256,9 +256,7 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     """
     prepare(_candidates)
     cover = COVER * max_gap
-    vertices, faces = merge_vertices(
-        np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64)
-    )
+    vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
     inside, border = surface_candidates(vertices[faces], cover)
     return thin(np.concatenate([outline, inside, border]), max_gap - cover)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..console import print_json, print_table, say
 from ..errors import InputError
 from .options import Json
@@ -21,14 +23,14 @@ def backends(json: Json = False):
             say(row["error"])
 
 
-def lines(row: dict) -> list[list[str]]:
+def lines(row: dict[str, Any]) -> list[list[str]]:
     """Return a backend's lines of the table, an option each."""
     options = [[name, str(value)] for name, value in row["options"].items()] or [["", ""]]
     start = [row["name"], row["version"] or "not available"]
     return [(start if i == 0 else ["", ""]) + option for i, option in enumerate(options)]
 
 
-def description(name: str) -> dict:
+def description(name: str) -> dict[str, Any]:
     """Return what is known of a backend, also of one that cannot be imported."""
     from ..simulator import make_simulator
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer.core import TyperGroup
@@ -15,13 +15,17 @@ from ..errors import InputError
 from ..quantities import parse_lengths
 from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, simulator_options
 
+if TYPE_CHECKING:
+    from ..batch.batch import Batch, Limits
+    from ..batch.folder import RunFolder
+
 INTERRUPTED = 130  # what shells expect after Ctrl-C
 
 
 class RunOrMerge(TyperGroup):
     """Takes whatever is not ``merge`` as the arguments of a run."""
 
-    def parse_args(self, ctx, args):
+    def parse_args(self, ctx: typer.Context, args: list[str]) -> list[str]:
         return super().parse_args(ctx, args if args[:1] == ["merge"] else ["run", *args])
 
 
@@ -74,7 +78,7 @@ def run(
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
 
-def workplace(scheduler: str | None, shared_path: bool, folder, limits):
+def workplace(scheduler: str | None, shared_path: bool, folder: RunFolder, limits: Limits) -> AbstractContextManager:
     """Return a context with what does the work, None for this machine."""
     if scheduler is None:
         return nullcontext()
@@ -83,7 +87,17 @@ def workplace(scheduler: str | None, shared_path: bool, folder, limits):
     return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
 
 
-def described(data, folder, backend, shape, radii, seed, up, units, shard):
+def described(
+    data: str,
+    folder: Path,
+    backend: str,
+    shape: str | None,
+    radii: str,
+    seed: int,
+    up: str,
+    units: str,
+    shard: str | None,
+) -> Batch:
     """Return the batch that options describe."""
     from ..batch.batch import Batch
     from ..batch.folder import RunFolder
@@ -103,7 +117,7 @@ def described(data, folder, backend, shape, radii, seed, up, units, shard):
     )
 
 
-def work_through(batch, json: bool, **options):
+def work_through(batch: Batch, json: bool, **options):
     """Run a batch and say what became of it; Ctrl-C ends it at once and keeps what is done."""
     from ..batch.batch import run_batch
 
@@ -112,9 +126,9 @@ def work_through(batch, json: bool, **options):
     interrupted = False
     try:
         doing = f"dropping spheres on {batch.dataset.name}"
-        for each in progress(run_batch(batch, **options), len(batch.objects), doing):
-            counts["failed" if each.errors else "skipped" if each.skipped else "done"] += 1
-            for error in each.errors:
+        for finished in progress(run_batch(batch, **options), len(batch.objects), doing):
+            counts["failed" if finished.errors else "skipped" if finished.skipped else "done"] += 1
+            for error in finished.errors:
                 failures.add(InputError(error))
     except KeyboardInterrupt:
         interrupted = True
@@ -143,7 +157,7 @@ def show_status(folder: Path, json: bool):
     kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
     print(f"rate {rate}, time left {left}; {kept}")
     if about["failures"]:
-        print_table("Failures", ["object", "outcome", "why"], [list(each.values()) for each in about["failures"]])
+        print_table("Failures", ["object", "outcome", "why"], [list(failure.values()) for failure in about["failures"]])
 
 
 @app.command()
@@ -157,6 +171,6 @@ def merge(
     from ..batch.merging import merge_runs
 
     failures = Failures()
-    merged = merge_runs([RunFolder(each) for each in shards], RunFolder(folder), failed=failures.add)
+    merged = merge_runs([RunFolder(shard) for shard in shards], RunFolder(folder), failed=failures.add)
     print_json(merged) if json else say(", ".join(f"{name} {value}" for name, value in merged.items()))
     failures.exit()

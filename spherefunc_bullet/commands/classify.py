@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..settling.settling import Settled
     from ..simulator import Simulator
 
+Row = dict[str, Any]  # what the contract prints of one file
 CUBES = 3  # that speak for a function, and as many that speak against it
 
 
@@ -50,7 +51,7 @@ def classify(
     failures.exit()
 
 
-def classified(file: Path, classifier: FunctionClassifier, explain: bool, up: str, units: str) -> dict:
+def classified(file: Path, classifier: FunctionClassifier, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
     return scored(file, *settled_file(*settling(file, classifier, up, units)), classifier, explain)
 
@@ -72,9 +73,7 @@ def settled_file(
     return settle(cloud, simulator, radii, seed), time.perf_counter() - started
 
 
-def scored(
-    file: Path, settled: Settled, seconds: float, classifier: FunctionClassifier, explain: bool
-) -> dict:
+def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionClassifier, explain: bool) -> Row:
     """Return the scores of one file's object, on which the spheres have settled."""
     started = time.perf_counter()
     functions = {name: asdict(membership) for name, membership in classifier.memberships_of([settled])[0].items()}
@@ -87,7 +86,7 @@ def scored(
     return row
 
 
-def print_functions(rows: list[dict], functions: tuple[str, ...], explain: bool):
+def print_functions(rows: list[Row], functions: tuple[str, ...], explain: bool):
     """Print what each object is for, with its scores."""
     table = []
     for row in rows:
@@ -102,32 +101,32 @@ def print_functions(rows: list[dict], functions: tuple[str, ...], explain: bool)
             print_cubes(row, name)
 
 
-def print_neighbors(row: dict, name: str):
+def print_neighbors(row: Row, name: str):
     """Print which training objects decided one function of one object."""
     table = [
         [
-            each["name"],
-            format_length(each["radius"]),
-            "yes" if each["member"] else "no",
-            f"{each['distance']:.2f}",
-            f"{each['weight']:.3f}",
+            neighbor["name"],
+            format_length(neighbor["radius"]),
+            "yes" if neighbor["member"] else "no",
+            f"{neighbor['distance']:.2f}",
+            f"{neighbor['weight']:.3f}",
         ]
-        for each in row["neighbors"][name]
+        for neighbor in row["neighbors"][name]
     ]
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}, by nearest training objects"
     print_table(title, ["training object", "spheres", f"is {name}", "distance", "weight"], table)
 
 
-def print_cubes(row: dict, name: str):
+def print_cubes(row: Row, name: str):
     """Print which cubes of space speak for and against one function of one object."""
     table = [
         [
-            "for" if each["share"] > 0 else "against",
-            " ".join(f"{100 * (low + each['side'] / 2):.1f}" for low in each["corner"]),
-            *(f"{each[key]:.1f}" for key in ("spheres", "members", "others")),
-            f"{abs(each['share']):.0%}",
+            "for" if cube["share"] > 0 else "against",
+            " ".join(f"{100 * (low + cube['side'] / 2):.1f}" for low in cube["corner"]),
+            *(f"{cube[key]:.1f}" for key in ("spheres", "members", "others")),
+            f"{abs(cube['share']):.0%}",
         ]
-        for each in row["cubes"][name]
+        for cube in row["cubes"][name]
     ]
     if table:
         first = row["cubes"][name][0]

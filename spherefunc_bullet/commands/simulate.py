@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,6 +13,13 @@ from ..errors import InputError
 from ..formats.writing import prepare_folder, write_bytes
 from ..quantities import format_length, parse_lengths
 from .options import Backend, Json, Seed, Shape, Units, Up, simulator_options
+
+if TYPE_CHECKING:
+    from ..clouds.cloud import Cloud
+    from ..simulator import DropResult, DropSettings, Simulator
+
+Summary = dict[str, Any]  # what the contract prints of one run
+Run = tuple[Summary, "DropResult"]
 
 
 def simulate(
@@ -31,7 +39,7 @@ def simulate(
     from ..simulator import DropSettings, isolated, make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape))
-    runs = [DropSettings(radius=each, max_spheres=max_spheres) for each in parse_lengths(radius)]
+    runs = [DropSettings(radius=length, max_spheres=max_spheres) for length in parse_lengths(radius)]
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
     tasks = [(file, simulator, runs, seed, up, units) for file in files]
@@ -49,7 +57,9 @@ def simulate(
     failures.exit()
 
 
-def simulated(file, simulator, runs, seed, up, units) -> tuple[list[tuple], InputError | None]:
+def simulated(
+    file: Path, simulator: Simulator, runs: Sequence[DropSettings], seed: int, up: str, units: str
+) -> tuple[list[Run], InputError | None]:
     """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
     from ..clouds.cloud import load_cloud
 
@@ -64,7 +74,7 @@ def simulated(file, simulator, runs, seed, up, units) -> tuple[list[tuple], Inpu
     return done, None
 
 
-def unused_name(folder: Path, file: Path, result, written: set) -> Path:
+def unused_name(folder: Path, file: Path, result: DropResult, written: set[str]) -> Path:
     """Return the path of a result, which begins with the file's stem; two files of one stem get two names."""
     provenance = result.provenance
     radius = format_length(provenance["settings"]["radius"]).replace(" ", "")
@@ -75,13 +85,13 @@ def unused_name(folder: Path, file: Path, result, written: set) -> Path:
     return folder / unused
 
 
-def save_results(done: list[tuple], folder: Path | None, file: Path, written: set):
+def save_results(done: list[Run], folder: Path | None, file: Path, written: set[str]):
     """Write what came of the runs on a file, if there is a folder for it."""
     for row, result in done if folder is not None else []:
         save_result(result, unused_name(folder, file, result, written), row["bounding_box"])
 
 
-def save_result(result, path: Path, bounding_box: list):
+def save_result(result: DropResult, path: Path, bounding_box: list[list[float]]):
     """Write a result's centres and what produced them."""
     import io
     import json
@@ -99,7 +109,7 @@ def save_result(result, path: Path, bounding_box: list):
     write_bytes(path, buffer.getvalue())
 
 
-def summary(file: Path, cloud, result) -> dict:
+def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
     """Return what the contract prints of one run."""
     provenance = result.provenance
     return {
@@ -120,7 +130,7 @@ def summary(file: Path, cloud, result) -> dict:
     }
 
 
-def print_summaries(rows: list[dict]):
+def print_summaries(rows: list[Summary]):
     """Print runs as a table."""
     names = ("points", "drops", "settled", "rolled_off", "rejected", "timed_out", "seconds")
     table = [

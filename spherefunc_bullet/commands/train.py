@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,6 +30,7 @@ from .options import (
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
     from ..learning.function_classifier import FunctionClassifier
+    from ..simulator import Simulator
 
 
 def train(
@@ -59,7 +61,7 @@ def train(
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
     loading = Loading(up=up, units=units)
-    dataset = joined_datasets([open_dataset(each) for each in data])
+    dataset = joined_datasets([open_dataset(name) for name in data])
     simulated = simulate_dataset(
         dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
     )
@@ -74,13 +76,15 @@ def train(
     failures.exit()
 
 
-def train_on(simulated: Simulated, simulator, radii, *, method="default", seed=0) -> FunctionClassifier:
+def train_on(
+    simulated: Simulated, simulator: str | Simulator, radii: Sequence[float], *, method: str = "default", seed: int = 0
+) -> FunctionClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..learning.function_classifier import FunctionClassifier
     from ..learning.method import find_method
 
     model = FunctionClassifier(simulator, radii=tuple(radii), method=find_method(method), seed=seed)
-    labels = [each.functions for each in simulated.objects]
+    labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
-    return model.fit_settled(simulated.settled, labels, [each.path.name for each in simulated.objects])
+    return model.fit_settled(simulated.settled, labels, [item.path.name for item in simulated.objects])

@@ -72,7 +72,7 @@ def view(
         drop_on_all(objects, simulator, max_spheres, seed, failures)
     if classifier is not None:
         settle_on_all(objects, classifier, failures)
-    pages = write_pages([each for each in objects if each.results], out, classifier, failures)
+    pages = write_pages([viewed for viewed in objects if viewed.results], out, classifier, failures)
     if json:
         print_json([str(page) for page in pages])
     else:
@@ -117,14 +117,14 @@ def usable_simulators(names: Sequence[str], shape: str | None, failures: Failure
     """Return the simulators that there are, and say of the others why not; only bullet has shapes."""
     from ..simulator import make_simulator
 
-    found = []
+    simulators = []
     for name in names:
         try:
             options = simulator_options(shape) if name == "bullet" or len(names) == 1 else {}
-            found.append(make_simulator(name, **options))
+            simulators.append(make_simulator(name, **options))
         except InputError as error:
             failures.add(error)
-    return found
+    return simulators
 
 
 def loaded_objects(
@@ -146,17 +146,15 @@ def loaded_objects(
 
 def fitting_radius(cloud: Cloud) -> float:
     """Return the radius, in metres, of which the most nearly SPHERES_ACROSS make the object's longest side."""
-    return min(RADII, key=lambda each: abs(each * SPHERES_ACROSS - cloud.size.max()))
+    return min(RADII, key=lambda length: abs(length * SPHERES_ACROSS - cloud.size.max()))
 
 
-def drop_on_all(
-    objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures
-):
+def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):
     """Drop spheres on every object by one backend."""
     from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated
 
-    runs = [[DropSettings(radius=each, max_spheres=max_spheres) for each in viewed.radii] for viewed in objects]
+    runs = [[DropSettings(radius=length, max_spheres=max_spheres) for length in viewed.radii] for viewed in objects]
     tasks = [(viewed.cloud, simulator, settings, seed) for viewed, settings in zip(objects, runs, strict=True)]
     outcomes = run_tasks(dropped, tasks, [viewed.file for viewed in objects], isolate=isolated(simulator))
     for index, outcome in progress(outcomes, len(tasks), f"dropping by {simulator.name}"):
@@ -192,12 +190,12 @@ def write_pages(
     from ..viewer.page import scene_page
 
     together = out is not None and not out.is_dir()
-    groups = [objects] if together and objects else [[each] for each in objects]
+    groups = [objects] if together and objects else [[viewed] for viewed in objects]
     written: list[Path] = []
     for group in groups:
         path = out if together else unused_name(out or Path(), group[0].file.stem, written)
-        title = ", ".join(each.file.name for each in group)
-        html = scene_page(title, [part for each in group for part in object_parts(each, classifier)])
+        title = ", ".join(viewed.file.name for viewed in group)
+        html = scene_page(title, [part for viewed in group for part in object_parts(viewed, classifier)])
         try:
             written.append(write_text(path, html))
         except InputError as error:
@@ -221,7 +219,7 @@ def object_parts(viewed: Viewed, classifier: FunctionClassifier | None) -> list[
     from ..viewer.explanation import explanation_html
     from ..viewer.page import scene_html
 
-    size = " × ".join(f"{100 * each:.3g}" for each in viewed.cloud.size)
+    size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
     kind = "mesh" if viewed.cloud.mesh is not None else "cloud"
     parts = [
         f"<h1>{escape(viewed.file.name)}</h1>",

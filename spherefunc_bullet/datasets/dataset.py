@@ -42,7 +42,7 @@ class Dataset:
     @cached_property
     def functions(self) -> tuple[str, ...]:
         """Return the names of all functions that some object has, sorted."""
-        return tuple(sorted(set().union(*(each.functions for each in self.objects))))
+        return tuple(sorted(set().union(*(item.functions for item in self.objects))))
 
     def __len__(self) -> int:
         return len(self.objects)
@@ -77,8 +77,8 @@ def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
     """Return one data set of the objects of several, such as whole models and scans of them."""
     if len(datasets) == 1:
         return datasets[0]
-    objects = tuple(item for each in datasets for item in each.objects)
-    return Dataset(" and ".join(each.name for each in datasets), objects)
+    objects = tuple(item for dataset in datasets for item in dataset.objects)
+    return Dataset(" and ".join(dataset.name for dataset in datasets), objects)
 
 
 def read_manifest(manifest: Path) -> Dataset:
@@ -102,7 +102,7 @@ def read_manifest(manifest: Path) -> Dataset:
     return Dataset(manifest.parent.name, objects, manifest.parent)
 
 
-def _manifest_object(manifest: Path, line: int, row: dict) -> DatasetObject:
+def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> DatasetObject:
     file, label = (row["file"] or "").strip(), (row["label"] or "").strip()
     where = f"{manifest}, line {line}"
     if not file or not label:
@@ -159,7 +159,7 @@ def read_label_folders(folder: Path) -> Dataset:
         raise InputError(
             f"{folder}: expected a manifest.csv, or folders named for their label with models in them; found neither"
         )
-    outside = next((each.path for each in objects if not lies_below(folder, each.path)), None)
+    outside = next((item.path for item in objects if not lies_below(folder, item.path)), None)
     if outside is not None:
         raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
     return Dataset(folder.resolve().name, objects, folder)

@@ -40,9 +40,7 @@ def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
         return
     if faces.min() < 0 or faces.max() >= len(vertices):
         wrong = faces.min() if faces.min() < 0 else faces.max()
-        raise FormatError(
-            f"expected faces of its {len(vertices)} vertices, got one of number {wrong}; is it damaged?"
-        )
+        raise FormatError(f"expected faces of its {len(vertices)} vertices, got one of number {wrong}; is it damaged?")
     broken = int((~np.isfinite(vertices)).any(axis=1).sum())
     if broken:
         raise FormatError(f"expected finite vertices, got NaN or infinity in {broken} of {len(vertices)}; repair it")

@@ -9,6 +9,7 @@ import io
 import json
 import logging
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -17,6 +18,10 @@ from . import FormatError
 from .geometry import Geometry
 from .limits import MAX_FILE_BYTES, MAX_TRIANGLES
 
+if TYPE_CHECKING:
+    import trimesh
+
+Tree = dict[str, Any]  # a part of the file's JSON
 MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
 MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each as often as the scene shows it
 _ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
@@ -25,7 +30,7 @@ _PACKED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 _READABLE_MODES = (0, 1, 4, 5)  # points, lines (passed over), triangles, triangle strips
 
 
-def _parse_tree(data: bytes) -> dict:
+def _parse_tree(data: bytes) -> Tree:
     """Return the JSON part of a glTF or GLB file."""
     if data.startswith(b"glTF"):
         if len(data) < 20 or int.from_bytes(data[8:12], "little") > len(data):
@@ -34,7 +39,7 @@ def _parse_tree(data: bytes) -> dict:
     return json.loads(data)
 
 
-def _require_sizes(tree: dict) -> None:
+def _require_sizes(tree: Tree) -> None:
     """Raise FormatError for compression that is not read, and for more data than a file can honestly hold."""
     packed = [name for name in _PACKED if name in tree.get("extensionsUsed", [])]
     if packed:
@@ -42,23 +47,17 @@ def _require_sizes(tree: dict) -> None:
     accessors = tree.get("accessors", [])
     for accessor in accessors:
         if not isinstance(accessor["count"], int) or accessor["count"] < 0:
-            raise FormatError(
-                f"expected accessors with a count, got {accessor['count']!r}; is the file damaged?"
-            )
+            raise FormatError(f"expected accessors with a count, got {accessor['count']!r}; is the file damaged?")
     total = sum(a["count"] * _ITEM_BYTES[a["componentType"]] * _ITEMS[a["type"]] for a in accessors)
     if total > MAX_BYTES:
-        raise FormatError(
-            f"expected at most {MAX_BYTES >> 20} MiB of geometry, got {total >> 20} MiB declared"
-        )
-    corners = [
-        sum(_count_corners(p, accessors) for p in mesh["primitives"]) for mesh in tree.get("meshes", [])
-    ]
+        raise FormatError(f"expected at most {MAX_BYTES >> 20} MiB of geometry, got {total >> 20} MiB declared")
+    corners = [sum(_count_corners(p, accessors) for p in mesh["primitives"]) for mesh in tree.get("meshes", [])]
     shown = sum(corners[node["mesh"]] for node in tree.get("nodes", []) if "mesh" in node)
     if shown > MAX_CORNERS:
         raise FormatError(f"expected at most {MAX_CORNERS} corners of faces, got {shown}; simplify the mesh")
 
 
-def _count_corners(primitive: dict, accessors: list[dict]) -> int:
+def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
     """Return how many vertices one part draws."""
     if primitive.get("mode", 4) not in _READABLE_MODES:
         raise FormatError("expected triangles or triangle strips, got another kind; save it as triangles")
@@ -78,13 +77,13 @@ def _read_buffer(uri: str, folder: Path) -> bytes:
     return target.read_bytes()
 
 
-def _buffers(tree: dict, folder: Path) -> dict[str, bytes]:
+def _buffers(tree: Tree, folder: Path) -> dict[str, bytes]:
     """Return the bytes of all buffers that are files, by their name in the tree."""
     uris = {buffer["uri"] for buffer in tree.get("buffers", []) if "uri" in buffer}
     return {uri: _read_buffer(uri, folder) for uri in uris if not uri.startswith("data:")}
 
 
-def _in_one_frame(scene, kind: str) -> list[tuple[np.ndarray, np.ndarray]]:
+def _in_one_frame(scene: trimesh.Scene, kind: str) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the vertices in the scene's frame and the faces of every part that has ``kind``."""
     from trimesh.transformations import transform_points
 

@@ -73,10 +73,10 @@ def require_members(archive: zipfile.ZipFile) -> None:
     members = archive.infolist()
     if len(members) > MAX_MEMBERS:
         raise FormatError(f"expected an archive of at most {MAX_MEMBERS:,} members, got {len(members):,}")
-    outside = next((each.filename for each in members if climbs_out(each.filename)), None)
+    outside = next((member.filename for member in members if climbs_out(member.filename)), None)
     if outside is not None:
         raise FormatError(f"expected members inside the archive, got {outside[:80]!r}; is it from a source you trust?")
-    require_unpacked(sum(each.file_size for each in members))
+    require_unpacked(sum(member.file_size for member in members))
 
 
 def require_unpacked(size: int) -> None:

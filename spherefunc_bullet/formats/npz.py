@@ -7,7 +7,7 @@ import math
 import zipfile
 import zlib
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 import numpy as np
 
@@ -20,7 +20,7 @@ DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotIm
 DAMAGE += (zipfile.BadZipFile, zlib.error)
 
 
-def _read_header(file) -> tuple[tuple[int, ...], np.dtype]:
+def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
     """Return the shape and type that an NPY file declares."""
     is_first_version = np.lib.format.read_magic(file) == (1, 0)
     read = np.lib.format.read_array_header_1_0 if is_first_version else np.lib.format.read_array_header_2_0
@@ -38,9 +38,7 @@ def _shape(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]
     size = math.prod(shape) * dtype.itemsize
     require_unpacked(size)
     if begin + size != member.file_size:
-        raise FormatError(
-            f"expected '{member.filename}' as long as its shape {shape}, it is not; is it damaged?"
-        )
+        raise FormatError(f"expected '{member.filename}' as long as its shape {shape}, it is not; is it damaged?")
     return shape
 
 
@@ -61,8 +59,8 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
             return name
     names = [name for name, shape in shapes.items() if shape and len(shape) == 2 and shape[1] == 3]
     if len(names) != 1:
-        found = ", ".join(sorted(shapes)[:8]) or "none"
-        raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {found}")
+        others = ", ".join(sorted(shapes)[:8]) or "none"
+        raise FormatError(f"expected an array named points or vertices, or one of shape (N, 3), got {others}")
     return names[0]
 
 

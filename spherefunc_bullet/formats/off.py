@@ -27,9 +27,7 @@ def read_off(data: bytes, path: Path) -> Geometry:
     vertex_count, face_count = (int(word) for word in lines[0].split()[:2])
     require_counts(vertices=vertex_count, triangles=face_count)
     if vertex_count < 0 or face_count < 0 or len(lines) - 1 < vertex_count + face_count:
-        raise FormatError(
-            f"expected {vertex_count + face_count} lines of vertices and faces, got {len(lines) - 1}"
-        )
+        raise FormatError(f"expected {vertex_count + face_count} lines of vertices and faces, got {len(lines) - 1}")
     coordinates, counts, corners = array("d"), array("q"), array("q")
     for line in lines[1 : vertex_count + 1]:
         coordinates.extend(_numbers(float, line.split()[:3], 3))

@@ -39,9 +39,7 @@ def _row_dtype(header: dict[str, list[str]]) -> np.dtype:
     names = header["FIELDS"]
     counts = header.get("COUNT", ["1"] * len(names))
     fields = []
-    for n, (name, size, kind, count) in enumerate(
-        zip(names, header["SIZE"], header["TYPE"], counts, strict=True)
-    ):
+    for n, (name, size, kind, count) in enumerate(zip(names, header["SIZE"], header["TYPE"], counts, strict=True)):
         unique = name if name in _KEPT else f"{n} {name}"
         fields.append((unique, f"<{_KINDS[kind]}{int(size)}", (int(count),)))
     return np.dtype(fields)
@@ -60,14 +58,8 @@ def _unpack_lzf(packed: bytes, size: int) -> np.ndarray:
 def _compressed_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndarray]:
     """Return the columns of a compressed body, where each field's values stand together."""
     packed_size, size = (int(value) for value in np.frombuffer(body, "<u4", 2))
-    if (
-        size != count * dtype.itemsize
-        or packed_size > len(body) - 8
-        or size > _MAX_RATIO * max(packed_size, 1)
-    ):
-        raise FormatError(
-            f"expected {count} compressed points, their sizes do not agree; is the file damaged?"
-        )
+    if size != count * dtype.itemsize or packed_size > len(body) - 8 or size > _MAX_RATIO * max(packed_size, 1):
+        raise FormatError(f"expected {count} compressed points, their sizes do not agree; is the file damaged?")
     require_unpacked(size)
     unpacked = _unpack_lzf(body[8 : 8 + packed_size], size)
     columns, position = {}, 0
@@ -94,9 +86,7 @@ def _text_columns(body: bytes, dtype: np.dtype, count: int) -> dict[str, np.ndar
 def _binary_columns(body: bytes, dtype: np.dtype, count: int) -> np.ndarray:
     """Return the rows of a binary body."""
     if count * dtype.itemsize > len(body):
-        raise FormatError(
-            f"expected {count} points, the file holds {len(body) // dtype.itemsize}; is it cut off?"
-        )
+        raise FormatError(f"expected {count} points, the file holds {len(body) // dtype.itemsize}; is it cut off?")
     return np.frombuffer(body, dtype, count)
 
 
@@ -107,9 +97,7 @@ def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]
     """Return the fields by name, rgb packed as the format packs it, and the number of points declared."""
     header, start = _parse_header(data)
     dtype = _row_dtype(header)
-    count = (
-        int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
-    )
+    count = int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     require_counts(points=count)
     return _BODIES[header["DATA"][0]](data[start:], dtype, count), count
 

@@ -59,9 +59,7 @@ def _parse_header(data: bytes) -> tuple[str, list[_Element], int]:
             case ["property"]:
                 elements[-1].properties.append(_Property(words[2], _TYPES[words[1]]))
     if order is None:
-        raise FormatError(
-            f"expected a PLY header with one of the formats {', '.join(_FORMATS)}; is it damaged?"
-        )
+        raise FormatError(f"expected a PLY header with one of the formats {', '.join(_FORMATS)}; is it damaged?")
     return order, elements, end.end()
 
 
@@ -105,9 +103,7 @@ class _BinaryBody:
         if start + element.count * dtype.itemsize > len(self.data):
             return None
         rows = np.frombuffer(self.data, dtype, element.count, start)
-        if any(
-            (rows[f"{p.name} count"] != lengths[p.name]).any() for p in element.properties if p.count_kind
-        ):
+        if any((rows[f"{p.name} count"] != lengths[p.name]).any() for p in element.properties if p.count_kind):
             return None
         self.position += rows.nbytes
         return rows
@@ -149,22 +145,18 @@ def _rows_one_by_one(body: _BinaryBody, element: _Element) -> dict[str, list]:
 def _read_element(body: _BinaryBody, element: _Element) -> dict[str, list] | np.ndarray:
     """Return an element's columns."""
     if not 0 <= element.count <= body.room(element):
-        raise FormatError(
-            f"expected {element.count} of '{element.name}', more than the file holds; is it cut off?"
-        )
+        raise FormatError(f"expected {element.count} of '{element.name}', more than the file holds; is it cut off?")
     if not element.count or not element.properties:
         return {}
     rows = body.table(element)
     return _rows_one_by_one(body, element) if rows is None else rows
 
 
-def _triangles(columns, element: _Element) -> np.ndarray:
+def _triangles(columns: dict[str, list] | np.ndarray, element: _Element) -> np.ndarray:
     """Return the triangles of the face element."""
     name = next((p.name for p in element.properties if p.name in _FACE_LISTS and p.count_kind), None)
     if name is None:
-        raise FormatError(
-            "expected faces as a list 'vertex_indices', found none; save it as a mesh or a cloud"
-        )
+        raise FormatError("expected faces as a list 'vertex_indices', found none; save it as a mesh or a cloud")
     if isinstance(columns, np.ndarray):
         corners = columns[name]
         return fan_triangles(np.full(len(corners), corners.shape[1]), corners.reshape(-1))

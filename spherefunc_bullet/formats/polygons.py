@@ -34,6 +34,4 @@ def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     fans = np.maximum(counts - 2, 0)
     first = np.repeat(np.cumsum(counts) - counts, fans)
     step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
-    return np.column_stack([corners[first], corners[first + step + 1], corners[first + step + 2]]).reshape(
-        -1, 3
-    )
+    return np.column_stack([corners[first], corners[first + step + 1], corners[first + step + 2]]).reshape(-1, 3)

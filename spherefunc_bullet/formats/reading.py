@@ -41,13 +41,9 @@ def _read_bytes(path: Path) -> bytes:
         if isinstance(error, InputError):
             raise
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            f"{one_line(path)}: cannot be read: {reason}; check the path and its permissions"
-        ) from error
+        raise InputError(f"{one_line(path)}: cannot be read: {reason}; check the path and its permissions") from error
     if not data:
-        raise InputError(
-            f"{one_line(path)}: expected a mesh or a cloud, got an empty file; was its download cut off?"
-        )
+        raise InputError(f"{one_line(path)}: expected a mesh or a cloud, got an empty file; was its download cut off?")
     return data
 
 

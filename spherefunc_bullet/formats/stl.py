@@ -21,9 +21,7 @@ def _count_facets(data: bytes) -> int | None:
     require_text_size(data)
     text = data.lower()
     if not text.lstrip().startswith(b"solid"):
-        raise FormatError(
-            "expected 'solid' or a binary STL as long as its header says; is it cut off or no STL?"
-        )
+        raise FormatError("expected 'solid' or a binary STL as long as its header says; is it cut off or no STL?")
     return text.count(b"facet normal")
 
 
@@ -35,8 +33,8 @@ def read_stl(data: bytes, path: Path) -> Geometry:
     facets = _count_facets(data)
     scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
     meshes = list(scene.geometry.values())  # one for each 'solid'; STL has no transforms
-    found = sum(len(mesh.faces) for mesh in meshes)
-    if not found or facets not in (None, found):
-        raise FormatError(f"expected {facets or 'some'} facets, got {found}; is the file cut off or damaged?")
+    count = sum(len(mesh.faces) for mesh in meshes)
+    if not count or facets not in (None, count):
+        raise FormatError(f"expected {facets or 'some'} facets, got {count}; is the file cut off or damaged?")
     vertices = np.concatenate([mesh.vertices[mesh.faces.reshape(-1)] for mesh in meshes])
     return Geometry(vertices, np.arange(len(vertices)).reshape(-1, 3))

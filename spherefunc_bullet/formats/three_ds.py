@@ -47,9 +47,7 @@ def _require_mesh(data: bytes, start: int, end: int) -> None:
             count = _require_list(data, 8, begin, stop)
             corners = np.frombuffer(data, "<u2", 4 * count, begin + 2).reshape(-1, 4)[:, :3]
     if corners.size and corners.max() >= vertex_count:
-        raise FormatError(
-            f"expected faces of its {vertex_count} vertices, got number {corners.max()}; is it damaged?"
-        )
+        raise FormatError(f"expected faces of its {vertex_count} vertices, got number {corners.max()}; is it damaged?")
 
 
 def _require_chunks(data: bytes, start: int, end: int) -> None:

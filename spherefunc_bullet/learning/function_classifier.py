@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,14 +10,17 @@ from sklearn.base import BaseEstimator
 from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.validation import check_is_fitted
 
+from ..clouds.cloud import Cloud
 from ..datasets.dataset import parse_functions
 from ..errors import InputError
 from ..settling.settling import Settled, settle
+from ..simulator import Simulator
 from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
-from .method import find_method
+from .method import Method, find_method
 from .validation import THRESHOLD, radius_weights, remaining_weights, voted_scores
 
+Label = str | Iterable[str]  # an object's functions: a set, a list, ``'table;sittable'`` or ``'none'``
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 NO_SPHERES = np.empty((0, 3))
 
@@ -59,24 +62,32 @@ class FunctionClassifier(BaseEstimator):
         What the training objects are called.
     """
 
-    def __init__(self, simulator="fast", *, radii=RADII, method="default", seed=0, random_state=0):
+    def __init__(
+        self,
+        simulator: str | Simulator = "fast",
+        *,
+        radii: Sequence[float] = RADII,
+        method: str | Method = "default",
+        seed: int = 0,
+        random_state: int = 0,
+    ):
         self.simulator = simulator
         self.radii = radii
         self.method = method
         self.seed = seed
         self.random_state = random_state
 
-    def fit(self, X, y):
+    def fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> FunctionClassifier:
         """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""
         return self.fit_settled(self._settled(X), y, [cloud.name for cloud in X])
 
-    def partial_fit(self, X, y):
+    def partial_fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> FunctionClassifier:
         """Learn from more clouds: earlier examples stay, and the radii are chosen anew."""
         if not hasattr(self, "examples_"):
             return self.fit(X, y)
         return self.add_settled(self._settled(X), y, [cloud.name for cloud in X])
 
-    def fit_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+    def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
         """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
         labels = as_sets(y)
         if not len(settled) == len(labels) == len(names):
@@ -88,10 +99,10 @@ class FunctionClassifier(BaseEstimator):
         self.histograms_, self.examples_ = {}, {}
         for radius in self.radii:
             self.histograms_[radius] = method.histogram(radius)
-            self.examples_[radius] = self.histograms_[radius].fit_transform([each[radius] for each in settled])
+            self.examples_[radius] = self.histograms_[radius].fit_transform([spheres[radius] for spheres in settled])
         return self._choose_radii()
 
-    def add_settled(self, settled: Sequence[dict], y, names: Sequence[str]):
+    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
         """Learn from more settled centres."""
         from scipy import sparse
 
@@ -103,7 +114,7 @@ class FunctionClassifier(BaseEstimator):
         self.functions_, self.members_ = functions, np.vstack([old, memberships(labels, functions)])
         self.names_ = [*self.names_, *names]
         for radius, histogram in self.histograms_.items():
-            centers = [each[radius] for each in settled]
+            centers = [spheres[radius] for spheres in settled]
             before = histogram.keys_
             histogram.partial_fit(centers)
             old = widened(self.examples_[radius], before, histogram.keys_)
@@ -115,11 +126,11 @@ class FunctionClassifier(BaseEstimator):
         """The radius that counts most for each function, metres."""
         return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
 
-    def predict_proba(self, X) -> np.ndarray:
+    def predict_proba(self, X: Sequence[Cloud]) -> np.ndarray:
         """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
         return self.score_settled(self._settled(X, self.chosen_radii()))
 
-    def predict(self, X) -> list[frozenset[str]]:
+    def predict(self, X: Sequence[Cloud]) -> list[frozenset[str]]:
         """Return the functions of each cloud, an empty set for none."""
         return [
             frozenset(name for name, score in zip(self.functions_, row, strict=True) if score > THRESHOLD)
@@ -168,12 +179,10 @@ class FunctionClassifier(BaseEstimator):
 
     def turned_distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
         """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
-        turns = [
-            [{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)
-        ]
+        turns = [[{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)]
         return np.min([self.distances(turned, radius) for turned in turns], axis=0)
 
-    def neighbors(self, settled: dict, name: str) -> list[dict]:
+    def neighbors(self, settled: Settled, name: str) -> list[dict]:
         """Return the training objects that decide one object's membership, by radius and nearest first.
 
         The weights of those that have the function sum to its score.
@@ -196,9 +205,9 @@ class FunctionClassifier(BaseEstimator):
         counts = find_method(self.method).neighbors
         weights = np.zeros(len(members))
         for count in counts:
-            nearest = [each[np.argsort(distances[each], kind="stable")[:count]] for each in both_sides(members)]
-            inverse = [1 / np.maximum(distances[each], SAME) / max(len(each), 1) for each in nearest]
-            total = sum(each.sum() for each in inverse)
+            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in both_sides(members)]
+            inverse = [1 / np.maximum(distances[rows], SAME) / max(len(rows), 1) for rows in nearest]
+            total = sum(rows.sum() for rows in inverse)
             for rows, values in zip(nearest, inverse, strict=True):
                 weights[rows] += values / total / len(counts)
         return weights
@@ -221,7 +230,7 @@ class FunctionClassifier(BaseEstimator):
         check_is_fitted(self)
         return sorted(set().union(*self.weights_.values()))
 
-    def _choose_radii(self):
+    def _choose_radii(self) -> FunctionClassifier:
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
         self.weights_ = {
             name: radius_weights(distances, members, find_method(self.method), self.random_state)
@@ -232,16 +241,16 @@ class FunctionClassifier(BaseEstimator):
     def _no_members(self) -> np.ndarray:
         return np.zeros(len(self.members_), bool)
 
-    def _settled(self, clouds, radii=None) -> list[dict]:
+    def _settled(self, clouds: Sequence[Cloud], radii: Sequence[float] | None = None) -> list[Settled]:
         return [settle(cloud, self.simulator, radii or self.radii, self.seed) for cloud in clouds]
 
 
-def as_sets(labels) -> list[frozenset[str]]:
+def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
     """Return each label as a set of functions.
 
     Examples
     --------
-    >>> [sorted(each) for each in as_sets(["cup", "none", {"table", "sittable"}])]
+    >>> [sorted(functions) for functions in as_sets(["cup", "none", {"table", "sittable"}])]
     [['cup'], [], ['sittable', 'table']]
     """
     sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]

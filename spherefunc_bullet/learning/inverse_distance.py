@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import sparse
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.multiclass import check_classification_targets, unique_labels
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+Matrix = ArrayLike | sparse.spmatrix  # (N, D)
 NEIGHBOURS = 1
 SAME = 1e-6  # spheres: distance below which two histograms are the same; above rounding errors
 
 
-def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighbors=NEIGHBOURS) -> np.ndarray:
+def inverse_distance_scores(
+    distances: np.ndarray, members: np.ndarray, n_neighbors: int | Sequence[int] = NEIGHBOURS
+) -> np.ndarray:
     """Return how much nearer each row is to members than to the others, 0 to 1.
 
     The score is a / (a + b), where a is the mean inverse distance to the ``n_neighbors`` nearest members and b
@@ -37,14 +43,14 @@ def inverse_distance_scores(distances: np.ndarray, members: np.ndarray, n_neighb
     return share_of_nearness(distances[:, members], distances[:, ~members], n_neighbors)
 
 
-def share_of_nearness(inside: np.ndarray, outside: np.ndarray, n_neighbors) -> np.ndarray:
+def share_of_nearness(inside: np.ndarray, outside: np.ndarray, n_neighbors: int | Sequence[int]) -> np.ndarray:
     """Return the scores (Q,) from the distances to members (Q, M) and to the others (Q, N - M)."""
-    inside, outside = (mean_inverse_distances(each, n_neighbors) for each in (inside, outside))
+    inside, outside = (mean_inverse_distances(distances, n_neighbors) for distances in (inside, outside))
     total = inside + outside
     return np.divide(inside, total, out=np.zeros_like(total), where=total > 0).mean(axis=1)
 
 
-def mean_inverse_distances(distances: np.ndarray, n_neighbors) -> np.ndarray:
+def mean_inverse_distances(distances: np.ndarray, n_neighbors: int | Sequence[int]) -> np.ndarray:
     """Return the mean inverse distance (Q, K) to the nearest of (Q, M), for each of K numbers; 0 without columns."""
     counts = np.minimum(np.atleast_1d(n_neighbors), distances.shape[1])
     most = counts.max()
@@ -73,10 +79,10 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
     labels_ : (N,) int, index into ``classes_``
     """
 
-    def __init__(self, n_neighbors=NEIGHBOURS):
+    def __init__(self, n_neighbors: int = NEIGHBOURS):
         self.n_neighbors = n_neighbors
 
-    def fit(self, X, y):
+    def fit(self, X: Matrix, y: ArrayLike) -> InverseDistanceClassifier:
         """Learn examples X (N, D), dense or sparse, with labels y (N,)."""
         X, y = validate_data(self, X, y, accept_sparse="csr", dtype=np.float64)
         check_classification_targets(y)
@@ -84,7 +90,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         self.examples_ = X
         return self
 
-    def partial_fit(self, X, y, classes=None):
+    def partial_fit(self, X: Matrix, y: ArrayLike, classes: ArrayLike | None = None) -> InverseDistanceClassifier:
         """Learn more examples; ``classes`` names all there will ever be, as in other scikit-learn estimators."""
         if not hasattr(self, "examples_"):
             self.fit(X, y)
@@ -98,7 +104,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         self.labels_ = np.searchsorted(self.classes_, labels)
         return self
 
-    def predict_proba(self, X) -> np.ndarray:
+    def predict_proba(self, X: Matrix) -> np.ndarray:
         """Return each class's share (Q, C) of the inverse distances."""
         check_is_fitted(self)
         X = validate_data(self, X, accept_sparse="csr", dtype=np.float64, reset=False)
@@ -110,7 +116,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         nearness = np.stack(columns, axis=1)
         return nearness / nearness.sum(axis=1, keepdims=True)
 
-    def predict(self, X) -> np.ndarray:
+    def predict(self, X: Matrix) -> np.ndarray:
         """Return the class (Q,) of the largest share."""
         check_is_fitted(self)
         return self.classes_[np.argmax(self.predict_proba(X), axis=1)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +44,9 @@ def validation_splits(members: np.ndarray, splits: int, random_state: int) -> li
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
 
 
-def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, method: Method) -> float:
+def validated_f_measure(
+    distances: np.ndarray, members: np.ndarray, splits: Sequence[tuple[np.ndarray, np.ndarray]], method: Method
+) -> float:
     """Return the F-measure of one function over validation splits of its training set, all counted together.
 
     Parameters
@@ -63,8 +65,8 @@ def validated_f_measure(distances: np.ndarray, members: np.ndarray, splits, meth
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
-    found = truth.sum() + predicted.sum()
-    return 2 * float((truth & predicted).sum()) / float(found) if found else 0.0
+    positives = truth.sum() + predicted.sum()
+    return 2 * float((truth & predicted).sum()) / float(positives) if positives else 0.0
 
 
 def radius_weights(

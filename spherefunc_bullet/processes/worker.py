@@ -131,6 +131,6 @@ def cause(code: int) -> str:
     """
     if code >= 0:
         return f"with exit code {code}"
-    names = {each.value: each.name for each in signal.Signals}
+    names = {number.value: number.name for number in signal.Signals}
     hint = "; is there enough memory?" if -code == signal.SIGKILL else ""
     return f"by {names.get(-code, f'signal {-code}')} ({signal.strsignal(-code)}){hint}"

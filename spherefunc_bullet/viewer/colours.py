@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 # Viridis, thinned: even in lightness, and readable without colour vision.
-HEIGHT_COLOURS = np.array(
-    [[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]], float
-) / 255
+HEIGHT_COLOURS = (
+    np.array([[68, 1, 84], [65, 68, 135], [42, 120, 142], [34, 168, 132], [122, 209, 81], [253, 231, 37]], float) / 255
+)
 FLAT = 12  # radii: a layer that is thinner is one for the eye, not a rainbow
 
 

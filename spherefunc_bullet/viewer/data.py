@@ -90,7 +90,7 @@ def panel_data(panel: Panel, names: dict[int, int]) -> dict:
 def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (3,) of the object, spheres of a radius, and cubes that explain, metres."""
     lows, highs = [cloud.bounds[0]], [cloud.bounds[1]]
-    for layer in (each for each in layers if each.radius == radius):
+    for layer in (shown for shown in layers if shown.radius == radius):
         if len(layer.centers):
             lows.append(layer.centers.min(axis=0) - radius)
             highs.append(layer.centers.max(axis=0) + radius)

@@ -6,11 +6,12 @@ import json
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
+from typing import Any
 
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js", "scene.js", "page.js")
 
 
-def scene_html(scene: dict) -> str:
+def scene_html(scene: dict[str, Any]) -> str:
     """Return the markup of one scene (`scene_data.scene`); the page needs `viewer_style` and `viewer_script` once."""
     data = json.dumps(scene, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
     return f'<div class="scene"><script type="application/json">{data}</script></div>'

@@ -152,7 +152,15 @@ def largest_patch(bare: np.ndarray, reach: float) -> np.ndarray:
     return bare[patches == np.argmax(np.bincount(patches))]
 
 
-def best_cut(flat, faces, order, hull, patch, bare, reach):
+def best_cut(
+    flat: np.ndarray,
+    faces: np.ndarray,
+    order: np.ndarray,
+    hull: np.ndarray,
+    patch: np.ndarray,
+    bare: np.ndarray,
+    reach: float,
+) -> np.ndarray:
     """Return which of the faces lie on one side of the cut that leaves the fewest bare cells inside the two hulls."""
     middles = flat[faces].mean(axis=1)
     bare = bare[:: len(bare) // MAX_JUDGED + 1]

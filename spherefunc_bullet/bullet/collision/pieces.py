@@ -8,6 +8,8 @@ where their convex hulls would bridge a hole or a notch.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from .cuts import hull_of, parts_without_bridges
@@ -40,7 +42,7 @@ def convex_pieces(vertices: np.ndarray, faces: np.ndarray, tolerance: float, rea
     return pieces
 
 
-def groups(vertices, faces, tolerance):
+def groups(vertices: np.ndarray, faces: np.ndarray, tolerance: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield sets of faces, as indices, that make one side or one bend, and vertices where others go on seamlessly.
 
     Every face is in one set.
@@ -51,19 +53,21 @@ def groups(vertices, faces, tolerance):
     for times, least in ROUNDS:
         if len(free) == 0:
             return
-        found = grow_sides(vertices, faces[free], times * tolerance)
-        kept = int((np.bincount(found) >= least).sum())
-        big = found < kept
-        for members in split_by(free[big], found[big]):
+        side_of = grow_sides(vertices, faces[free], times * tolerance)
+        kept = int((np.bincount(side_of) >= least).sum())
+        big = side_of < kept
+        for members in split_by(free[big], side_of[big]):
             yield members, members[:0]
-        new = np.column_stack([faces[free[big]].ravel(), np.repeat(found[big] + count, 3)])
+        new = np.column_stack([faces[free[big]].ravel(), np.repeat(side_of[big] + count, 3)])
         owners = np.concatenate([owners, unique_rows(new)])
         count += kept
         bends, free = bends_between(faces, free[~big], owners, count, len(vertices))
         yield from bends
 
 
-def bends_between(faces, free, owners, count, vertices):
+def bends_between(
+    faces: np.ndarray, free: np.ndarray, owners: np.ndarray, count: int, vertices: int
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]:
     """Return the sets of faces that hang between the same sides with the vertices that those share, and the rest."""
     first, second = first_sides(owners, count, vertices)
     sides = np.sort(first[faces[free]], axis=1)
@@ -82,7 +86,7 @@ def bends_between(faces, free, owners, count, vertices):
     return bends, free[~between]
 
 
-def first_sides(owners, count, vertices):
+def first_sides(owners: np.ndarray, count: int, vertices: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the two lowest numbers of the sides that each vertex lies on, ``count`` where there are fewer."""
     first, second = np.full(vertices, count), np.full(vertices, count)
     np.minimum.at(first, owners[:, 0], owners[:, 1])
@@ -91,14 +95,14 @@ def first_sides(owners, count, vertices):
     return first, second
 
 
-def unique_rows(pairs):
+def unique_rows(pairs: np.ndarray) -> np.ndarray:
     """Return each of some pairs of numbers once."""
     width = pairs[:, 1].max(initial=0) + 1
     keys = np.unique(pairs[:, 0] * width + pairs[:, 1])
     return np.column_stack([keys // width, keys % width])
 
 
-def split_by(items, names) -> list[np.ndarray]:
+def split_by(items: np.ndarray, names: np.ndarray) -> list[np.ndarray]:
     """Return the items of each name, by name."""
     if len(items) == 0:
         return []
@@ -106,7 +110,9 @@ def split_by(items, names) -> list[np.ndarray]:
     return np.split(items[order], np.flatnonzero(np.diff(names[order])) + 1)
 
 
-def group_pieces(vertices, faces, support, tolerance, reach) -> list[np.ndarray]:
+def group_pieces(
+    vertices: np.ndarray, faces: np.ndarray, support: np.ndarray, tolerance: float, reach: float
+) -> list[np.ndarray]:
     """Return the convex pieces (K, 3) of one set of faces."""
     used, local = np.unique(faces, return_inverse=True)
     local = local.reshape(-1, 3)

@@ -151,7 +151,7 @@ def with_slivers(points: np.ndarray, faces: np.ndarray, gap: float) -> tuple[np.
     slivers = [np.column_stack([bare, third[0], third[1]])]
     for k in (1, 2):
         linked = distances[:, k] <= 2 * gap
-        slivers += [np.column_stack([bare, near[:, k], each])[linked] for each in third]
+        slivers += [np.column_stack([bare, near[:, k], corner])[linked] for corner in third]
     return np.concatenate([points, *widths]), np.concatenate([faces, *slivers]).astype(np.int32)
 
 

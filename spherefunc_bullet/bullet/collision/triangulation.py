@@ -74,15 +74,15 @@ def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
     seen = np.empty(MAX_NEIGHBORS, np.int64)
     count = 0
     for i in range(len(points)):
-        found = gather(points, i, keys, starts, dims, low, 2 * gap, near, offset, squared)
-        candidates = in_sight(offset, squared, found, gap, seen)
+        gathered = gather(points, i, keys, starts, dims, low, 2 * gap, near, offset, squared)
+        candidates = in_sight(offset, squared, gathered, gap, seen)
         for m in range(candidates):
             a = seen[m]
             if near[a] < i:
                 continue
             for n in range(m):
                 b = seen[n]
-                if near[b] > i and is_face(offset, squared, found, a, b, alpha, gap):
+                if near[b] > i and is_face(offset, squared, gathered, a, b, alpha, gap):
                     if count < len(faces):
                         faces[count, 0], faces[count, 1], faces[count, 2] = i, near[a], near[b]
                     count += 1
@@ -94,7 +94,7 @@ def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
     """Write the neighbours of a point within reach, nearest first, and return how many there are."""
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     ix, iy, iz = int((x - low[0]) / reach), int((y - low[1]) / reach), int((z - low[2]) / reach)
-    found = 0
+    gathered = 0
     for jx in range(ix - 1, ix + 2):
         for jy in range(iy - 1, iy + 2):
             first = (jx * dims[1] + jy) * dims[2] + iz - 1
@@ -103,9 +103,9 @@ def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
                 for j in range(starts[c], starts[c + 1]):
                     dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
                     d = dx * dx + dy * dy + dz * dz
-                    if d > reach * reach or d == 0.0 or (found == MAX_NEIGHBORS and d >= squared[found - 1]):
+                    if d > reach * reach or d == 0.0 or (gathered == MAX_NEIGHBORS and d >= squared[gathered - 1]):
                         continue
-                    k = found if found < MAX_NEIGHBORS else found - 1
+                    k = gathered if gathered < MAX_NEIGHBORS else gathered - 1
                     while k > 0 and squared[k - 1] > d:
                         if k < MAX_NEIGHBORS:
                             squared[k] = squared[k - 1]
@@ -115,20 +115,20 @@ def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
                     squared[k] = d
                     near[k] = j
                     offset[k, 0], offset[k, 1], offset[k, 2] = dx, dy, dz
-                    found = min(found + 1, MAX_NEIGHBORS)
+                    gathered = min(gathered + 1, MAX_NEIGHBORS)
                 c += 1
-    return found
+    return gathered
 
 
 @njit(cache=True, error_model="numpy")
-def in_sight(offset, squared, found, gap, seen):
+def in_sight(offset, squared, gathered, gap, seen):
     """Write which neighbours can share a face with the origin, and return how many there are.
 
     Not those behind another: a neighbour that lies in the lens that all balls through the two of up to the gap's
     radius have in common, where it sees the two under an angle close to 180 degrees.
     """
     count = 0
-    for a in range(found):
+    for a in range(gathered):
         ratio = squared[a] / (4 * (1.02 * gap) ** 2)  # a lens a little thinner than the true one
         cosine = 1 - ratio
         hidden = False
@@ -145,7 +145,7 @@ def in_sight(offset, squared, found, gap, seen):
 
 
 @njit(cache=True, error_model="numpy")
-def is_face(offset, squared, found, a, b, alpha, gap):
+def is_face(offset, squared, gathered, a, b, alpha, gap):
     """Return whether the origin and two neighbours span an empty ball."""
     ux, uy, uz = offset[a, 0], offset[a, 1], offset[a, 2]
     vx, vy, vz = offset[b, 0], offset[b, 1], offset[b, 2]
@@ -164,21 +164,21 @@ def is_face(offset, squared, found, a, b, alpha, gap):
         return False
     ball = alpha
     if rr > alpha * alpha:
-        if not is_empty(offset, squared, found, a, b, cx, cy, cz, rr):
+        if not is_empty(offset, squared, gathered, a, b, cx, cy, cz, rr):
             return False
         ball = gap
     h = math.sqrt((ball * ball - rr) / nn)
     hx, hy, hz = h * nx, h * ny, h * nz
-    return is_empty(offset, squared, found, a, b, cx + hx, cy + hy, cz + hz, ball * ball) or is_empty(
-        offset, squared, found, a, b, cx - hx, cy - hy, cz - hz, ball * ball
+    return is_empty(offset, squared, gathered, a, b, cx + hx, cy + hy, cz + hz, ball * ball) or is_empty(
+        offset, squared, gathered, a, b, cx - hx, cy - hy, cz - hz, ball * ball
     )
 
 
 @njit(cache=True, error_model="numpy")
-def is_empty(offset, squared, found, a, b, cx, cy, cz, rr):
+def is_empty(offset, squared, gathered, a, b, cx, cy, cz, rr):
     """Return whether a ball through the origin and neighbours a and b holds no other."""
     limit = SLACK * SLACK * rr
-    for k in range(found):
+    for k in range(gathered):
         if squared[k] > 4 * rr:
             return True
         if k == a or k == b:
