@@ -109,7 +109,7 @@ class ConditionCounts:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
         functions = {
-            name: counts.row() | {kind: rounded(of.get(name, Counts()).f_measure) for kind, of in kinds.items()}
+            name: counts.row() | {kind: rounded(table.get(name, Counts()).f_measure) for kind, table in kinds.items()}
             for name, counts in self.labelled.items()
         }
         return {

@@ -21,6 +21,35 @@ Noise = Annotated[float, typer.Option(min=0, help="Times a Kinect's noise; 0: no
 
 
 @app.command()
+def rooms(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder, or the name of a catalogue.")],
+    directory: Annotated[Path, typer.Argument(help="Folder for scans, and for objects with a manifest.csv.")],
+    count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 10,
+    views: Views = "3",
+    noise: Noise = 1.0,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
+    from spherefunc_bullet.datasets.dataset import open_dataset
+
+    from ..virtual_rooms.folder import RoomFolder
+    from ..virtual_rooms.furnishing import furnish
+    from ..virtual_rooms.partial_views import partial_views
+    from ..virtual_rooms.scans import parse_views, scan_room
+
+    failures, number, dataset = Failures(), parse_views(views), open_dataset(data)
+    folder = RoomFolder(directory, dataset.name)
+    for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
+        scan = scan_room(room, number, noise, seed)
+        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
+    manifest = folder.close()
+    about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
+    print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")
+    failures.exit()
+
+
+@app.command()
 def build(
     catalogue: Annotated[str, typer.Argument(help="Name of a catalogue, such as household.")],
     directory: Directory,
@@ -138,7 +167,9 @@ def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
     for item in objects:
         heights.setdefault(label_text(item.functions), []).append(_extents(item.path)[2])
     kinds = {"min": min, "median": median, "max": max}
-    return {label: {kind: round(of(heights[label]), 3) for kind, of in kinds.items()} for label in sorted(heights)}
+    return {
+        label: {kind: round(summary(heights[label]), 3) for kind, summary in kinds.items()} for label in sorted(heights)
+    }
 
 
 def _extents(path: Path) -> list[float]:
@@ -168,32 +199,3 @@ def _say(about: dict[str, object], as_json: bool) -> None:
 def _plain(figure: int | dict[str, float]) -> str:
     """Return a count, or a range of heights."""
     return f"{figure['min']:g} to {figure['max']:g} m" if isinstance(figure, dict) else str(figure)
-
-
-@app.command()
-def rooms(
-    data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder, or the name of a catalogue.")],
-    directory: Annotated[Path, typer.Argument(help="Folder for scans, and for objects with a manifest.csv.")],
-    count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 10,
-    views: Views = "3",
-    noise: Noise = 1.0,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
-    as_json: Json = False,
-) -> None:
-    """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
-    from spherefunc_bullet.datasets.dataset import open_dataset
-
-    from ..virtual_rooms.folder import RoomFolder
-    from ..virtual_rooms.furnishing import furnish
-    from ..virtual_rooms.partial_views import partial_views
-    from ..virtual_rooms.scans import parse_views, scan_room
-
-    failures, number, dataset = Failures(), parse_views(views), open_dataset(data)
-    folder = RoomFolder(directory, dataset.name)
-    for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
-        scan = scan_room(room, number, noise, seed)
-        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
-    manifest = folder.close()
-    about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
-    print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")
-    failures.exit()

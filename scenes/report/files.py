@@ -68,10 +68,10 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     names, best = room.function_names, [item.main_function for item in room.objects]
     function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)
     tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
-    of = np.where(room.labels >= 0, room.labels, len(best))
+    object_of = np.where(room.labels >= 0, room.labels, len(best))
     own = point_colours(scan, room, room.levelling.to_level(scan.points))
-    red, green, blue = np.where((function[of] > 0)[:, None], tints[of], own).astype(np.uint8).T
-    labels = {"label": room.labels.astype(np.int32), "function": function[of]}
+    red, green, blue = np.where((function[object_of] > 0)[:, None], tints[object_of], own).astype(np.uint8).T
+    labels = {"label": room.labels.astype(np.int32), "function": function[object_of]}
     return ply_bytes(scan.points, f"functions {' '.join(names)}", red=red, green=green, blue=blue, **labels)
 
 

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs
 from ..parts.solids import beam, box, cushion, join, lathe, shift, tube, turn
 from .desks import drawers
 
 
-def drawer_cabinet(rng: Generator, *, width: float, depth: float, height: float, count: int, feet: float = 0.0):
+def drawer_cabinet(rng: Generator, *, width: float, depth: float, height: float, fronts: int, feet: float = 0.0):
     """Return a chest of drawers of about the given size, metres, closed to the floor or on short feet."""
     width, depth, height = np.array([width, depth, height]) * rng.uniform(0.9, 1.1, 3)
     top = box(width + 0.03, depth + 0.02, 0.025, z=height - 0.025)
     legs = four_legs(width - 0.02, depth - 0.02, feet + 0.01, 0.05) if feet else []
     return join(
-        drawers(width, depth, height - 0.03 - feet, 0.0, feet, count),
+        drawers(width, depth, height - 0.03 - feet, 0.0, feet, fronts),
         top,
         box(width, depth - 0.05, 0.04, z=height - 0.06),
         legs,
@@ -170,21 +168,21 @@ def media_unit(rng: Generator):
 
 
 CABINETS = [
-    Family("filing_cabinet", partial(drawer_cabinet, width=0.42, depth=0.6, height=1.15, count=4)),
-    Family("filing_cabinet", partial(drawer_cabinet, width=0.42, depth=0.58, height=0.72, count=2)),
-    Family("dresser", partial(drawer_cabinet, width=1.2, depth=0.48, height=0.85, count=4, feet=0.12)),
-    Family("chest_of_drawers", partial(drawer_cabinet, width=0.8, depth=0.45, height=1.15, count=5)),
-    Family("kitchen_cabinet", base_cabinet),
-    Family("kitchen_sink", partial(base_cabinet, sink=True)),
-    Family("wardrobe", wardrobe),
-    Family("bookcase", bookcase),
-    Family("bookcase", partial(bookcase, filled=True)),
-    Family("low_bookcase", partial(bookcase, tall=False, back=False)),
-    Family("shelf", utility_shelf),
-    Family("refrigerator", refrigerator),
-    Family("stove", stove),
-    Family("washing_machine", washing_machine),
-    Family("microwave", counter_oven),
-    Family("locker", locker),
-    Family("tv_unit", media_unit),
+    family("filing_cabinet", drawer_cabinet, width=0.42, depth=0.6, height=1.15, fronts=4),
+    family("filing_cabinet", drawer_cabinet, width=0.42, depth=0.58, height=0.72, fronts=2),
+    family("dresser", drawer_cabinet, width=1.2, depth=0.48, height=0.85, fronts=4, feet=0.12),
+    family("chest_of_drawers", drawer_cabinet, width=0.8, depth=0.45, height=1.15, fronts=5),
+    family("kitchen_cabinet", base_cabinet),
+    family("kitchen_sink", base_cabinet, sink=True),
+    family("wardrobe", wardrobe),
+    family("bookcase", bookcase),
+    family("bookcase", bookcase, filled=True),
+    family("low_bookcase", bookcase, tall=False, back=False),
+    family("shelf", utility_shelf),
+    family("refrigerator", refrigerator),
+    family("stove", stove),
+    family("washing_machine", washing_machine),
+    family("microwave", counter_oven),
+    family("locker", locker),
+    family("tv_unit", media_unit),
 ]

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 from trimesh import Trimesh
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, star_base, stretchers
-from ..parts.solids import arch, beam, box, circle, cushion, hoop, join, prism, rounded, sheet, shift, sweep, tube, turn
+from ..parts.outlines import arch, circle, rounded
+from ..parts.solids import beam, box, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
 
 
 def back_posts(width: float, low: float, high: float, y: float, lean: float, thickness: float):
@@ -220,22 +219,22 @@ def _upright(pad: Trimesh, y: float, z: float, lean_deg: float):
 
 
 CHAIRS = [
-    Family("dining_chair", partial(dining_chair, back="slats")),
-    Family("dining_chair", partial(dining_chair, back="ladder")),
-    Family("dining_chair", partial(dining_chair, back="panel", legs="tapered")),
-    Family("dining_chair", partial(dining_chair, back="splat", legs="tapered", pad=True)),
-    Family("dining_chair", partial(dining_chair, back="spindles", legs="splayed")),
-    Family("dining_chair", partial(dining_chair, back="cross", legs="tapered", pad=True)),
-    Family("dining_chair", partial(dining_chair, back="bands", legs="splayed")),
-    Family("arm_chair", partial(dining_chair, back="panel", legs="tapered", arms=True, pad=True)),
-    Family("arm_chair", partial(dining_chair, back="slats", arms=True)),
-    Family("child_chair", partial(dining_chair, back="bands", scale=0.68)),
-    Family("shell_chair", partial(shell_chair, stand="splayed")),
-    Family("shell_chair", partial(shell_chair, stand="tubes")),
-    Family("cantilever_chair", cantilever_chair),
-    Family("bistro_chair", bistro_chair),
-    Family("folding_chair", folding_chair),
-    Family("office_chair", partial(office_chair, arms=True)),
-    Family("office_chair", partial(office_chair, arms=False)),
-    Family("office_chair", partial(office_chair, arms=True, headrest=True)),
+    family("dining_chair", dining_chair, back="slats"),
+    family("dining_chair", dining_chair, back="ladder"),
+    family("dining_chair", dining_chair, back="panel", legs="tapered"),
+    family("dining_chair", dining_chair, back="splat", legs="tapered", pad=True),
+    family("dining_chair", dining_chair, back="spindles", legs="splayed"),
+    family("dining_chair", dining_chair, back="cross", legs="tapered", pad=True),
+    family("dining_chair", dining_chair, back="bands", legs="splayed"),
+    family("arm_chair", dining_chair, back="panel", legs="tapered", arms=True, pad=True),
+    family("arm_chair", dining_chair, back="slats", arms=True),
+    family("child_chair", dining_chair, back="bands", scale=0.68),
+    family("shell_chair", shell_chair, stand="splayed"),
+    family("shell_chair", shell_chair, stand="tubes"),
+    family("cantilever_chair", cantilever_chair),
+    family("bistro_chair", bistro_chair),
+    family("folding_chair", folding_chair),
+    family("office_chair", office_chair, arms=True),
+    family("office_chair", office_chair, arms=False),
+    family("office_chair", office_chair, arms=True, headrest=True),
 ]

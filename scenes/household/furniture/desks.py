@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import apron, four_legs, panel_ends, sled
 from ..parts.solids import box, join
 
@@ -100,13 +98,13 @@ def secretary(rng: Generator):
 
 
 DESKS = [
-    Family("desk", partial(plain_desk, legs="posts")),
-    Family("desk", partial(plain_desk, legs="panels")),
-    Family("desk", partial(plain_desk, legs="sled")),
-    Family("desk", partial(plain_desk, legs="columns")),
-    Family("desk", partial(drawer_desk, sides=1)),
-    Family("desk", partial(drawer_desk, sides=2)),
-    Family("desk", partial(drawer_desk, sides=1, to_floor=False)),
-    Family("corner_desk", corner_desk),
-    Family("writing_desk", secretary),
+    family("desk", plain_desk, legs="posts"),
+    family("desk", plain_desk, legs="panels"),
+    family("desk", plain_desk, legs="sled"),
+    family("desk", plain_desk, legs="columns"),
+    family("desk", drawer_desk, sides=1),
+    family("desk", drawer_desk, sides=2),
+    family("desk", drawer_desk, sides=1, to_floor=False),
+    family("corner_desk", corner_desk),
+    family("writing_desk", secretary),
 ]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import apron, four_legs, panel_ends, sled
 from ..parts.solids import beam, box, join
 from .tables import top
@@ -72,13 +70,13 @@ def child_table(rng: Generator):
 
 
 LOW_TABLES = [
-    Family("coffee_table", partial(coffee_table, legs="shelf"), also="sittable"),
-    Family("coffee_table", partial(coffee_table, legs="sled"), also="sittable"),
-    Family("coffee_table", partial(coffee_table, shape="oval", legs="splayed"), also="sittable"),
-    Family("coffee_table", partial(coffee_table, legs="slab"), also="sittable"),
-    Family("side_table", partial(side_table, shape="round")),
-    Family("side_table", partial(side_table, shape="rounded")),
-    Family("tray_table", tray_table),
-    Family("bedside_table", bedside_table),
-    Family("child_table", child_table, also="sittable"),
+    family("coffee_table", coffee_table, legs="shelf", also="sittable"),
+    family("coffee_table", coffee_table, legs="sled", also="sittable"),
+    family("coffee_table", coffee_table, shape="oval", legs="splayed", also="sittable"),
+    family("coffee_table", coffee_table, legs="slab", also="sittable"),
+    family("side_table", side_table, shape="round"),
+    family("side_table", side_table, shape="rounded"),
+    family("tray_table", tray_table),
+    family("bedside_table", bedside_table),
+    family("child_table", child_table, also="sittable"),
 ]

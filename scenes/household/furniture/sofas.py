@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, stretchers
-from ..parts.solids import arc, at_height, beam, box, cushion, join, lathe, sheet, shift, tube, turn
+from ..parts.outlines import arc, at_height
+from ..parts.solids import beam, box, cushion, join, lathe, sheet, shift, tube, turn
 
 
 def sofa(rng: Generator, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bool = True):
@@ -213,21 +212,21 @@ def lounger(rng: Generator):
 
 
 SOFAS = [
-    Family("armchair", partial(sofa, seats=1, arms="box")),
-    Family("armchair", partial(sofa, seats=1, arms="soft")),
-    Family("armchair", partial(sofa, seats=1, arms="scroll", feet=0.05)),
-    Family("wing_chair", wing_chair),
-    Family("tub_chair", tub_chair),
-    Family("sofa", partial(sofa, seats=2, arms="box")),
-    Family("sofa", partial(sofa, seats=3, arms="soft")),
-    Family("sofa", partial(sofa, seats=3, arms="scroll", feet=0.04)),
-    Family("sofa", partial(sofa, seats=2, arms="none", feet=0.14, soft=False)),
-    Family("corner_sofa", partial(corner_sofa, ottoman=False)),
-    Family("corner_sofa", partial(corner_sofa, ottoman=True)),
-    Family("ottoman", ottoman, also="table"),
-    Family("bench", bench, also="table"),
-    Family("park_bench", park_bench),
-    Family("pew", pew),
-    Family("rocking_chair", rocking_chair),
-    Family("lounger", lounger),
+    family("armchair", sofa, seats=1, arms="box"),
+    family("armchair", sofa, seats=1, arms="soft"),
+    family("armchair", sofa, seats=1, arms="scroll", feet=0.05),
+    family("wing_chair", wing_chair),
+    family("tub_chair", tub_chair),
+    family("sofa", sofa, seats=2, arms="box"),
+    family("sofa", sofa, seats=3, arms="soft"),
+    family("sofa", sofa, seats=3, arms="scroll", feet=0.04),
+    family("sofa", sofa, seats=2, arms="none", feet=0.14, soft=False),
+    family("corner_sofa", corner_sofa, ottoman=False),
+    family("corner_sofa", corner_sofa, ottoman=True),
+    family("ottoman", ottoman, also="table"),
+    family("bench", bench, also="table"),
+    family("park_bench", park_bench),
+    family("pew", pew),
+    family("rocking_chair", rocking_chair),
+    family("lounger", lounger),
 ]

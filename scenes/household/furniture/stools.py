@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, stretchers
-from ..parts.solids import arc, at_height, beam, circle, cushion, hoop, join, lathe, prism, sheet, superellipse, tube
+from ..parts.outlines import arc, at_height, circle, superellipse
+from ..parts.solids import beam, cushion, hoop, join, lathe, prism, sheet, tube
 
 
 def stool(rng: Generator, *, shape: str = "round", legs: int = 4, height: tuple[float, float] = (0.42, 0.48)):
@@ -49,9 +48,9 @@ def bar_chair(rng: Generator, *, back: bool = True):
 
 
 STOOLS = [
-    Family("stool", partial(stool, shape="round", legs=3), also="table"),
-    Family("stool", partial(stool, shape="square"), also="table"),
-    Family("bar_stool", partial(stool, shape="square", height=(0.68, 0.8))),
-    Family("bar_stool", partial(bar_chair, back=True)),
-    Family("bar_stool", partial(bar_chair, back=False)),
+    family("stool", stool, shape="round", legs=3, also="table"),
+    family("stool", stool, shape="square", also="table"),
+    family("bar_stool", stool, shape="square", height=(0.68, 0.8)),
+    family("bar_stool", bar_chair, back=True),
+    family("bar_stool", bar_chair, back=False),
 ]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import apron, cross_foot, crossed_legs, four_legs, pedestal, sled, stretchers, trestles
-from ..parts.solids import at_height, beam, box, circle, join, loft, prism, rounded_rectangle, superellipse, tube
+from ..parts.outlines import at_height, circle, rounded_rectangle, superellipse
+from ..parts.solids import beam, box, join, loft, prism, tube
 
 
 def dining_table(rng: Generator, *, shape: str = "rectangle", legs: str = "straight"):
@@ -162,27 +161,27 @@ def _skirt(upper: np.ndarray, lower: np.ndarray, high: float, low: float):
 
 
 TABLES = [
-    Family("dining_table", partial(dining_table, legs="straight"), 2),
-    Family("dining_table", partial(dining_table, legs="tapered")),
-    Family("dining_table", partial(dining_table, shape="oval", legs="splayed")),
-    Family("dining_table", partial(dining_table, legs="trestle")),
-    Family("dining_table", partial(dining_table, shape="rounded", legs="crossed")),
-    Family("dining_table", partial(dining_table, legs="flush")),
-    Family("round_table", partial(round_table, legs="pedestal")),
-    Family("round_table", partial(round_table, legs="four")),
-    Family("cafe_table", partial(cafe_table, shape="round")),
-    Family("cafe_table", partial(cafe_table, shape="rectangle")),
-    Family("console_table", partial(console, legs="shelf")),
-    Family("console_table", partial(console, legs="drawer")),
-    Family("bar_table", partial(bar_table, shape="round")),
-    Family("bar_table", partial(bar_table, shape="rectangle")),
-    Family("work_bench", work_bench),
-    Family("folding_table", partial(folding_table, legs="crossed")),
-    Family("folding_table", partial(folding_table, legs="tubes")),
-    Family("picnic_table", picnic_table, also="sittable"),
-    Family("kitchen_island", kitchen_island),
-    Family("conference_table", conference_table),
-    Family("covered_table", covered_table),
+    family("dining_table", dining_table, 2, legs="straight"),
+    family("dining_table", dining_table, legs="tapered"),
+    family("dining_table", dining_table, shape="oval", legs="splayed"),
+    family("dining_table", dining_table, legs="trestle"),
+    family("dining_table", dining_table, shape="rounded", legs="crossed"),
+    family("dining_table", dining_table, legs="flush"),
+    family("round_table", round_table, legs="pedestal"),
+    family("round_table", round_table, legs="four"),
+    family("cafe_table", cafe_table, shape="round"),
+    family("cafe_table", cafe_table, shape="rectangle"),
+    family("console_table", console, legs="shelf"),
+    family("console_table", console, legs="drawer"),
+    family("bar_table", bar_table, shape="round"),
+    family("bar_table", bar_table, shape="rectangle"),
+    family("work_bench", work_bench),
+    family("folding_table", folding_table, legs="crossed"),
+    family("folding_table", folding_table, legs="tubes"),
+    family("picnic_table", picnic_table, also="sittable"),
+    family("kitchen_island", kitchen_island),
+    family("conference_table", conference_table),
+    family("covered_table", covered_table),
 ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import trimesh
@@ -30,9 +31,16 @@ class Family:
 
     category: str
     build: Callable[[np.random.Generator], trimesh.Trimesh]
-    count: int = 1
-    also: str = ""
-    watertight: bool = True
+    count: int
+    also: str
+    watertight: bool
+
+
+def family(
+    category: str, build: Callable, count: int = 1, *, also: str = "", watertight: bool = True, **options: object
+) -> Family:
+    """Return a family whose builder is given these options."""
+    return Family(category, partial(build, **options), count, also, watertight)
 
 
 def draw(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:

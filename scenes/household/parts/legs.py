@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .solids import beam, box, circle, lathe, rectangle, rounded, shift, sweep, tube
+from .outlines import circle, rectangle, rounded
+from .solids import beam, box, lathe, shift, sweep, tube
 
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 

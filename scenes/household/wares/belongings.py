@@ -5,26 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import (
-    arc,
-    arch,
-    at_height,
-    box,
-    cushion,
-    ellipsoid,
-    join,
-    lathe,
-    loft,
-    rectangle,
-    rounded,
-    shift,
-    stacked,
-    superellipse,
-    sweep,
-    tube,
-    turn,
-)
+from ..parts.family import family
+from ..parts.outlines import arc, arch, at_height, rectangle, rounded, superellipse
+from ..parts.solids import box, cushion, ellipsoid, join, lathe, loft, shift, stacked, sweep, tube, turn
 
 
 def ball(rng: Generator):
@@ -187,16 +170,16 @@ def suitcase(rng: Generator):
 
 
 BELONGINGS = [
-    Family("ball", ball),
-    Family("teddy_bear", teddy_bear),
-    Family("toy_car", toy_car),
-    Family("apple", apple),
-    Family("banana", banana),
-    Family("book", book),
-    Family("shoe", shoe),
-    Family("boot", boot),
-    Family("hat", hat),
-    Family("handbag", handbag),
-    Family("backpack", backpack),
-    Family("suitcase", suitcase),
+    family("ball", ball),
+    family("teddy_bear", teddy_bear),
+    family("toy_car", toy_car),
+    family("apple", apple),
+    family("banana", banana),
+    family("book", book),
+    family("shoe", shoe),
+    family("boot", boot),
+    family("hat", hat),
+    family("handbag", handbag),
+    family("backpack", backpack),
+    family("suitcase", suitcase),
 ]

@@ -2,30 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import (
-    at_height,
-    beam,
-    box,
-    circle,
-    cushion,
-    hoop,
-    join,
-    lathe,
-    loft,
-    rectangle,
-    rounded,
-    shift,
-    stacked,
-    superellipse,
-    tube,
-    turn,
-)
+from ..parts.family import family
+from ..parts.outlines import at_height, circle, rectangle, rounded, superellipse
+from ..parts.solids import beam, box, cushion, hoop, join, lathe, loft, shift, stacked, tube, turn
 from .cups import vessel
 
 
@@ -148,15 +130,15 @@ def barrel(rng: Generator):
 
 
 BOXES = [
-    Family("milk_carton", carton),
-    Family("cereal_box", partial(packet, size=(0.16, 0.06, 0.23))),
-    Family("parcel", partial(packet, size=(0.36, 0.27, 0.22))),
-    Family("open_box", open_box),
-    Family("laundry_basket", basket),
-    Family("bucket", bucket),
-    Family("waste_bin", partial(waste_bin, lid=False)),
-    Family("trash_can", partial(waste_bin, lid=True)),
-    Family("wheelie_bin", wheelie_bin),
-    Family("tray", tray),
-    Family("barrel", barrel),
+    family("milk_carton", carton),
+    family("cereal_box", packet, size=(0.16, 0.06, 0.23)),
+    family("parcel", packet, size=(0.36, 0.27, 0.22)),
+    family("open_box", open_box),
+    family("laundry_basket", basket),
+    family("bucket", bucket),
+    family("waste_bin", waste_bin, lid=False),
+    family("trash_can", waste_bin, lid=True),
+    family("wheelie_bin", wheelie_bin),
+    family("tray", tray),
+    family("barrel", barrel),
 ]

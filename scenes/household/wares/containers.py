@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import beam, box, join, lathe, stacked, superellipse
+from ..parts.family import family
+from ..parts.outlines import superellipse
+from ..parts.solids import beam, box, join, lathe, stacked
 from .cups import vessel
 
 
@@ -93,14 +92,14 @@ def flower_pot(rng: Generator):
 
 
 CONTAINERS = [
-    Family("wine_bottle", partial(bottle, kind="wine")),
-    Family("water_bottle", partial(bottle, kind="water")),
-    Family("mustard_bottle", flat_bottle),
-    Family("spray_bottle", spray_bottle),
-    Family("jar", jar),
-    Family("tin", partial(tin, flat=False)),
-    Family("tin", partial(tin, flat=True)),
-    Family("vase", partial(vase, kind="narrow")),
-    Family("vase", partial(vase, kind="flared")),
-    Family("flower_pot", flower_pot),
+    family("wine_bottle", bottle, kind="wine"),
+    family("water_bottle", bottle, kind="water"),
+    family("mustard_bottle", flat_bottle),
+    family("spray_bottle", spray_bottle),
+    family("jar", jar),
+    family("tin", tin, flat=False),
+    family("tin", tin, flat=True),
+    family("vase", vase, kind="narrow"),
+    family("vase", vase, kind="flared"),
+    family("flower_pot", flower_pot),
 ]

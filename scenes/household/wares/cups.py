@@ -8,8 +8,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike
 
-from ..parts.family import Family
-from ..parts.solids import circle, join, lathe, rounded, shift, stacked, tube
+from ..parts.family import family
+from ..parts.outlines import circle, rounded
+from ..parts.solids import join, lathe, shift, stacked, tube
 
 
 def vessel(outside: ArrayLike, wall: float, floor: float, *, sections: int = 36):
@@ -222,24 +223,24 @@ def square_cup(rng: Generator):
 
 
 CUPS = [
-    Family("mug", mug, 4),
-    Family("mug", mug_shell, 1, watertight=False),
-    Family("tumbler", tumbler, 2),
-    Family("tumbler", faceted_glass),
-    Family("tumbler", tumbler_shell, 1, watertight=False),
-    Family("wine_glass", wine_glass, 3),
-    Family("beer_mug", beer_mug, 2),
-    Family("beer_glass", beer_glass),
-    Family("tea_cup", tea_cup, 2),
-    Family("tea_cup", tea_cup_on_saucer),
-    Family("espresso_cup", espresso_cup, 2),
-    Family("shot_glass", shot_glass),
-    Family("travel_mug", travel_mug),
-    Family("paper_cup", paper_cup, 2),
-    Family("champagne_flute", champagne_flute),
-    Family("cocktail_glass", cocktail_glass),
-    Family("goblet", goblet),
-    Family("plastic_cup", plastic_cup),
-    Family("beaker", square_cup),
-    Family("child_cup", child_cup),
+    family("mug", mug, 4),
+    family("mug", mug_shell, 1, watertight=False),
+    family("tumbler", tumbler, 2),
+    family("tumbler", faceted_glass),
+    family("tumbler", tumbler_shell, 1, watertight=False),
+    family("wine_glass", wine_glass, 3),
+    family("beer_mug", beer_mug, 2),
+    family("beer_glass", beer_glass),
+    family("tea_cup", tea_cup, 2),
+    family("tea_cup", tea_cup_on_saucer),
+    family("espresso_cup", espresso_cup, 2),
+    family("shot_glass", shot_glass),
+    family("travel_mug", travel_mug),
+    family("paper_cup", paper_cup, 2),
+    family("champagne_flute", champagne_flute),
+    family("cocktail_glass", cocktail_glass),
+    family("goblet", goblet),
+    family("plastic_cup", plastic_cup),
+    family("beaker", square_cup),
+    family("child_cup", child_cup),
 ]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import arch, beam, box, circle, cushion, join, lathe, prism, shift, stacked, sweep, tube, turn
+from ..parts.family import family
+from ..parts.outlines import arch, circle
+from ..parts.solids import beam, box, cushion, join, lathe, prism, shift, stacked, sweep, tube, turn
 from .cups import handle
 
 
@@ -136,16 +135,16 @@ def iron(rng: Generator):
 
 
 DEVICES = [
-    Family("tv", partial(screen, width=1.0)),
-    Family("monitor", partial(screen, width=0.52)),
-    Family("laptop", laptop),
-    Family("keyboard", keyboard),
-    Family("telephone", telephone),
-    Family("radio", radio),
-    Family("speaker", speaker),
-    Family("fan", fan),
-    Family("printer", printer),
-    Family("coffee_maker", coffee_maker),
-    Family("blender", blender),
-    Family("iron", iron),
+    family("tv", screen, width=1.0),
+    family("monitor", screen, width=0.52),
+    family("laptop", laptop),
+    family("keyboard", keyboard),
+    family("telephone", telephone),
+    family("radio", radio),
+    family("speaker", speaker),
+    family("fan", fan),
+    family("printer", printer),
+    family("coffee_maker", coffee_maker),
+    family("blender", blender),
+    family("iron", iron),
 ]

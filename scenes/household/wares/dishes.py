@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.solids import cushion, join, lathe, shift, tube, turn
 from .cups import handle, vessel, wall_profile
 
@@ -74,11 +72,11 @@ def plate(rng: Generator, *, oval: bool = False):
 
 
 DISHES = [
-    Family("utensil_pot", utensil_pot),
-    Family("kettle", partial(kettle, tea=False)),
-    Family("teapot", partial(kettle, tea=True)),
-    Family("frying_pan", partial(pan, deep=False)),
-    Family("cooking_pot", partial(pan, deep=True, lid=True)),
-    Family("plate", partial(plate, oval=False)),
-    Family("plate", partial(plate, oval=True)),
+    family("utensil_pot", utensil_pot),
+    family("kettle", kettle, tea=False),
+    family("teapot", kettle, tea=True),
+    family("frying_pan", pan, deep=False),
+    family("cooking_pot", pan, deep=True, lid=True),
+    family("plate", plate, oval=False),
+    family("plate", plate, oval=True),
 ]

@@ -5,25 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import (
-    arch,
-    at_height,
-    beam,
-    box,
-    circle,
-    cushion,
-    join,
-    lathe,
-    loft,
-    prism,
-    rounded,
-    shift,
-    stacked,
-    superellipse,
-    tube,
-    turn,
-)
+from ..parts.family import family
+from ..parts.outlines import arch, at_height, circle, rounded, superellipse
+from ..parts.solids import beam, box, cushion, join, lathe, loft, prism, shift, stacked, tube, turn
 
 
 def radiator(rng: Generator):
@@ -196,14 +180,14 @@ def extinguisher(rng: Generator):
 
 
 FIXTURES = [
-    Family("radiator", radiator),
-    Family("door", door),
-    Family("ladder", ladder),
-    Family("bathtub", bathtub),
-    Family("washbasin", washbasin),
-    Family("bicycle", bicycle),
-    Family("guitar", guitar),
-    Family("piano", piano),
-    Family("whiteboard", whiteboard),
-    Family("fire_extinguisher", extinguisher),
+    family("radiator", radiator),
+    family("door", door),
+    family("ladder", ladder),
+    family("bathtub", bathtub),
+    family("washbasin", washbasin),
+    family("bicycle", bicycle),
+    family("guitar", guitar),
+    family("piano", piano),
+    family("whiteboard", whiteboard),
+    family("fire_extinguisher", extinguisher),
 ]

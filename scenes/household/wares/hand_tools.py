@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import arc, at_height, beam, box, join, lathe, rectangle, rounded, shift, sweep, tube, turn
+from ..parts.family import family
+from ..parts.outlines import arc, at_height, rectangle, rounded
+from ..parts.solids import beam, box, join, lathe, shift, sweep, tube, turn
 
 
 def hammer(rng: Generator):
@@ -80,9 +81,9 @@ def drill(rng: Generator):
 
 
 TOOLS = [
-    Family("hammer", hammer),
-    Family("wrench", wrench),
-    Family("fork", fork),
-    Family("flashlight", flashlight),
-    Family("drill", drill),
+    family("hammer", hammer),
+    family("wrench", wrench),
+    family("fork", fork),
+    family("flashlight", flashlight),
+    family("drill", drill),
 ]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import beam, circle, ellipsoid, join, lathe, prism, shift, tube, turn
+from ..parts.family import family
+from ..parts.outlines import circle
+from ..parts.solids import beam, ellipsoid, join, lathe, prism, shift, tube, turn
 
 
 def shade(low: float, high: float, bottom: float, top: float):
@@ -54,4 +55,4 @@ def desk_lamp(rng: Generator):
     )
 
 
-LAMPS = [Family("floor_lamp", floor_lamp), Family("table_lamp", table_lamp), Family("desk_lamp", desk_lamp)]
+LAMPS = [family("floor_lamp", floor_lamp), family("table_lamp", table_lamp), family("desk_lamp", desk_lamp)]

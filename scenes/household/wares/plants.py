@@ -7,8 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import join, rounded, sheet, shift, stacked, tube, turn
+from ..parts.family import family
+from ..parts.outlines import rounded
+from ..parts.solids import join, sheet, shift, stacked, tube, turn
 from .containers import flower_pot
 
 
@@ -69,4 +70,4 @@ def cactus(rng: Generator):
     return join(pot, body, arms)
 
 
-PLANTS = [Family("potted_plant", potted_plant), Family("tree", tree), Family("cactus", cactus)]
+PLANTS = [family("potted_plant", potted_plant), family("tree", tree), family("cactus", cactus)]
