@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.compare.rooms.scores import Counts, function_counts, match_parts, segmentation_counts
-from spherefunc_bullet.compare.rooms.trials import halves, shares
+from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
 
 TRUTH = np.repeat([0, 1, 2, -1], [10, 10, 4, 20])
@@ -21,7 +21,7 @@ def test_the_truth_itself_is_all_right():
 
 def test_half_an_object_is_none():
     parts = TRUTH.copy()
-    parts[:5] = 7  # two halves of IoU 0.5 each, which is not above it
+    parts[:5] = 7  # two split_in_halves of IoU 0.5 each, which is not above it
     assert match_parts(TRUTH, parts, [0, 1, 2]) == {0: None, 1: 1, 2: 2, 7: None}
     parts[5] = 7
     assert match_parts(TRUTH, parts, [0, 1, 2])[7] == 0  # 6 of 10
@@ -72,7 +72,7 @@ def test_counts_add_up():
 
 
 def test_halves_share_every_label_and_no_object():
-    one, other = halves(open_dataset("household"), 0)
+    one, other = split_in_halves(open_dataset("household"), 0)
     names = [{item.path for item in part.objects} for part in (one, other)]
     assert not names[0] & names[1] and len(names[0] | names[1]) == 200
     for label in ("cup", "table", "sittable"):

@@ -19,7 +19,7 @@ from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
 from spherefunc_bullet.settling.settling import Settled, settle
 from spherefunc_bullet.simulator import Simulator
 
-from .trials import Fold, halves
+from .trials import Fold, split_in_halves
 
 EXAMPLES = ("whole", "views", "both", "both-large")
 VIEWS, NOISE = 3, 1.0  # of the scans that partial views are cut out of
@@ -53,7 +53,7 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     simulated = simulate_dataset(
         dataset, training.simulator, training.radii, seed=training.seed, jobs=jobs, failed=failed
     )
-    one, other = halves(Dataset(dataset.name, simulated.objects), training.seed)
+    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
         for tested, learnt in ((one, other), (other, one))

@@ -176,7 +176,7 @@ def run_trial(
     """
     from joblib import Parallel, delayed
 
-    rooms = list(furnished(folds, trial, failed))
+    rooms = list(furnished_rooms(folds, trial, failed))
     for fold in folds:
         fold.ask_of_models(placed.item for room, own in rooms if own is fold for placed in room.objects)
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
@@ -194,7 +194,7 @@ def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Conditi
     }
 
 
-def furnished(
+def furnished_rooms(
     folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None]
 ) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
@@ -250,8 +250,8 @@ def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[i
     return {int(seen[item.id]): item.members for item in recognised}
 
 
-def halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
-    """Return two halves of a data set with as many objects of each label in one as in the other."""
+def split_in_halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
+    """Return two split_in_halves of a data set with as many objects of each label in one as in the other."""
     rng = np.random.default_rng(seed)
     by_label: dict[frozenset, list[DatasetObject]] = {}
     for item in dataset.objects:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")]
+Data = Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")]
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
 Views = Annotated[str, typer.Option(help="Kinect views that are fused, such as 3; or whole: all surfaces.")]
 Noise = Annotated[float, typer.Option(min=0, help="Times a Kinect's noise; 0: none, and no pixel is lost.")]
@@ -96,7 +97,7 @@ def import_furniture(
 
 @app.command()
 def describe(
-    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    data: Data,
     as_json: Json = False,
 ) -> None:
     """Count a data set's objects by label, category and source, and give their sizes."""
@@ -116,7 +117,7 @@ def describe(
 
 @app.command()
 def select(
-    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    data: Data,
     directory: Directory,
     up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
     least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,

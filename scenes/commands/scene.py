@@ -60,11 +60,11 @@ def scene(
     )
     steps = steps_of(complete)
     scan = read_scan(file, units, intrinsics, color, depth_scale)
-    prepare(classifier)
+    warm_up_recognition(classifier)
     room = recognise(scan, classifier, up=up, settings=settings, completion=steps)
     say_remarks(scan, room)
     if out is not None:
-        write(scan, room, out, file)
+        write_files(scan, room, out, file)
     if json:
         from ..report.files import room_json
 
@@ -86,7 +86,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
     return load_scan(file, units=units, report=say)
 
 
-def prepare(classifier: FunctionClassifier):
+def warm_up_recognition(classifier: FunctionClassifier):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
@@ -116,7 +116,7 @@ def say_remarks(scan: Scan, room: Room):
         say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
 
 
-def write(scan: Scan, room: Room, out: Path, file: Path):
+def write_files(scan: Scan, room: Room, out: Path, file: Path):
     """Write the files, and say which."""
     from ..report.files import write_room
 

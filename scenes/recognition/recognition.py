@@ -176,7 +176,7 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
 def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
-    spacing = for_size(SPACINGS, box.size.max())
+    spacing = value_for_size(SPACINGS, box.size.max())
     whole = complete(cells(points, spacing).means if spacing else points, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
     return Cloud(own, "object"), box
@@ -198,12 +198,12 @@ def settled_on(clouds: Sequence[Cloud], model: FunctionClassifier) -> list[Settl
     return settled
 
 
-def for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
+def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
     """Return what an object's largest side chooses, 0 for what is small."""
     return next((value for least, value in choices if side >= least), 0.0)
 
 
 def telling_radii(cloud: Cloud, model: FunctionClassifier) -> list[float]:
     """Return the radii that tell something of an object, metres."""
-    smallest = for_size(SMALLEST_RADII, cloud.size.max())
+    smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
     return [radius for radius in model.chosen_radii() if radius >= smallest]

@@ -35,7 +35,7 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     connect(np.ascontiguousarray(points[grid.order]), reach[grid.order], grid.keys, grid.start, roots)
     cluster_of = np.empty(len(points), np.int64)
     cluster_of[grid.order] = roots
-    return numbered_anew(cluster_of)
+    return renumbered(cluster_of)
 
 
 def members_of(labels: np.ndarray) -> list[np.ndarray]:
@@ -45,7 +45,7 @@ def members_of(labels: np.ndarray) -> list[np.ndarray]:
     return [order[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
-def numbered_anew(cluster_of: np.ndarray) -> np.ndarray:
+def renumbered(cluster_of: np.ndarray) -> np.ndarray:
     """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
     _, first, member = np.unique(cluster_of, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.int64)
@@ -53,7 +53,7 @@ def numbered_anew(cluster_of: np.ndarray) -> np.ndarray:
     return rank[member.ravel()]
 
 
-def bridged(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.ndarray:
+def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.ndarray:
     """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
 
     Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
@@ -70,7 +70,7 @@ def bridged(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.
     has_large = np.zeros(len(points), bool)
     has_large[wide[is_large(points, cluster_of)]] = True
     first = np.unique(wide, return_index=True)[1]
-    return numbered_anew(np.where(has_large[wide], cluster_of[first][wide], cluster_of))
+    return renumbered(np.where(has_large[wide], cluster_of[first][wide], cluster_of))
 
 
 def is_large(points: np.ndarray, cluster_of: np.ndarray) -> np.ndarray:

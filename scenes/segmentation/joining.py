@@ -42,11 +42,11 @@ class Piece:
     high: np.ndarray
 
     @classmethod
-    def of(cls, number: int, points: np.ndarray) -> Piece:
+    def from_points(cls, number: int, points: np.ndarray) -> Piece:
         return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
 
 
-def joined(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
+def join_pieces(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
     """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
 
     What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
@@ -60,7 +60,7 @@ def joined(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground:
     wall, ground : (W, 3), (G, 3) float64, metres
         Voxels of walls and of the ground.
     """
-    pieces = [Piece.of(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
+    pieces = [Piece.from_points(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
     links, hanging = vessel_sides(pieces, ground), []
     walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
     x = points[along_x, 0]
@@ -72,7 +72,7 @@ def joined(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground:
             links += [(piece.number, whole) for whole in whole_of_leg(piece, pieces, lows, highs)]
             continue
         first, last = np.searchsorted(x, [piece.low[0] - _REACH, piece.high[0] + _REACH])
-        near = around(piece, points, along_x[first:last])
+        near = points_around(piece, points, along_x[first:last])
         near = near[cluster_of[near] != piece.number]
         carried = is_carried(piece, points[near])
         if carried and piece.low[2] > _BASE:
@@ -84,10 +84,10 @@ def joined(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground:
             links.append((piece.number, whole))
         if not carried:
             links += [(piece.number, leg) for leg in legs_of(piece, lows, highs)]
-    return united(len(pieces), links, hanging)[cluster_of] if pieces else cluster_of
+    return wholes_of(len(pieces), links, hanging)[cluster_of] if pieces else cluster_of
 
 
-def united(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
+def wholes_of(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
     """Return the number of the whole (K,) int64 for each of a count of pieces, -1 for those that hang."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -145,7 +145,7 @@ def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
     return nearest
 
 
-def around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def points_around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
     inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
     return np.sort(chosen[inside.all(axis=1)])

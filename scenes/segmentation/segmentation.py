@@ -11,8 +11,8 @@ from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import cells
 from ..scans.patches import find_patches, patch_side
-from .clusters import bridged, euclidean_clusters, numbered_anew
-from .joining import joined
+from .clusters import bridge_gaps, euclidean_clusters, renumbered
+from .joining import join_pieces
 from .supports import split_off
 from .walls import Wall, ceiling_height, find_walls, is_flush
 
@@ -86,12 +86,12 @@ def labelled_voxels(
     cluster_of = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
     flush = is_flush(voxels[rest], cluster_of, walls)
     labels[rest[flush]] = WALL
-    rest, cluster_of = rest[~flush], numbered_anew(cluster_of[~flush])
+    rest, cluster_of = rest[~flush], renumbered(cluster_of[~flush])
     if settings.large_tolerance > settings.cluster_tolerance:
-        cluster_of = bridged(voxels[rest], cluster_of, settings.large_tolerance)
+        cluster_of = bridge_gaps(voxels[rest], cluster_of, settings.large_tolerance)
     cluster_of = split_off(voxels[rest], cluster_of, settings.cluster_tolerance, noise or 0.0)
-    cluster_of = joined(voxels[rest], cluster_of, voxels[labels == WALL], voxels[labels == FLOOR])
-    labels[rest] = np.where(cluster_of < 0, WALL, numbered(cluster_of, settings))
+    cluster_of = join_pieces(voxels[rest], cluster_of, voxels[labels == WALL], voxels[labels == FLOOR])
+    labels[rest] = np.where(cluster_of < 0, WALL, numbered_by_size(cluster_of, settings))
     return labels
 
 
@@ -108,7 +108,7 @@ def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.nda
     return outside
 
 
-def numbered(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarray:
+def numbered_by_size(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarray:
     """Return clusters (C,) numbered by size, -3 for those below 0 and those of a size that is not wanted.
 
     Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.

@@ -127,14 +127,15 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < _WIDTH or top < _TOP:
         return None
-    if width >= _SURE_WIDTH and top >= _SURE_TOP and filled(along[own] - low, points[own, 2], width, top) > _FILLED:
+    is_wide = width >= _SURE_WIDTH and top >= _SURE_TOP
+    if is_wide and filled_share(along[own] - low, points[own, 2], width, top) > _FILLED:
         return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
     behind = np.mean(ahead[beside] < -_BEYOND)
     return wall if behind < _MOST_BEYOND else None
 
 
-def filled(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
+def filled_share(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
     """Return the share of a plane's squares that hold points (N,): a wall has most, a cut across a room few."""
     columns, rows = int(width / _SQUARE), int(top / _SQUARE)
     i, j = (along / _SQUARE).astype(int), (heights / _SQUARE).astype(int)

@@ -44,12 +44,12 @@ class PlacedObject:
     @cached_property
     def points(self) -> np.ndarray:
         """The object's whole surface as points (N, 3), metres, in the room's frame."""
-        return moved(self.cloud.points, self.T_room_object)
+        return transformed(self.cloud.points, self.T_room_object)
 
     @property
     def mesh(self) -> Mesh:
         """The object's mesh in the room's frame."""
-        return Mesh(moved(self.cloud.mesh.vertices, self.T_room_object), self.cloud.mesh.faces)
+        return Mesh(transformed(self.cloud.mesh.vertices, self.T_room_object), self.cloud.mesh.faces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +62,17 @@ class VirtualRoom:
 
     def meshes(self) -> Iterator[tuple[int, Mesh]]:
         """Yield label and mesh of the room's shell and of every object."""
-        yield from shell(self.size)
+        yield from shell_meshes(self.size)
         for number, placed in enumerate(self.objects):
             yield number, placed.mesh
 
 
-def moved(points: np.ndarray, T: np.ndarray) -> np.ndarray:
+def transformed(points: np.ndarray, T: np.ndarray) -> np.ndarray:
     """Return points (N, 3) in the frame that a transform (4, 4) leads to."""
     return points @ T[:3, :3].T + T[:3, 3]
 
 
-def shell(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
+def shell_meshes(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
     """Yield label and mesh of the floor, the four walls and the ceiling."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * size
     for axis in range(3):
@@ -165,11 +165,11 @@ def furnish(
     tables = [decks.pop(TABLE)] if TABLE in decks else []
     small = [Deck(stock.small[name], rng) for name in sorted(stock.small)]
     for number in range(1, count + 1):
-        on_floor = dealt(tables, TABLES) + dealt(list(decks.values()), ON_FLOOR)
-        yield arrange(f"room_{number:02d}", on_floor, dealt(small, ON_TOPS), rng)
+        on_floor = deal_objects(tables, TABLES) + deal_objects(list(decks.values()), ON_FLOOR)
+        yield arrange(f"room_{number:02d}", on_floor, deal_objects(small, ON_TOPS), rng)
 
 
-def dealt(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
+def deal_objects(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
     """Return so many objects, from one deck after the other; none if there are no decks."""
     return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
 
@@ -184,15 +184,15 @@ def arrange(
     tops: dict[int, Ground] = {}
     # The largest first: small ones find a place between large ones, but not the other way round.
     for item in sorted(on_floor, key=lambda item: -np.prod(clouds[item.path].size[:2])):
-        if put(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed) and TABLE in item.functions:
+        if place_object(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed) and TABLE in item.functions:
             tops[len(placed) - 1] = top_of(placed[-1].points)
     for item in on_tops:
-        if not put(item, clouds[item.path], tops, TOP_GAP, rng, placed):
-            put(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed)
+        if not place_object(item, clouds[item.path], tops, TOP_GAP, rng, placed):
+            place_object(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed)
     return VirtualRoom(name, np.array(SIZE), tuple(placed))
 
 
-def put(
+def place_object(
     item: DatasetObject,
     cloud: Cloud,
     grounds: dict[int, Ground],
@@ -201,8 +201,8 @@ def put(
     placed: list[PlacedObject],
 ) -> bool:
     """Place an object on the first of the grounds, in random order, that has room for it; say whether one had."""
-    T_room_object = heading(rng.uniform(0, 2 * np.pi))
-    points = moved(cloud.points, T_room_object)
+    T_room_object = heading_transform(rng.uniform(0, 2 * np.pi))
+    points = transformed(cloud.points, T_room_object)
     for support in rng.permutation(list(grounds)):
         place = grounds[support].place(points, gap, rng)
         if place is not None:
@@ -212,7 +212,7 @@ def put(
     return False
 
 
-def heading(angle: float) -> np.ndarray:
+def heading_transform(angle: float) -> np.ndarray:
     """Return the transform (4, 4) that turns by an angle in radians about z."""
     T = np.eye(4)
     T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]

@@ -154,12 +154,12 @@ def at_edges(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return the pixels (H, W) lost because a neighbour is much nearer or farther."""
     edges = np.zeros(depth.shape, bool)
     for axis in (0, 1):
-        step = np.abs(np.diff(depth, axis=axis)) > EDGE_STEP * np.minimum(*halves(depth, axis))
-        for side in halves(edges, axis):
+        step = np.abs(np.diff(depth, axis=axis)) > EDGE_STEP * np.minimum(*neighbours_along(depth, axis))
+        for side in neighbours_along(edges, axis):
             side |= step
     return edges & (rng.random(depth.shape) < EDGE_LOSS)
 
 
-def halves(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+def neighbours_along(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Return views of all pixels but the last, and all but the first, along an axis."""
     return (image[:-1], image[1:]) if axis == 0 else (image[:, :-1], image[:, 1:])

@@ -8,7 +8,7 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .furnishing import FLOOR, VirtualRoom, shell
+from .furnishing import FLOOR, VirtualRoom, shell_meshes
 from .kinect import Kinect, Surfaces, look_at, photograph
 
 SHELL_PITCH = 0.01  # metres between the points of floor and walls in a whole scan
@@ -52,7 +52,7 @@ class VirtualScan:
 
 def whole_scan(room: VirtualRoom) -> VirtualScan:
     """Return the surfaces themselves, complete and without noise, as the objects' own clouds have them."""
-    parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell(room.size)]
+    parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell_meshes(room.size)]
     parts += [(number, placed.points) for number, placed in enumerate(room.objects)]
     labels = [np.full(len(points), label, np.int32) for label, points in parts]
     return VirtualScan(room, np.concatenate([points for _, points in parts]), np.concatenate(labels))

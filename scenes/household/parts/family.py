@@ -43,7 +43,7 @@ def family(
     return Family(category, partial(build, **options), count, also, watertight)
 
 
-def draw(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
+def draw_objects(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
     """Yield every object of the families, each from a random stream of its own.
 
     The stream depends on the seed, the category and the number within it, so that a family added later leaves
