@@ -14,11 +14,12 @@ browser:
 test: browser lint  ## everything that CI runs
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
-lint: setup
+lint: setup  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .
 	@rm -rf build/installed && mkdir -p build/installed
 	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
 	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)
+	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/typed_script.py
 
 FILES := 10000
 

@@ -282,7 +282,7 @@ def test_radii_for_one_and_for_all():
 
 def test_console_script_says_one_line(data):
     done = subprocess.run(
-        [COMMAND, "compare", data, "--backends", "fast,nothing"], capture_output=True, text=True, timeout=60
+        [COMMAND, "compare", data, "--backends", "fast,nothing"], capture_output=True, text=True
     )
     assert done.returncode == 2 and done.stdout == "" and len(done.stderr.splitlines()) == 1
 

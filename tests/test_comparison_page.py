@@ -19,10 +19,6 @@ from spherefunc_bullet.compare.comparison.disagreements import chosen, disagreem
 STEADY, HIGHER, ASTRAY = [0.80, 0.81, 0.79, 0.80, 0.80], [0.90, 0.91, 0.89, 0.90, 0.91], [0.70, 0.92, 0.75, 0.85, 0.80]
 BYTES = 8_000_000  # that a report may have
 # Complains if laying out and programs took long: the aim is two seconds, a busy machine without a GPU has more.
-OPENED = """<script>addEventListener("load", () => requestAnimationFrame(() => {
-  const took = performance.now();
-  if (took > 8000) console.error(`opened after ${took} ms`);
-}));</script>"""
 
 
 def backend(seconds: float, **f_measures) -> dict:
@@ -140,10 +136,9 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
 
 @needs_browser
 @pytest.mark.parametrize("width", [1280, 800])
-def test_a_browser_opens_it_at_once_without_errors(written, tmp_path, width):
-    page = tmp_path / "report.html"
-    page.write_text((written / "report.html").read_text().replace("</body>", f"{OPENED}</body>"))
-    drawn = draw(page, tmp_path, size=(width, 7000), budget=2500)
+def test_a_browser_opens_it_without_errors(written, tmp_path, width):
+    """How soon is measured by `python -m spherefunc_bullet.compare.bench.opening`, on an idle machine."""
+    drawn = draw(written / "report.html", tmp_path, size=(width, 7000), budget=2500)
     assert not drawn.console, drawn.console
     inked = drawn.pixels.min(axis=-1) < 200
     assert not inked[:, -8:].any(), "something runs out of the window on the right"

@@ -16,7 +16,6 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import limits
 from spherefunc_bullet.formats.reading import READERS
 
-SECONDS = 20_000  # milliseconds: a damaged file of 20 kB takes 0.01 s; a machine under load some seconds more
 KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"]
 CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz"]
 
@@ -222,7 +221,7 @@ def damaged(draw, data):
 @given(choice=st.data())
 @settings(
     max_examples=60,
-    deadline=SECONDS,
+    deadline=None,  # of the clock, which other work on the machine lengthens; test_fuzz.py counts processor time
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )

@@ -1,0 +1,22 @@
+# The public names: imported when first used (`__init__.py`), and what type checkers see.
+from .clouds.cloud import Cloud as Cloud
+from .clouds.cloud import cloud_from_mesh as cloud_from_mesh
+from .clouds.cloud import cloud_from_points as cloud_from_points
+from .clouds.cloud import load_cloud as load_cloud
+from .datasets.dataset import open_dataset as open_dataset
+from .errors import InputError as InputError
+from .learning.function_classifier import FunctionClassifier as FunctionClassifier
+from .learning.function_classifier import Membership as Membership
+from .learning.histogram import CubeHistogram as CubeHistogram
+from .learning.histogram import SphereHistogram as SphereHistogram
+from .learning.inverse_distance import InverseDistanceClassifier as InverseDistanceClassifier
+from .learning.model_file import load_model as load_model
+from .learning.model_file import save_model as save_model
+from .learning.model_file import shipped_model as shipped_model
+from .quantities import parse_length as parse_length
+from .simulator import DropResult as DropResult
+from .simulator import DropSettings as DropSettings
+from .simulator import Outcome as Outcome
+from .simulator import Simulator as Simulator
+from .simulator import Stop as Stop
+from .simulator import make_simulator as make_simulator
