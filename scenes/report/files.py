@@ -18,7 +18,7 @@ from .colours import function_colour, point_colours
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
 
 
-def room_json(scan: Scan, room: Room) -> dict:
+def room_json(scan: Scan, room: Room) -> dict[str, object]:
     """Return what was found, for JSON; all of it in metres and in the scan's own frame."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
@@ -39,7 +39,7 @@ def room_json(scan: Scan, room: Room) -> dict:
     }
 
 
-def object_json(item: SceneObject, room: Room, points: int) -> dict:
+def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]:
     """Return one object for JSON."""
     box = room.box_in_scan(item.box)
     axes = item.box.axes @ room.levelling.T_level_scan[:3, :3]

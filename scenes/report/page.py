@@ -43,7 +43,7 @@ def lead_html(scan: Scan, room: Room) -> str:
     )
 
 
-def room_data(scan: Scan, room: Room) -> dict:
+def room_data(scan: Scan, room: Room) -> dict[str, object]:
     """Return what the viewer draws, for JSON."""
     points = room.levelling.to_level(scan.points)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)

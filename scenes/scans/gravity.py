@@ -66,7 +66,7 @@ def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     return np.array([0.0, 0.0, 1.0]), None
 
 
-def is_even(points: np.ndarray, along: np.ndarray, forward: tuple) -> bool:
+def is_even(points: np.ndarray, along: np.ndarray, forward: tuple[int, int, int]) -> bool:
     """Return whether points (N, 3), at distances (N,) forward, are as evenly spread as the pixels of a camera."""
     sideways = points[:, np.flatnonzero(np.array(forward) == 0)] / along[:, None]
     windows = np.floor(sideways / _WINDOW).astype(np.int64)

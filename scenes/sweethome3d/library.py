@@ -122,7 +122,7 @@ def _purpose(entry: FurnitureEntry) -> Purpose:
 
 def _import_object(
     library: _Library, entry: FurnitureEntry, purpose: Purpose, directory: Path, report: Callable[[str], None]
-) -> tuple | None:
+) -> tuple[str | int, ...] | None:
     """Write one object and return its row of the manifest; report and return None if it cannot be read."""
     try:
         mesh = place_model(library.model(entry), entry)

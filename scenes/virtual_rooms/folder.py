@@ -31,7 +31,7 @@ class RoomFolder:
 
     directory: Path
     group: str  # the source that the manifest names
-    rows: list[tuple] = field(default_factory=list)
+    rows: list[tuple[str, ...]] = field(default_factory=list)
     scans: list[str] = field(default_factory=list)
 
     def write(self, scan: VirtualScan, clouds: Iterable[np.ndarray]):
@@ -72,7 +72,7 @@ def file_labels(labels: np.ndarray) -> np.ndarray:
     return np.where(labels >= 0, labels + FIRST_OBJECT, shell).astype(np.uint8)
 
 
-def instance_rows(scan: VirtualScan) -> Iterator[tuple]:
+def instance_rows(scan: VirtualScan) -> Iterator[tuple[str | int, ...]]:
     """Yield one row for each object of the room, seen or not."""
     counts = np.bincount(scan.labels[scan.labels >= 0], minlength=len(scan.room.objects))
     seen = set(scan.seen().tolist())

@@ -86,11 +86,11 @@ def shell_meshes(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
 class Deck:
     """Objects of one kind in random order, dealt one by one; when all are dealt, in a new order."""
 
-    items: Sequence
+    items: Sequence[DatasetObject]
     rng: np.random.Generator
-    left: list = field(default_factory=list)
+    left: list[DatasetObject] = field(default_factory=list)
 
-    def deal(self):
+    def deal(self) -> DatasetObject:
         """Return the next object."""
         if not self.left:
             self.left = [self.items[i] for i in self.rng.permutation(len(self.items))]
@@ -118,7 +118,7 @@ def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Stock:
     InputError
         If nothing is left.
     """
-    kinds: dict[bool, dict[str, tuple]] = {True: {}, False: {}}
+    kinds: dict[bool, dict[str, tuple[DatasetObject, ...]]] = {True: {}, False: {}}
     for item in dataset.objects:
         try:
             size = extents(item)

@@ -37,7 +37,13 @@ class Family:
 
 
 def family(
-    category: str, build: Callable, count: int = 1, *, also: str = "", watertight: bool = True, **options: object
+    category: str,
+    build: Callable[..., trimesh.Trimesh],
+    count: int = 1,
+    *,
+    also: str = "",
+    watertight: bool = True,
+    **options: object,
 ) -> Family:
     """Return a family whose builder is given these options."""
     return Family(category, partial(build, **options), count, also, watertight)
