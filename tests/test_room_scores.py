@@ -21,7 +21,7 @@ def test_the_truth_itself_is_all_right():
 
 def test_half_an_object_is_none():
     parts = TRUTH.copy()
-    parts[:5] = 7  # two split_in_halves of IoU 0.5 each, which is not above it
+    parts[:5] = 7  # two halves of IoU 0.5 each, which is not above it
     assert match_parts(TRUTH, parts, [0, 1, 2]) == {0: None, 1: 1, 2: 2, 7: None}
     parts[5] = 7
     assert match_parts(TRUTH, parts, [0, 1, 2])[7] == 0  # 6 of 10

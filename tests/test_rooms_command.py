@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 @pytest.fixture
 def run():
-    return lambda *arguments: CliRunner().invoke(application(), ["rooms", *(str(each) for each in arguments)])
+    return lambda *arguments: CliRunner().invoke(application(), ["rooms", *(str(argument) for argument in arguments)])
 
 
 def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
@@ -32,8 +32,8 @@ def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
     about = json.loads(done.stdout)
     (measured,) = about["conditions"]
     assert measured["views"] == "1 view" and measured["rooms"] == 1
-    found, seen = measured["segmentation"], measured["objects"]
-    assert found["hits"] + found["misses"] == seen and seen + measured["hidden"] >= 8
+    parts, seen = measured["segmentation"], measured["objects"]
+    assert parts["hits"] + parts["misses"] == seen and seen + measured["hidden"] >= 8
     for name in ("cup", "sittable", "table"):
         row = measured["functions"][name]
         assert row["hits"] + row["misses"] <= seen and row["f_measure_cut_out"] is None

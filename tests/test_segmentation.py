@@ -126,9 +126,9 @@ def test_what_scatters_over_a_table_makes_it_no_higher():
 
 def test_two_tables_of_one_height_have_two_tops():
     tables = [moved(square_table(0.8, 0.6, 0.72), x, 0.0) for x in (-0.5, 0.5)]
-    found = tops(cells(np.vstack(tables), 0.01).means)
-    assert sorted(round(float(each.box.center[0]), 1) for each in found) == [-0.5, 0.5]
-    assert all(np.allclose(each.box.size[:2], [0.8, 0.6], atol=0.03) for each in found)
+    boards = tops(cells(np.vstack(tables), 0.01).means)
+    assert sorted(round(float(top.box.center[0]), 1) for top in boards) == [-0.5, 0.5]
+    assert all(np.allclose(top.box.size[:2], [0.8, 0.6], atol=0.03) for top in boards)
 
 
 def test_what_crosses_a_top_is_no_part_of_it():
@@ -163,9 +163,10 @@ def test_clusters_are_those_of_a_tree():
     pairs = cKDTree(points).query_pairs(0.025, output_type="ndarray")
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2)
     expected = connected_components(graph, directed=False)[1]
-    found = euclidean_clusters(points, 0.025)
-    assert found.max() + 1 > 100  # neither all nor nothing is connected
-    assert len(np.unique(found)) == len(np.unique(expected)) == len(np.unique(np.stack([found, expected]), axis=1).T)
+    clusters = euclidean_clusters(points, 0.025)
+    assert clusters.max() + 1 > 100  # neither all nor nothing is connected
+    pairs = np.unique(np.stack([clusters, expected]), axis=1).T
+    assert len(np.unique(clusters)) == len(np.unique(expected)) == len(pairs)
 
 
 def test_the_tolerance_follows_the_steps_of_a_camera():

@@ -12,7 +12,7 @@ from spherefunc_bullet.scenes.segmentation.walls import filled_share
 
 
 def test_a_wall_is_filled_and_a_cut_across_a_room_is_not():
-    along, heights = (each.ravel() for each in np.meshgrid(np.arange(0, 3, 0.02), np.arange(0, 2, 0.02)))
+    along, heights = (grid.ravel() for grid in np.meshgrid(np.arange(0, 3, 0.02), np.arange(0, 2, 0.02)))
     assert filled_share(along, heights, 3.0, 2.0) == pytest.approx(1.0)
     door = (along > 1) & (along < 2) & (heights < 1.8)
     # The door's edges lie on the squares', so that a row of 10 and a column of 18 of the 600 may hold points of it.

@@ -251,7 +251,7 @@ def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[i
 
 
 def split_in_halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
-    """Return two split_in_halves of a data set with as many objects of each label in one as in the other."""
+    """Return two halves of a data set with as many objects of each label in one as in the other."""
     rng = np.random.default_rng(seed)
     by_label: dict[frozenset, list[DatasetObject]] = {}
     for item in dataset.objects:
