@@ -48,7 +48,7 @@ class OneCatalogue:
 @pytest.fixture
 def run(monkeypatch):
     monkeypatch.setattr(catalogue, "catalogue_entry_points", lambda: {"household": OneCatalogue})
-    return lambda *arguments: CliRunner().invoke(app, [str(each) for each in arguments])
+    return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -24,33 +24,33 @@ def angle_deg(a, b) -> float:
 
 
 def test_a_level_room_stays_as_it_is(points):
-    found = level(points)
-    assert found.source == "floor"
-    assert angle_deg(found.up, [0, 0, 1]) < 0.2
-    assert abs(found.height) < 0.005
+    levelling = level(points)
+    assert levelling.source == "floor"
+    assert angle_deg(levelling.up, [0, 0, 1]) < 0.2
+    assert abs(levelling.height) < 0.005
 
 
 @pytest.mark.parametrize("tilt_deg", [0, 20, 35, 50])
 def test_a_tilted_camera_is_levelled(points, tilt_deg):
     seen = in_view(as_camera_sees(points, tilt_deg=tilt_deg))
-    found = level(seen)
-    assert angle_deg(found.up, as_camera_sees(np.array([[0.0, -3.2, 2.6]]), tilt_deg=tilt_deg)[0]) < 1.0
+    levelling = level(seen)
+    assert angle_deg(levelling.up, as_camera_sees(np.array([[0.0, -3.2, 2.6]]), tilt_deg=tilt_deg)[0]) < 1.0
     # The camera is 1.6 m above the floor, and is the origin.
-    assert found.height == pytest.approx(-1.6, abs=0.02)
+    assert levelling.height == pytest.approx(-1.6, abs=0.02)
 
 
 def test_to_level_and_back(points):
     turned = Rotation.from_euler("xyz", [12, -8, 40], degrees=True).apply(points) + [1, 2, 3]
-    found = level(turned)
-    assert np.allclose(found.to_scan(found.to_level(turned)), turned)
+    levelling = level(turned)
+    assert np.allclose(levelling.to_scan(levelling.to_level(turned)), turned)
     floor = room()[1][::3] == -1
-    assert np.abs(found.to_level(turned)[floor, 2]).max() < 0.02
+    assert np.abs(levelling.to_level(turned)[floor, 2]).max() < 0.02
 
 
 def test_the_floor_is_the_lowest_large_plane_not_the_largest():
     small_floor, large_top = sheet_at(1.2, 1.2, 0.0)[::2], moved(sheet_at(2.4, 1.2, 0.72), 0.9, 0.0)
-    found = level(np.vstack([small_floor, large_top]))
-    assert abs(found.height) < 0.01
+    levelling = level(np.vstack([small_floor, large_top]))
+    assert abs(levelling.height) < 0.01
 
 
 def test_a_table_top_without_floor_serves_and_is_called_so():
@@ -59,10 +59,10 @@ def test_a_table_top_without_floor_serves_and_is_called_so():
 
 
 def test_a_wall_alone_gives_no_floor():
-    found = level(sheet([-1, 2, 0], [2, 0, 0], [0, 0, 2.0]))
-    assert found.source == "assumed"
-    assert not found.floor_seen
-    assert angle_deg(found.up, [0, 0, 1]) < 1e-6
+    levelling = level(sheet([-1, 2, 0], [2, 0, 0], [0, 0, 2.0]))
+    assert levelling.source == "assumed"
+    assert not levelling.floor_seen
+    assert angle_deg(levelling.up, [0, 0, 1]) < 1e-6
 
 
 def test_given_up_is_kept(points):

@@ -13,7 +13,7 @@ from clouds import level, mug, sheet
 from PIL import Image
 from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_table
 
-from spherefunc_bullet.compare.rooms.real_scans import Tally, matched
+from spherefunc_bullet.compare.rooms.real_scans import Tally, best_pairs
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
@@ -140,11 +140,11 @@ def test_kinect_of_the_first_generation():
 
 def test_the_box_of_a_turned_box_is_that_box():
     box = Box(center=np.array([1.0, 2.0, 0.5]), size=np.array([1.2, 0.6, 0.8]), yaw=0.4)
-    found = bounding_box(box.corners)
-    assert np.allclose(found.center, box.center)
-    assert np.allclose(found.size, box.size)
-    assert found.yaw == pytest.approx(box.yaw)
-    assert box_overlap(box, found) == pytest.approx(1.0)
+    around = bounding_box(box.corners)
+    assert np.allclose(around.center, box.center)
+    assert np.allclose(around.size, box.size)
+    assert around.yaw == pytest.approx(box.yaw)
+    assert box_overlap(box, around) == pytest.approx(1.0)
 
 
 def test_boxes_apart_do_not_overlap():
@@ -210,15 +210,15 @@ def test_every_object_of_the_room_has_its_function(recognised):
     wanted = {"table": {"table"}, "mug": {"cup"}}
     for number, name in enumerate(NAMES):
         centre = {"table": (0, 0), "stool": (1.2, 0.3), "box": (-1.2, 0.5), "mug": (0.2, 0.1)}[name]
-        near = [each for each in recognised.objects if np.hypot(*(each.box.center[:2] - centre)) < 0.08]
-        item = min(near, key=lambda each: abs(each.box.size[0] - (0.08 if name == "mug" else 1.2)))
+        near = [item for item in recognised.objects if np.hypot(*(item.box.center[:2] - centre)) < 0.08]
+        item = min(near, key=lambda item: abs(item.box.size[0] - (0.08 if name == "mug" else 1.2)))
         if name in wanted:
-            assert {key for key, each in item.functions.items() if each["member"]} == wanted[name], number
+            assert item.members == wanted[name], number
 
 
 def test_the_mug_stands_on_the_table(recognised):
-    mug_found = min(recognised.objects, key=lambda each: each.box.size.max())
-    assert mug_found.support == pytest.approx(0.72, abs=0.015)
+    mug = min(recognised.objects, key=lambda item: item.box.size.max())
+    assert mug.support == pytest.approx(0.72, abs=0.015)
 
 
 def test_turning_the_room_turns_the_boxes(recognised):
@@ -234,16 +234,16 @@ def test_bullet_recognises_too():
     pytest.importorskip("pybullet")
     points, truth = room(walls=False)
     scene = scan_from_points(points[(truth == 0) | (truth == -1)][::2], "table")
-    found = recognise(scene, load_model(shipped_model("bullet", scans=True)))
-    assert [name for name, each in found.objects[0].functions.items() if each["member"]] == ["table"]
+    recognised = recognise(scene, load_model(shipped_model("bullet", scans=True)))
+    assert recognised.objects[0].members == {"table"}
 
 
 # Truth
 
 
 def test_pairs_are_those_of_largest_overlap():
-    assert matched(np.array([[0.6, 0.9], [0.0, 0.7]])) == {0: 1}
-    assert matched(np.array([[0.6, 0.9], [0.5, 0.0]])) == {0: 1, 1: 0}
+    assert best_pairs(np.array([[0.6, 0.9], [0.0, 0.7]])) == {0: 1}
+    assert best_pairs(np.array([[0.6, 0.9], [0.5, 0.0]])) == {0: 1, 1: 0}
 
 
 def test_shares_of_a_tally():
@@ -266,14 +266,14 @@ def scan_file(tmp_path_factory):
 def test_the_command_writes_all_it_promises(scan_file, tmp_path):
     done = spherefunc("scene", scan_file, "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert {"floor", "up", "objects", "stages"} <= set(found)
-    assert {"id", "points", "box", "functions"} <= set(found["objects"][0])
-    assert {each.name for each in tmp_path.iterdir()} == {
+    about = json.loads(done.stdout)
+    assert {"floor", "up", "objects", "stages"} <= set(about)
+    assert {"id", "points", "box", "functions"} <= set(about["objects"][0])
+    assert {path.name for path in tmp_path.iterdir()} == {
         "room.json", "room_labelled.ply", "room.png", "room.html"
     }  # fmt: skip
     labelled = load_scan(tmp_path / "room_labelled.ply")
-    assert len(labelled) == found["points"]
+    assert len(labelled) == about["points"]
     assert Image.open(tmp_path / "room.png").size == (1000, 750)
     page = (tmp_path / "room.html").read_text()
     assert "http://" not in page and "https://" not in page

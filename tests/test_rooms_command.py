@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
-from spherefunc_bullet.compare.rooms.curves import curve_rows, room_curves, write_report
-from spherefunc_bullet.compare.rooms.lessons import Lesson, learnt_model, told_by
+from spherefunc_bullet.compare.rooms.curves import curve_rows, write_report
+from spherefunc_bullet.compare.rooms.training import Training, trained_classifier, whole_fold
 from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 @pytest.fixture
 def run():
-    return lambda *arguments: CliRunner().invoke(application(), ["rooms", *(str(each) for each in arguments)])
+    return lambda *arguments: CliRunner().invoke(application(), ["rooms", *(str(argument) for argument in arguments)])
 
 
 def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
@@ -32,8 +32,8 @@ def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
     about = json.loads(done.stdout)
     (measured,) = about["conditions"]
     assert measured["views"] == "1 view" and measured["rooms"] == 1
-    found, seen = measured["segmentation"], measured["objects"]
-    assert found["hits"] + found["misses"] == seen and seen + measured["hidden"] >= 8
+    parts, seen = measured["segmentation"], measured["objects"]
+    assert parts["hits"] + parts["misses"] == seen and seen + measured["hidden"] >= 8
     for name in ("cup", "sittable", "table"):
         row = measured["functions"][name]
         assert row["hits"] + row["misses"] <= seen and row["f_measure_cut_out"] is None
@@ -64,9 +64,9 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
 def test_what_is_learnt_of_partial_views(tmp_path, examples):
     dataset = open_dataset(write_things(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")
-    lesson = Lesson(simulator=simulator, radii=(0.05,), examples=examples)
+    training = Training(simulator=simulator, radii=(0.05,), examples=examples)
     simulated = simulate_dataset(dataset, simulator, (0.05,), jobs=1, failed=pytest.fail)
-    names = list(learnt_model(dataset, simulated, lesson, pytest.fail).names_)
+    names = list(trained_classifier(dataset, simulated, training, pytest.fail).names_)
     seen = [name for name in names if " in room_" in name]
     assert (len(names) - len(seen) == len(dataset)) == (examples != "views")
     assert (len(seen) > 0) == (examples != "whole")
@@ -74,7 +74,7 @@ def test_what_is_learnt_of_partial_views(tmp_path, examples):
 
 
 def test_a_model_that_knows_the_objects_is_said(capsys):
-    told_by(shipped_model(), open_dataset("household"), 1)
+    whole_fold(open_dataset("household"), shipped_model(), 1)
     assert "has learnt 200 objects" in capsys.readouterr().err
 
 
@@ -88,7 +88,7 @@ def test_the_plot_draws_what_it_is_given(tmp_path):
     rows = curve_rows(measured)
     assert [row["value"] for row in rows if row["curve"] == "cup"] == [0.5] * 4
     about = {"data": "things", "backend": "fast"}
-    write_report(tmp_path, about, measured, room_curves(about, measured))
+    write_report(tmp_path, about, measured)
     assert (tmp_path / "rooms.csv").read_text().count("\n") == 1 + 3 * 4
     assert (tmp_path / "rooms.svg").read_text().startswith("<?xml")
 

@@ -56,9 +56,11 @@ def test_the_order_of_points_does_not_matter():
 
 def test_a_mug_stays_with_the_table_unless_parted():
     points, truth = room(walls=False)
-    labels = segment(points, Segmentation(supports=False))
-    assert labels.max() + 1 == len(NAMES) - 1
-    assert len(np.unique(labels[(truth == 0) & (points[:, 2] > 0.1)])) == 1
+    above = points[:, 2] > 0.03
+    clusters = euclidean_clusters(points[above], Segmentation.cluster_tolerance)  # by distance alone
+    assert clusters.max() + 1 == len(NAMES) - 1
+    assert len(np.unique(clusters[(truth[above] == 0) & (points[above, 2] > 0.1)])) == 1
+    assert segment(points).max() + 1 == len(NAMES)
 
 
 def test_the_back_of_a_chair_stays_with_its_seat():
@@ -104,8 +106,7 @@ def test_a_leg_that_stands_alone_is_its_tables():
     labels = segment(points)
     above = points[:, 2] > 0.03
     assert set(labels[above]) - {LEFT_OVER} == {0}
-    alone = segment(points, Segmentation(join=False, min_cluster_size=20))
-    assert len(set(alone[above]) - {LEFT_OVER}) > 1
+    assert euclidean_clusters(points[above], Segmentation.cluster_tolerance).max() > 0  # by distance alone
 
 
 def test_a_bin_under_a_table_is_no_part_of_it():
@@ -125,9 +126,9 @@ def test_what_scatters_over_a_table_makes_it_no_higher():
 
 def test_two_tables_of_one_height_have_two_tops():
     tables = [moved(square_table(0.8, 0.6, 0.72), x, 0.0) for x in (-0.5, 0.5)]
-    found = tops(cells(np.vstack(tables), 0.01).means)
-    assert sorted(round(float(each.box.center[0]), 1) for each in found) == [-0.5, 0.5]
-    assert all(np.allclose(each.box.size[:2], [0.8, 0.6], atol=0.03) for each in found)
+    boards = tops(cells(np.vstack(tables), 0.01).means)
+    assert sorted(round(float(top.box.center[0]), 1) for top in boards) == [-0.5, 0.5]
+    assert all(np.allclose(top.box.size[:2], [0.8, 0.6], atol=0.03) for top in boards)
 
 
 def test_what_crosses_a_top_is_no_part_of_it():
@@ -162,9 +163,10 @@ def test_clusters_are_those_of_a_tree():
     pairs = cKDTree(points).query_pairs(0.025, output_type="ndarray")
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2)
     expected = connected_components(graph, directed=False)[1]
-    found = euclidean_clusters(points, 0.025)
-    assert found.max() + 1 > 100  # neither all nor nothing is connected
-    assert len(np.unique(found)) == len(np.unique(expected)) == len(np.unique(np.stack([found, expected]), axis=1).T)
+    clusters = euclidean_clusters(points, 0.025)
+    assert clusters.max() + 1 > 100  # neither all nor nothing is connected
+    pairs = np.unique(np.stack([clusters, expected]), axis=1).T
+    assert len(np.unique(clusters)) == len(np.unique(expected)) == len(pairs)
 
 
 def test_the_tolerance_follows_the_steps_of_a_camera():

@@ -34,7 +34,7 @@ def test_a_plane_stays_where_it_is():
 def test_the_order_of_points_does_not_matter():
     points = noisy_cylinder(0.04, 0.002)
     order = np.random.default_rng(1).permutation(len(points))
-    one, other = (each[np.lexsort(np.round(each, 7).T)] for each in (smoothed(points), smoothed(points[order])))
+    one, other = (moved[np.lexsort(np.round(moved, 7).T)] for moved in (smoothed(points), smoothed(points[order])))
     assert np.allclose(one, other, atol=1e-7)
 
 

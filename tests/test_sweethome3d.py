@@ -193,7 +193,7 @@ def test_missing_file_is_an_input_error(tmp_path):
 def test_folder_that_cannot_be_written_is_an_input_error(tmp_path):
     path = library(tmp_path / "a.sh3f", entry(1, "Chair", "models/b.obj"), b=BLOCK)
     (tmp_path / "out").write_text("a file, not a folder")
-    with pytest.raises(InputError, match="expected a directory that can be written"):
+    with pytest.raises(InputError, match="expected a folder that can be written"):
         import_library(path, tmp_path / "out")
 
 

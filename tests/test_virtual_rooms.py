@@ -17,7 +17,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.commands.dataset import app
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, WALL, Furnishing, furnish
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, GAP, WALL, furnish
 from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
@@ -42,36 +42,35 @@ def plan(placed) -> np.ndarray:
 
 
 def test_no_object_is_nearer_than_the_gap(rooms):
-    settings = Furnishing()
     for room in rooms:
-        on_floor = [each for each in room.objects if each.support == FLOOR]
-        plans = [plan(each) for each in on_floor]
+        on_floor = [placed for placed in room.objects if placed.support == FLOOR]
+        plans = [plan(placed) for placed in on_floor]
         for i, one in enumerate(on_floor):
             low, high = one.points.min(axis=0), one.points.max(axis=0)
             # A footprint is drawn on cells: a diagonal of one may be lost.
-            assert (low[:2] > settings.gap - 1.5 * CELL).all()
-            assert (high[:2] < room.size[:2] - settings.gap + 1.5 * CELL).all()
+            assert (low[:2] > GAP - 1.5 * CELL).all()
+            assert (high[:2] < room.size[:2] - GAP + 1.5 * CELL).all()
             tree = cKDTree(plans[i])
             for other in plans[:i]:
-                assert tree.query(other)[0].min() > settings.gap - 1.5 * CELL
+                assert tree.query(other)[0].min() > GAP - 1.5 * CELL
 
 
 def test_small_things_stand_on_tops(rooms):
     tops = {"desk": 0.74, "stand": 0.6}
-    small = [(room, each) for room in rooms for each in room.objects if each.item.path.stem in ("mug", "tin")]
+    small = [(room, placed) for room in rooms for placed in room.objects if placed.item.path.stem in ("mug", "tin")]
     assert len(small) == 12  # six a room
-    carried = [(room, each) for room, each in small if each.support != FLOOR]
+    carried = [(room, placed) for room, placed in small if placed.support != FLOOR]
     assert len(carried) > 8
-    for room, each in carried:
-        table = room.objects[each.support]
+    for room, placed in carried:
+        table = room.objects[placed.support]
         # The first sample of a top's height is half a level's width off at most.
-        assert each.points[:, 2].min() == pytest.approx(tops[table.item.path.stem], abs=0.005)
+        assert placed.points[:, 2].min() == pytest.approx(tops[table.item.path.stem], abs=0.005)
         low, high = table.points.min(axis=0), table.points.max(axis=0)
-        assert (each.points[:, :2] > low[:2] - CELL).all() and (each.points[:, :2] < high[:2] + CELL).all()
+        assert (placed.points[:, :2] > low[:2] - CELL).all() and (placed.points[:, :2] < high[:2] + CELL).all()
 
 
 def test_what_is_too_low_or_too_large_is_left_out(rooms):
-    names = {each.item.path.stem for room in rooms for each in room.objects}
+    names = {placed.item.path.stem for room in rooms for placed in room.objects}
     assert names == set(THINGS) - {"pen", "bus"}
 
 
@@ -100,8 +99,8 @@ def test_a_full_floor_takes_nothing_more():
 
 def test_whole_scans_hold_every_point_of_every_object(rooms):
     scan = whole_scan(rooms[0])
-    for number, each in enumerate(rooms[0].objects):
-        assert (scan.labels == number).sum() == len(each.cloud.points)
+    for number, placed in enumerate(rooms[0].objects):
+        assert (scan.labels == number).sum() == len(placed.cloud.points)
     floor = scan.points[scan.labels == FLOOR]
     assert np.allclose(floor[:, 2], 0) and np.allclose(np.ptp(floor[:, :2], axis=0), rooms[0].size[:2])
     assert (scan.points[scan.labels == WALL] >= -1e-9).all()
@@ -131,8 +130,8 @@ def test_cameras_stand_clear_of_objects(rooms):
         scan = seen_scan(room, 3, Kinect(width=64, height=48), np.random.default_rng(0))
         eyes = np.array([pose[:3, 3] for pose in scan.poses])
         assert ((eyes > 0) & (eyes < room.size)).all()
-        for each in room.objects:
-            assert cKDTree(each.points).query(eyes)[0].min() > 0.25  # 30 cm, to the surface between the points
+        for placed in room.objects:
+            assert cKDTree(placed.points).query(eyes)[0].min() > 0.25  # 30 cm, to the surface between the points
 
 
 def test_partial_views_stand_on_the_ground(rooms):
@@ -147,7 +146,7 @@ def test_partial_views_stand_on_the_ground(rooms):
 
 @pytest.fixture
 def run():
-    return lambda *arguments: CliRunner().invoke(app, [str(each) for each in arguments])
+    return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def test_rooms_are_written_with_their_truth(run, data, tmp_path):
@@ -168,11 +167,11 @@ def test_clouds_cannot_be_seen(run, tmp_path):
     folder.mkdir()
     np.savetxt(folder / "cloud.xyz", np.random.default_rng(0).random((50, 3)))
     write_manifest(folder, COLUMNS, [("cloud.xyz", "cup", "", "", "")])
-    found = run("rooms", folder, tmp_path / "out")
-    assert isinstance(found.exception, InputError) and "expected objects" in str(found.exception)
+    done = run("rooms", folder, tmp_path / "out")
+    assert isinstance(done.exception, InputError) and "expected objects" in str(done.exception)
 
 
 @pytest.mark.parametrize("views", ["0", "-1", "many"])
 def test_views_are_numbers(run, data, tmp_path, views):
-    found = run("rooms", data, tmp_path / "out", f"--views={views}")
-    assert isinstance(found.exception, InputError) and "--views" in str(found.exception)
+    done = run("rooms", data, tmp_path / "out", f"--views={views}")
+    assert isinstance(done.exception, InputError) and "--views" in str(done.exception)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +12,10 @@ from spherefunc_bullet.commands.options import DEFAULT_RADII, Backend, Jobs, Jso
 from spherefunc_bullet.console import Failures, print_json, print_table, progress
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import parse_length, parse_lengths
+
+if TYPE_CHECKING:
+    from ..rooms.curves import ReportHead
+    from ..rooms.trials import Condition, ConditionRow
 
 
 def rooms(
@@ -47,7 +52,7 @@ def rooms(
     from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..rooms.lessons import Lesson, folds, told_by
+    from ..rooms.training import Training, two_folds, whole_fold
     from ..rooms.trials import RoomTrial, run_trial
 
     failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)
@@ -56,41 +61,39 @@ def rooms(
         rooms=count,
         conditions=conditions(views, noise),
         seed=seed,
-        settings=Segmentation(
-            cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)
-        ),
+        settings=Segmentation(cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)),
         completion=steps,
         cut_out=cut_out,
     )
-    lesson = Lesson(
+    training = Training(
         simulator=make_simulator(backend),
         radii=tuple(parse_lengths(radii)),
-        examples=one_of_examples(examples),
+        examples=examples,
         completion=steps,
         method=method,
         seed=seed,
     )
-    if model is None:
-        parts = folds(dataset, lesson, failures.add, jobs)
-    else:
-        parts = [told_by(model, dataset, jobs)]
-    found = run_trial(parts, trial, failures.add, lambda each: progress(each, count, "scanning rooms"), jobs)
-    backend = make_simulator(parts[0].model.simulator).name
-    about = {"data": dataset.name, "model": str(model) if model else f"the other half, {examples}", "backend": backend}
-    used = trial.settings
-    about |= {"tolerance": used.cluster_tolerance, "large_tolerance": used.large_tolerance}
-    about |= {"completion": list(steps), "seed": seed}
-    measured = [{"views": str(key), "noise": key.noise} | tally.row() for key, tally in found.items()]
-    show(about, measured, report, json)
+    folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
+    counts = run_trial(folds, trial, failures.add, lambda rooms: progress(rooms, count, "scanning rooms"), jobs)
+    about: ReportHead = {
+        "data": dataset.name,
+        "model": str(model) if model else f"the other half, {examples}",
+        "backend": make_simulator(folds[0].model.simulator).name,
+        "tolerance": trial.settings.cluster_tolerance,
+        "large_tolerance": trial.settings.large_tolerance,
+        "completion": list(steps),
+        "seed": seed,
+    }
+    show(about, [total.row(condition) for condition, total in counts.items()], report, json)
     failures.exit()
 
 
-def show(about: dict, measured: list[dict], report: Path | None, json: bool):
+def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | None, json: bool):
     """Print what was measured, and write the report."""
     if report is not None:
-        from ..rooms.curves import room_curves, write_report
+        from ..rooms.curves import write_report
 
-        write_report(report, about, measured, room_curves(about, measured))
+        write_report(report, about, measured)
     if json:
         print_json(about | {"conditions": measured})
         return
@@ -99,7 +102,7 @@ def show(about: dict, measured: list[dict], report: Path | None, json: bool):
     print_seconds(measured)
 
 
-def print_segmentation(about: dict, measured: list[dict]):
+def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
     """Print how many objects were found."""
     steps = "+".join(about["completion"]) or "none"
     print_table(
@@ -107,43 +110,35 @@ def print_segmentation(about: dict, measured: list[dict]):
         f"{100 * about['tolerance']:g} cm. Objects at IoU 0.5",
         ["scan", "noise", "rooms", "points", "objects", "hidden", "found", "recall", "precision"],
         [
-            [
-                each["views"],
-                f"{each['noise']:g}",
-                str(each["rooms"]),
-                f"{each['points'] // each['rooms']:,}",
-                str(each["objects"]),
-                str(each["hidden"]),
-                str(each["segmentation"]["hits"]),
-                figure(each["segmentation"]["recall"]),
-                figure(each["segmentation"]["precision"]),
-            ]
-            for each in measured
+            [row["views"], f"{row['noise']:g}", str(row["rooms"]), f"{row['points'] // row['rooms']:,}"]
+            + [str(row["objects"]), str(row["hidden"]), str(row["segmentation"]["hits"])]
+            + [figure(row["segmentation"]["recall"]), figure(row["segmentation"]["precision"])]
+            for row in measured
         ],
     )
 
 
-def print_labels(measured: list[dict]):
+def print_labels(measured: Sequence[ConditionRow]):
     """Print how well functions are told: from the scan, from objects cut out by the truth, and from whole models."""
     names = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole")
     print_table(
         "\nFunctions",
         ["scan", "noise", "function", "F", "precision", "recall", "F, cut out by truth", "F, whole models"],
         [
-            [each["views"], f"{each['noise']:g}", name, *(figure(row[key]) for key in names)]
-            for each in measured
-            for name, row in each["functions"].items()
+            [row["views"], f"{row['noise']:g}", function, *(figure(told[name]) for name in names)]
+            for row in measured
+            for function, told in row["functions"].items()
         ],
     )
 
 
-def print_seconds(measured: list[dict]):
+def print_seconds(measured: Sequence[ConditionRow]):
     """Print what each stage of recognition took, mean over rooms."""
     stages = list(measured[0]["seconds"])
     rows = [
-        [each["views"], f"{each['noise']:g}", *(f"{each['seconds'][name]:.2f}" for name in stages)]
-        + [f"{sum(each['seconds'].values()):.2f}"]
-        for each in measured
+        [row["views"], f"{row['noise']:g}", *(f"{row['seconds'][name]:.2f}" for name in stages)]
+        + [f"{sum(row['seconds'].values()):.2f}"]
+        for row in measured
     ]
     print_table("\nSeconds a room", ["scan", "noise", *stages, "all"], rows)
 
@@ -153,7 +148,7 @@ def figure(value: float | None) -> str:
     return "–" if value is None else f"{value:.3f}"
 
 
-def conditions(views: str, noise: str) -> tuple:
+def conditions(views: str, noise: str) -> tuple[Condition, ...]:
     """Return every number of views with every noise; whole surfaces once, without noise.
 
     Raises
@@ -165,9 +160,9 @@ def conditions(views: str, noise: str) -> tuple:
 
     from ..rooms.trials import Condition
 
-    numbers = [parse_views(each) for each in views.split(",")]
+    numbers = [parse_views(number) for number in views.split(",")]
     try:
-        levels = [float(each) for each in noise.split(",")]
+        levels = [float(level) for level in noise.split(",")]
     except ValueError:
         levels = [-1.0]
     if min(levels) < 0:
@@ -177,12 +172,3 @@ def conditions(views: str, noise: str) -> tuple:
         for number in numbers
         for level in (levels if number is not None else [0.0])
     )
-
-
-def one_of_examples(examples: str) -> str:
-    """Return what to learn from, or raise InputError if it is none of the choices."""
-    from ..rooms.lessons import EXAMPLES
-
-    if examples not in EXAMPLES:
-        raise InputError(f"--examples {examples}: expected one of {', '.join(EXAMPLES)}")
-    return examples

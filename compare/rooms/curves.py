@@ -5,13 +5,44 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict
+
+from spherefunc_bullet.formats.writing import write_text
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .trials import ConditionRow
 
 WHOLE = "whole"
 
 
-def room_curves(about: dict, measured: Sequence[dict]) -> Plate:
+class ReportHead(TypedDict):
+    """What was measured, as ``rooms.json`` begins."""
+
+    data: str
+    model: str
+    backend: str
+    tolerance: float  # metres
+    large_tolerance: float  # metres
+    completion: list[str]
+    seed: int
+
+
+class CurvePoint(TypedDict):
+    """One point of a curve."""
+
+    views: str
+    noise: float
+    curve: str  # a function, or "objects found"
+    value: float | None
+    whole: float | None  # of the same objects as whole models
+
+
+def room_curves(about: ReportHead, measured: Sequence[ConditionRow]) -> Plate:
     """Return the plot: on the left what views do, on the right what noise does at the most common number of views."""
     return Plate(
         stem="rooms",
@@ -23,18 +54,18 @@ def room_curves(about: dict, measured: Sequence[dict]) -> Plate:
     )
 
 
-def curve_rows(measured: Sequence[dict]) -> list[dict]:
+def curve_rows(measured: Sequence[ConditionRow]) -> list[CurvePoint]:
     """Return one row for each scan and function, and for each scan's segmentation."""
-    rows = []
-    for each in measured:
-        start = {"views": each["views"], "noise": each["noise"]}
-        rows.append(start | {"curve": "objects found", "value": each["segmentation"]["recall"], "whole": None})
-        for name, row in each["functions"].items():
-            rows.append(start | {"curve": name, "value": row["f_measure"], "whole": row["f_measure_whole"]})
+    rows: list[CurvePoint] = []
+    for scan in measured:
+        start = {"views": scan["views"], "noise": scan["noise"]}
+        rows.append(start | {"curve": "objects found", "value": scan["segmentation"]["recall"], "whole": None})
+        for name, function in scan["functions"].items():
+            rows.append(start | {"curve": name, "value": function["f_measure"], "whole": function["f_measure_whole"]})
     return rows
 
 
-def draw_curves(figure, measured: Sequence[dict]):
+def draw_curves(figure: Figure, measured: Sequence[ConditionRow]):
     """Draw views on the left and, where several levels were measured, noise on the right."""
     rows = curve_rows(measured)
     noises = sorted({row["noise"] for row in rows if row["views"] != WHOLE})
@@ -52,7 +83,7 @@ def draw_curves(figure, measured: Sequence[dict]):
     figure.legend(handles, names, loc="outside upper center", ncols=5, handlelength=3.2)
 
 
-def draw_panel(axes, rows: Sequence[dict], across: str, label: str):
+def draw_panel(axes: Axes, rows: Sequence[CurvePoint], across: str, label: str):
     """Draw each curve over one of the columns."""
     places = {value: place for place, value in enumerate(dict.fromkeys(row[across] for row in rows))}
     for index, name in enumerate(dict.fromkeys(row["curve"] for row in rows)):
@@ -68,7 +99,7 @@ def draw_panel(axes, rows: Sequence[dict], across: str, label: str):
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
 
 
-def write_report(folder: Path, about: dict, measured: Sequence[dict], plate: Plate):
+def write_report(folder: Path, about: ReportHead, measured: Sequence[ConditionRow]):
     """Write ``rooms.json``, and the plot as PNG, SVG and CSV."""
-    folder.joinpath("rooms.json").write_text(json.dumps(about | {"conditions": list(measured)}, indent=2) + "\n")
-    write_plate(plate, folder)
+    write_text(folder / "rooms.json", json.dumps(about | {"conditions": list(measured)}, indent=2) + "\n")
+    write_plate(room_curves(about, measured), folder)

@@ -9,19 +9,21 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypedDict
 
 import numpy as np
 import typer
 
 from spherefunc_bullet.console import Failures, print_json, print_table, run, say
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import writing
 from spherefunc_bullet.scenes.recognition.completion import steps_of
 from spherefunc_bullet.scenes.recognition.recognition import Room, compile_kernels, recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 
-from .truth import FoundObject, TrueObject, overlap, read_rows, true_objects
+from .scores import ratio, rounded
+from .truth import RecognisedObject, TrueObject, overlap, read_rows, true_objects
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
 RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of licences that forbid publishing
@@ -39,51 +41,61 @@ class Tally:
     @property
     def recall(self) -> float | None:
         """Of the functions that there are, the share found; None where there are none."""
-        return ratio(len(self.found), len(self.missed))
+        return rounded(ratio(len(self.found), len(self.found + self.missed)), 3)
 
     @property
     def precision(self) -> float | None:
         """Of the functions claimed, the share that is true; None where none is claimed."""
-        return ratio(len(self.found), len(self.wrong))
+        return rounded(ratio(len(self.found), len(self.found + self.wrong)), 3)
 
     def __add__(self, other: Tally) -> Tally:
-        return Tally(
-            found=self.found + other.found, missed=self.missed + other.missed, wrong=self.wrong + other.wrong
-        )
+        return Tally(found=self.found + other.found, missed=self.missed + other.missed, wrong=self.wrong + other.wrong)
 
 
-def ratio(right: int, wrong: int) -> float | None:
-    """Return the share of what is right."""
-    return round(right / (right + wrong), 3) if right + wrong else None
+class ScanRow(TypedDict, total=False):
+    """What was recognised in one scan, as JSON has it, and how that compares with what is known, if anything is."""
+
+    scan: str
+    points: int
+    up_from: str
+    objects: int
+    functional: list[str]
+    seconds: float
+    stages: dict[str, float]  # seconds
+    found: Sequence[str]
+    missed: Sequence[str]
+    wrong: Sequence[str]
+    recall: float | None
+    precision: float | None
 
 
-def matches(true: TrueObject, found: FoundObject) -> float:
+def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
     """Return how well two objects overlap, 0 where it is too little to be the same."""
     least = LEAST_OF_BOXES if true.points is None else LEAST_OF_POINTS
-    shared = overlap(true, found)
+    shared = overlap(true, recognised)
     return shared if shared >= least else 0.0
 
 
-def tally(truth: Sequence[TrueObject], found: Sequence[FoundObject]) -> Tally:
+def tally(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> Tally:
     """Compare each function of each object: the largest overlaps are matched first, each object once.
 
     What is disputed (`TrueObject.ambiguous`) is neither missed nor wrong.
     """
     counted = Tally()
-    for name in sorted({name for each in [*truth, *found] for name in each.functions}):
-        wanted = [each for each in truth if name in each.functions]
-        claimed = [each for each in found if name in each.functions]
-        shared = np.array([[matches(t, f) for f in claimed] for t in wanted]).reshape(len(wanted), len(claimed))
-        pairs = matched(shared)
+    for name in sorted({name for item in [*truth, *recognised] for name in item.functions}):
+        wanted = [item for item in truth if name in item.functions]
+        claimed = [item for item in recognised if name in item.functions]
+        overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
+        pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
         counted += Tally(
             found=tuple(wanted[t].name for t in pairs if not wanted[t].ambiguous),
-            missed=tuple(each.name for t, each in enumerate(wanted) if t not in pairs and not each.ambiguous),
+            missed=tuple(true.name for t, true in enumerate(wanted) if t not in pairs and not true.ambiguous),
             wrong=(name,) * (len(claimed) - len(pairs)),
         )
     return counted
 
 
-def matched(shared: np.ndarray) -> dict[int, int]:
+def best_pairs(shared: np.ndarray) -> dict[int, int]:
     """Return pairs of row and column of the largest overlaps (T, F), none twice; 0 does not pair."""
     pairs: dict[int, int] = {}
     for flat in np.argsort(-shared, axis=None, kind="stable"):
@@ -93,13 +105,11 @@ def matched(shared: np.ndarray) -> dict[int, int]:
     return pairs
 
 
-def found_objects(room: Room) -> list[FoundObject]:
+def recognised_objects(room: Room) -> list[RecognisedObject]:
     """Return the objects of a room in the scan's frame."""
     return [
-        FoundObject(
-            functions=frozenset(name for name, each in item.functions.items() if each["member"]),
-            box=room.box_in_scan(item.box),
-            points=room.labels == item.id,
+        RecognisedObject(
+            functions=item.members, box=room.box_in_scan(item.box), points=room.labels == item.id
         )
         for item in room.objects
     ]
@@ -126,35 +136,35 @@ def write_picture(scan: Scan, room: Room, path: Path):
     """Write a small picture of a room, of few colours, as documents take it."""
     from spherefunc_bullet.scenes.report.picture import room_picture
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    room_picture(scan, room, size=(560, 420)).quantize(96).save(path, optimize=True)
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        room_picture(scan, room, size=(560, 420)).quantize(96).save(path, optimize=True)
 
 
-def measured(path: Path, scan: Scan, room: Room, seconds: float) -> dict:
-    """Return what was found in one scan, and how that compares with what is known."""
-    truth = true_objects(path)
-    found = found_objects(room)
-    row = {
+def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> ScanRow:
+    """Return what was recognised in one scan, and how that compares with what is known."""
+    truth, recognised = true_objects(path), recognised_objects(room)
+    row: ScanRow = {
         "scan": path.name,
         "points": len(scan),
         "up_from": room.levelling.source,
         "objects": len(room.objects),
-        "functional": sorted(name for each in found for name in each.functions),
+        "functional": sorted(name for item in recognised for name in item.functions),
         "seconds": round(seconds, 2),
-        "stages": {name: round(each, 3) for name, each in room.stages.items()},
+        "stages": {name: round(lap, 3) for name, lap in room.stages.items()},
     }
     if truth is not None:
-        counts = tally(truth, found)
+        counts = tally(truth, recognised)
         row |= {"found": counts.found, "missed": counts.missed, "wrong": counts.wrong}
         row |= {"recall": counts.recall, "precision": counts.precision}
     return row
 
 
-def print_rows(rows: Sequence[dict], total: Tally):
+def print_rows(rows: Sequence[ScanRow], total: Tally):
     """Print a line for each scan, and one for all of which the truth is known."""
     columns = ["scan", "points", "level by", "objects", "recall", "precision", "missed", "wrong", "seconds"]
 
-    def share(row: dict, name: str) -> str:
+    def share(row: ScanRow, name: str) -> str:
         return "-" if row.get(name) is None else f"{row[name]:.2f}"
 
     table = [
@@ -190,12 +200,12 @@ def main(
     failures, rows = Failures(), []
     warm_up(make_simulator(classifier.simulator))
     compile_kernels()
-    for path in sorted(each for each in data.glob("*.ply") if any(part in each.name for part in only.split(","))):
+    for path in sorted(file for file in data.glob("*.ply") if any(part in file.name for part in only.split(","))):
         try:
             scan = some_points(load_scan(path, report=say), points)
             started = time.process_time()  # of one core, whatever else is running
             room = recognise(scan, classifier, settings=settings, completion=steps)
-            rows.append(measured(path, scan, room, time.process_time() - started))
+            rows.append(scan_row(path, scan, room, time.process_time() - started))
             if pictures is not None and may_be_shown(path):
                 write_picture(scan, room, pictures / f"scene_{path.stem}.png")
         except InputError as error:

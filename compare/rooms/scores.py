@@ -8,10 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 
 IOU = 0.5  # above one half no two parts can claim the same object
+
+Matches = Mapping[int, int | None]  # a part's number -> the number of the true object that it is, None for none
+Functions = Mapping[int, frozenset[str]]  # the functions of a part or of an object, by its number
+
+
+class CountsRow(TypedDict):
+    """Counts as reports have them; a figure is None where there is nothing to divide by."""
+
+    f_measure: float | None
+    precision: float | None
+    recall: float | None
+    hits: int
+    false_alarms: int
+    misses: int
 
 
 @dataclass(frozen=True)
@@ -23,9 +38,7 @@ class Counts:
     misses: int = 0
 
     def __add__(self, other: Counts) -> Counts:
-        return Counts(
-            self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses
-        )
+        return Counts(self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses)
 
     @property
     def precision(self) -> float | None:
@@ -39,11 +52,16 @@ class Counts:
     def f_measure(self) -> float | None:
         return ratio(2 * self.hits, 2 * self.hits + self.false_alarms + self.misses)
 
-    def row(self) -> dict[str, float | int | None]:
+    def row(self) -> CountsRow:
         """Return the figures for a report, rounded."""
-        figures = {"f_measure": self.f_measure, "precision": self.precision, "recall": self.recall}
-        rounded = {name: value if value is None else round(value, 4) for name, value in figures.items()}
-        return rounded | {"hits": self.hits, "false_alarms": self.false_alarms, "misses": self.misses}
+        return {
+            "f_measure": rounded(self.f_measure),
+            "precision": rounded(self.precision),
+            "recall": rounded(self.recall),
+            "hits": self.hits,
+            "false_alarms": self.false_alarms,
+            "misses": self.misses,
+        }
 
 
 def ratio(part: float, whole: float) -> float | None:
@@ -51,14 +69,19 @@ def ratio(part: float, whole: float) -> float | None:
     return part / whole if whole else None
 
 
-def matched(truth: np.ndarray, found: np.ndarray, asked: Iterable[int]) -> dict[int, int | None]:
-    """Return for each part found the true object that it is, None if it is none.
+def rounded(value: float | None, places: int = 4) -> float | None:
+    """Return a figure as reports have it."""
+    return None if value is None else round(value, places)
+
+
+def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) -> dict[int, int | None]:
+    """Return for each part that a scan fell into the true object that it is, None if it is none.
 
     Parameters
     ----------
     truth : (N,) int
         Each point's object from 0, or below 0 for none.
-    found : (N,) int
+    part_of : (N,) int
         Each point's part from 0, or below 0 for none.
     asked : iterable of int
         The objects that count; points of all others are left out, and parts that mostly hold such points as well.
@@ -67,9 +90,9 @@ def matched(truth: np.ndarray, found: np.ndarray, asked: Iterable[int]) -> dict[
     counts = truth < 0
     counts |= np.isin(truth, sorted(asked))
     objects = dict(zip(*np.unique(truth[counts & (truth >= 0)], return_counts=True), strict=True))
-    answer: dict[int, int | None] = {}
-    for part in np.unique(found[found >= 0]).tolist():
-        inside = found == part
+    matches: dict[int, int | None] = {}
+    for part in np.unique(part_of[part_of >= 0]).tolist():
+        inside = part_of == part
         own = truth[inside & counts]
         if 2 * len(own) <= inside.sum():
             continue
@@ -78,36 +101,31 @@ def matched(truth: np.ndarray, found: np.ndarray, asked: Iterable[int]) -> dict[
             int(number): both / (len(own) + objects[number] - both)
             for number, both in zip(numbers, shared, strict=True)
         }
-        answer[part] = next((number for number, iou in best.items() if iou > IOU), None)
-    return answer
+        matches[part] = next((number for number, iou in best.items() if iou > IOU), None)
+    return matches
 
 
-def segmentation_counts(answer: Mapping[int, int | None], asked: Sequence[int]) -> Counts:
+def segmentation_counts(matches: Matches, asked: Sequence[int]) -> Counts:
     """Return how many objects were found, parts that are no object, and objects that no part is."""
-    hits = sum(number is not None for number in answer.values())
-    return Counts(hits, len(answer) - hits, len(asked) - hits)
+    hits = sum(number is not None for number in matches.values())
+    return Counts(hits, len(matches) - hits, len(asked) - hits)
 
 
-def function_counts(
-    answer: Mapping[int, int | None],
-    given: Mapping[int, frozenset[str]],
-    labels: Mapping[int, frozenset[str]],
-    name: str,
-) -> Counts:
+def function_counts(matches: Matches, given: Functions, labels: Functions, name: str) -> Counts:
     """Return how often a function was given rightly, wrongly and not at all, from scan to label.
 
     Parameters
     ----------
-    answer : dict
-        See `matched`.
+    matches : dict of int to int or None
+        See `match_parts`.
     given : dict of int to set of str
         The functions that each part was given.
     labels : dict of int to set of str
         The functions of each object that counts, found or not.
     """
     hits = sum(
-        name in given[part] and number is not None and name in labels[number] for part, number in answer.items()
+        name in given[part] and number is not None and name in labels[number] for part, number in matches.items()
     )
-    claims = sum(name in given[part] for part in answer)
+    claims = sum(name in given[part] for part in matches)
     members = sum(name in functions for functions in labels.values())
     return Counts(hits, claims - hits, members - hits)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypedDict, TypeVar
 
 import numpy as np
 
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -20,7 +20,18 @@ from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom, furni
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 from spherefunc_bullet.settling.records import simulate_objects
 
-from .scores import Counts, function_counts, matched, segmentation_counts
+from .scores import (
+    Counts,
+    CountsRow,
+    Functions,
+    Matches,
+    function_counts,
+    match_parts,
+    rounded,
+    segmentation_counts,
+)
+
+Key, Summand = TypeVar("Key"), TypeVar("Summand")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,48 +57,64 @@ class RoomTrial:
     cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
 
 
-@dataclass
-class Tally:
-    """The counts of one condition, summed over rooms."""
+class FunctionRow(CountsRow):
+    """How well one function is told, as reports have it."""
 
-    functions: tuple[str, ...]
+    f_measure_cut_out: float | None
+    f_measure_whole: float | None
+
+
+class ConditionRow(TypedDict):
+    """What was measured under one condition, as reports have it."""
+
+    views: str
+    noise: float
+    rooms: int
+    objects: int
+    hidden: int
+    points: int
+    segmentation: CountsRow
+    functions: dict[str, FunctionRow]
+    seconds: dict[str, float]  # of each stage, mean over rooms
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConditionCounts:
+    """The counts of one condition, which add up over rooms."""
+
     rooms: int = 0
     objects: int = 0  # of which the scans show enough
     hidden: int = 0  # of which they do not
     points: int = 0
     segmentation: Counts = Counts()
-    labelled: dict[str, Counts] = field(default_factory=dict)  # from scan to function
+    labelled: dict[str, Counts] = field(default_factory=dict)  # by function, from scan to label
     cut_out: dict[str, Counts] = field(default_factory=dict)  # given the true segmentation
     whole: dict[str, Counts] = field(default_factory=dict)  # the same objects as whole models, by the same classifier
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
-    def add(self, name: str, counts: dict[str, Counts]):
-        """Add a room's counts of each function to ``labelled``, ``cut_out`` or ``whole``."""
-        before = getattr(self, name)
-        for function, each in counts.items():
-            before[function] = before.get(function, Counts()) + each
+    def __add__(self, other: ConditionCounts) -> ConditionCounts:
+        return ConditionCounts(
+            rooms=self.rooms + other.rooms,
+            objects=self.objects + other.objects,
+            hidden=self.hidden + other.hidden,
+            points=self.points + other.points,
+            segmentation=self.segmentation + other.segmentation,
+            labelled=summed(self.labelled, other.labelled),
+            cut_out=summed(self.cut_out, other.cut_out),
+            whole=summed(self.whole, other.whole),
+            stages=summed(self.stages, other.stages),
+        )
 
-    def __iadd__(self, other: Tally) -> Tally:
-        self.rooms += other.rooms
-        self.objects += other.objects
-        self.hidden += other.hidden
-        self.points += other.points
-        self.segmentation += other.segmentation
-        for name in ("labelled", "cut_out", "whole"):
-            self.add(name, getattr(other, name))
-        for name, seconds in other.stages.items():
-            self.stages[name] = self.stages.get(name, 0.0) + seconds
-        return self
-
-    def row(self) -> dict:
+    def row(self, condition: Condition) -> ConditionRow:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
         functions = {
-            name: self.labelled[name].row()
-            | {kind: rounded(counts.get(name, Counts()).f_measure) for kind, counts in kinds.items()}
-            for name in self.functions
+            name: counts.row() | {kind: rounded(table.get(name, Counts()).f_measure) for kind, table in kinds.items()}
+            for name, counts in self.labelled.items()
         }
         return {
+            "views": str(condition),
+            "noise": condition.noise,
             "rooms": self.rooms,
             "objects": self.objects,
             "hidden": self.hidden,
@@ -98,9 +125,15 @@ class Tally:
         }
 
 
-def rounded(value: float | None) -> float | None:
-    """Return a figure as reports have it."""
-    return None if value is None else round(value, 4)
+def summed(one: dict[Key, Summand], other: dict[Key, Summand]) -> dict[Key, Summand]:
+    """Return what two tables hold under each name, added where both have it.
+
+    Examples
+    --------
+    >>> summed({"cup": 1, "table": 2}, {"table": 3})
+    {'cup': 1, 'table': 5}
+    """
+    return one | other | {name: one[name] + other[name] for name in one if name in other}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,28 +143,26 @@ class Fold:
     dataset: Dataset
     model: FunctionClassifier
     jobs: int = 1
-    told: dict[Path, frozenset[str]] = field(default_factory=dict)
+    of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # what it says of whole models
 
-    def of_models(self, items: Iterable[DatasetObject]):
-        """Keep in ``told`` what the model says of the whole models of objects; each is asked for once."""
-        paths = sorted({item.path for item in items} - self.told.keys())
+    def ask_of_models(self, items: Iterable[DatasetObject]):
+        """Keep what the model says of the whole models of objects; each is asked for once."""
+        paths = sorted({item.path for item in items} - self.of_models.keys())
         done = simulate_objects(
             paths, self.model.simulator, self.model.chosen_radii(), seed=self.model.seed, jobs=self.jobs
         )
         for index, record in done:
-            scores = self.model.score_settled([record.settled])[0]
-            self.told[paths[index]] = frozenset(
-                name for name, score in zip(self.model.functions_, scores, strict=True) if score > THRESHOLD
-            )
+            functions = self.model.memberships_of([record.settled])[0]
+            self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)
 
 
 def run_trial(
     folds: Sequence[Fold],
     trial: RoomTrial,
     failed: Callable[[InputError], None],
-    shown: Callable = lambda rooms: rooms,
+    shown: Callable[[Iterator], Iterator] = lambda rooms: rooms,
     jobs: int = 1,
-) -> dict[Condition, Tally]:
+) -> dict[Condition, ConditionCounts]:
     """Return the counts of each condition, over all rooms of all folds.
 
     Parameters
@@ -145,27 +176,27 @@ def run_trial(
     """
     from joblib import Parallel, delayed
 
-    rooms = list(furnished(folds, trial, failed))
+    rooms = list(furnished_rooms(folds, trial, failed))
     for fold in folds:
-        fold.of_models(each.item for room, own in rooms if own is fold for each in room.objects)
-    tasks = (delayed(tallies_of)(room, fold, trial) for room, fold in rooms)
-    found = {condition: Tally(folds[0].model.functions_) for condition in trial.conditions}
-    for tallies in shown(Parallel(n_jobs=jobs, return_as="generator")(tasks)):
-        for condition, tally in tallies.items():
-            found[condition] += tally
-    return found
+        fold.ask_of_models(placed.item for room, own in rooms if own is fold for placed in room.objects)
+    tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
+    total = dict.fromkeys(trial.conditions, ConditionCounts())
+    for counts in shown(Parallel(n_jobs=jobs, return_as="generator")(tasks)):
+        total = summed(total, counts)
+    return total
 
 
-def tallies_of(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, Tally]:
+def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, ConditionCounts]:
     """Return what comes of one room under each condition."""
-    found = {}
-    for condition in trial.conditions:
-        found[condition] = Tally(fold.model.functions_)
-        count_scan(found[condition], scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
-    return found
+    return {
+        condition: scan_counts(scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
+        for condition in trial.conditions
+    }
 
 
-def furnished(folds: Sequence[Fold], trial: RoomTrial, failed) -> Iterator[tuple[VirtualRoom, Fold]]:
+def furnished_rooms(
+    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None]
+) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
         for room in furnish(fold.dataset, count, seed=trial.seed, failed=failed):
@@ -183,29 +214,30 @@ def shares(total: int, parts: int) -> list[int]:
     return [total // parts + (part < total % parts) for part in range(parts)]
 
 
-def count_scan(tally: Tally, scan: VirtualScan, fold: Fold, trial: RoomTrial):
-    """Take a scan apart and add what came of it."""
+def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCounts:
+    """Take a scan apart and return what came of it."""
     seen = scan.seen().tolist()
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
     room = recognise(
         Scan(name=scan.room.name, points=scan.points), fold.model, settings=trial.settings, completion=trial.completion
     )
-    answer = matched(scan.labels, room.labels, seen)
-    given = {each.id: members(each.functions) for each in room.objects}
-    tally.rooms += 1
-    tally.objects += len(seen)
-    tally.hidden += len(scan.room.objects) - len(seen)
-    tally.points += len(scan.points)
-    tally.segmentation += segmentation_counts(answer, seen)
-    tally.add("labelled", counted(tally.functions, answer, given, labels))
-    itself = {number: number for number in seen}
-    if trial.cut_out:
-        tally.add("cut_out", counted(tally.functions, itself, functions_cut_out(scan, fold, trial), labels))
-    as_models = {number: fold.told[item.path] for number, item in items.items()}
-    tally.add("whole", counted(tally.functions, itself, as_models, labels))
-    for name, seconds in room.stages.items():
-        tally.stages[name] = tally.stages.get(name, 0.0) + seconds
+    matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
+
+    def counts(matches: Matches, given: Functions) -> dict[str, Counts]:
+        return {name: function_counts(matches, given, labels, name) for name in fold.model.functions_}
+
+    return ConditionCounts(
+        rooms=1,
+        objects=len(seen),
+        hidden=len(scan.room.objects) - len(seen),
+        points=len(scan.points),
+        segmentation=segmentation_counts(matches, seen),
+        labelled=counts(matches, {item.id: item.members for item in room.objects}),
+        cut_out=counts(itself, functions_cut_out(scan, fold, trial)) if trial.cut_out else {},
+        whole=counts(itself, {number: fold.of_models[item.path] for number, item in items.items()}),
+        stages=room.stages,
+    )
 
 
 def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[int, frozenset[str]]:
@@ -214,21 +246,11 @@ def functions_cut_out(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> dict[i
     place = np.full(len(scan.room.objects) + 1, -1)  # the last one is that of labels below 0
     place[seen] = np.arange(len(seen))
     labels = place[np.maximum(scan.labels, -1)]
-    found = recognise_objects(scan.points, labels, fold.model, completion=trial.completion)
-    return {int(seen[each.id]): members(each.functions) for each in found}
+    recognised = recognise_objects(scan.points, labels, fold.model, completion=trial.completion)
+    return {int(seen[item.id]): item.members for item in recognised}
 
 
-def members(functions: dict[str, dict]) -> frozenset[str]:
-    """Return the functions that an object was given."""
-    return frozenset(name for name, each in functions.items() if each["member"])
-
-
-def counted(functions: Iterable[str], answer, given, labels) -> dict[str, Counts]:
-    """Return the counts of each function."""
-    return {name: function_counts(answer, given, labels, name) for name in functions}
-
-
-def halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
+def split_in_halves(dataset: Dataset, seed: int) -> tuple[Dataset, Dataset]:
     """Return two halves of a data set with as many objects of each label in one as in the other."""
     rng = np.random.default_rng(seed)
     by_label: dict[frozenset, list[DatasetObject]] = {}

@@ -28,7 +28,7 @@ class TrueObject:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FoundObject:
+class RecognisedObject:
     """An object that was recognised, in the same terms."""
 
     functions: frozenset[str]
@@ -92,12 +92,12 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
     )
 
 
-def overlap(true: TrueObject, found: FoundObject) -> float:
+def overlap(true: TrueObject, recognised: RecognisedObject) -> float:
     """Return intersection over union of the points where they are labelled, else of the boxes."""
     if true.points is not None:
-        union = np.count_nonzero(true.points | found.points)
-        return np.count_nonzero(true.points & found.points) / union if union else 0.0
-    return box_overlap(true.box, found.box)
+        union = np.count_nonzero(true.points | recognised.points)
+        return np.count_nonzero(true.points & recognised.points) / union if union else 0.0
+    return box_overlap(true.box, recognised.box)
 
 
 def box_overlap(a: Box, b: Box) -> float:

@@ -2,18 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from spherefunc_bullet.console import Failures, print_json, progress, say
 
+if TYPE_CHECKING:
+    from spherefunc_bullet.datasets.dataset import DatasetObject
+
 app = typer.Typer(help="Make, import and describe data sets.", no_args_is_help=True)
 Json = Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")]
+Data = Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")]
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
 Views = Annotated[str, typer.Option(help="Kinect views that are fused, such as 3; or whole: all surfaces.")]
 Noise = Annotated[float, typer.Option(min=0, help="Times a Kinect's noise; 0: none, and no pixel is lost.")]
+
+
+@app.command()
+def rooms(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder, or the name of a catalogue.")],
+    directory: Annotated[Path, typer.Argument(help="Folder for scans, and for objects with a manifest.csv.")],
+    count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 10,
+    views: Views = "3",
+    noise: Noise = 1.0,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
+    as_json: Json = False,
+) -> None:
+    """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
+    from spherefunc_bullet.datasets.dataset import open_dataset
+
+    from ..virtual_rooms.folder import RoomFolder
+    from ..virtual_rooms.furnishing import furnish
+    from ..virtual_rooms.partial_views import partial_views
+    from ..virtual_rooms.scans import parse_views, scan_room
+
+    failures, number, dataset = Failures(), parse_views(views), open_dataset(data)
+    folder = RoomFolder(directory, dataset.name)
+    for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
+        scan = scan_room(room, number, noise, seed)
+        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
+    manifest = folder.close()
+    about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
+    print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")
+    failures.exit()
 
 
 @app.command()
@@ -44,10 +78,13 @@ def import_furniture(
     """Write the objects of a furniture library, labelled from their names."""
     from ..sweethome3d.library import import_library
 
-    def shown(entries):
-        return progress(entries, len(entries), "importing")
-
-    summary = import_library(file, directory, include_ambiguous=include_all, report=say, progress=shown)
+    summary = import_library(
+        file,
+        directory,
+        include_ambiguous=include_all,
+        report=say,
+        progress=lambda entries: progress(entries, len(entries), "importing"),
+    )
     about = {
         "manifest": str(summary.manifest),
         "objects": summary.imported,
@@ -60,7 +97,7 @@ def import_furniture(
 
 @app.command()
 def describe(
-    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    data: Data,
     as_json: Json = False,
 ) -> None:
     """Count a data set's objects by label, category and source, and give their sizes."""
@@ -80,7 +117,7 @@ def describe(
 
 @app.command()
 def select(
-    data: Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name of a catalogue.")],
+    data: Data,
     directory: Directory,
     up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
     least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,
@@ -92,31 +129,36 @@ def select(
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
     from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.formats.writing import prepare_folder, writing
     from spherefunc_bullet.quantities import parse_length
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
     objects = open_dataset(data).objects
-    chosen = [item for item in progress(objects, len(objects), "measuring") if lower <= _largest(item.path) <= upper]
+    measured = progress(objects, len(objects), "measuring")
+    chosen = [item for item in measured if lower <= max(_extents(item.path)) <= upper]
     if not chosen:
-        wanted = " ".join(f"{word} {each}" for word, each in (("from", least), ("up to", up_to)) if each)
+        limits = (("from", least), ("up to", up_to))
+        wanted = " ".join(f"{word} {length}" for word, length in limits if length)
         raise InputError(f"{data}: expected objects {wanted} in extent, got none among {len(objects)}")
-    directory.mkdir(parents=True, exist_ok=True)
+    prepare_folder(directory)
     rows = []
     for number, item in enumerate(chosen):
         name = f"{number:04d}_{item.path.name}"
-        copyfile(item.path, directory / name)
+        with writing(directory / name):
+            copyfile(item.path, directory / name)
         rows.append((name, label_text(item.functions), ";".join(sorted(item.also)), item.category, item.group))
     manifest = write_manifest(directory, COLUMNS, rows)
     _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
 
 
-def _count(names) -> dict[str, int]:
+def _count(names: Iterable[str]) -> dict[str, int]:
+    """Return how often each name occurs, by name."""
     from collections import Counter
 
     return dict(sorted(Counter(names).items()))
 
 
-def _heights(objects) -> dict[str, dict[str, float]]:
+def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
     """Return the least, middle and greatest height of each label's objects, metres."""
     from statistics import median
 
@@ -124,19 +166,11 @@ def _heights(objects) -> dict[str, dict[str, float]]:
 
     heights: dict[str, list[float]] = {}
     for item in objects:
-        heights.setdefault(label_text(item.functions), []).append(_height(item.path))
-    found = {
-        name: [round(each(values), 3) for each in (min, median, max)] for name, values in heights.items()
+        heights.setdefault(label_text(item.functions), []).append(_extents(item.path)[2])
+    kinds = {"min": min, "median": median, "max": max}
+    return {
+        label: {kind: round(summary(heights[label]), 3) for kind, summary in kinds.items()} for label in sorted(heights)
     }
-    return {name: dict(zip(("min", "median", "max"), found[name], strict=True)) for name in sorted(found)}
-
-
-def _largest(path: Path) -> float:
-    return max(_extents(path))
-
-
-def _height(path: Path) -> float:
-    return _extents(path)[2]
 
 
 def _extents(path: Path) -> list[float]:
@@ -152,49 +186,17 @@ def _extents(path: Path) -> list[float]:
     return (high - low).tolist()
 
 
-def _say(about: dict, as_json: bool) -> None:
+def _say(about: dict[str, object], as_json: bool) -> None:
     """Print a result: JSON on standard output, or lines to read on standard error."""
     if as_json:
         print_json(about)
         return
     for name, value in about.items():
         inner = value.items() if isinstance(value, dict) else ()
-        text = ", ".join(f"{key or 'unnamed'} {_plain(each)}" for key, each in inner) or str(value)
+        text = ", ".join(f"{key or 'unnamed'} {_plain(figure)}" for key, figure in inner) or str(value)
         say(f"{name}: {text}")
 
 
-def _plain(value) -> str:
-    return (
-        " to ".join(f"{each:g}" for each in (value["min"], value["max"])) + " m"
-        if isinstance(value, dict)
-        else str(value)
-    )
-
-
-@app.command()
-def rooms(
-    data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder, or the name of a catalogue.")],
-    directory: Annotated[Path, typer.Argument(help="Folder for scans, and for objects with a manifest.csv.")],
-    count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 10,
-    views: Views = "3",
-    noise: Noise = 1.0,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON to standard output.")] = False,
-) -> None:
-    """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
-    from spherefunc_bullet.datasets.dataset import open_dataset
-
-    from ..virtual_rooms.folder import RoomFolder
-    from ..virtual_rooms.furnishing import furnish
-    from ..virtual_rooms.partial_views import partial_views
-    from ..virtual_rooms.scans import parse_views, scan_room
-
-    failures, number, dataset = Failures(), parse_views(views), open_dataset(data)
-    folder = RoomFolder(directory, dataset.name)
-    for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
-        scan = scan_room(room, number, noise, seed)
-        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
-    manifest = folder.close()
-    about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
-    print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")
-    failures.exit()
+def _plain(figure: int | dict[str, float]) -> str:
+    """Return a count, or a range of heights."""
+    return f"{figure['min']:g} to {figure['max']:g} m" if isinstance(figure, dict) else str(figure)

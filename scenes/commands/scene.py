@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,12 @@ from spherefunc_bullet.commands.options import Json, Units
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import format_length, parse_length
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+
+    from ..recognition.recognition import Room
+    from ..scans.scan import Scan
 
 
 def scene(
@@ -54,11 +60,11 @@ def scene(
     )
     steps = steps_of(complete)
     scan = read_scan(file, units, intrinsics, color, depth_scale)
-    prepare(classifier)
+    warm_up_recognition(classifier)
     room = recognise(scan, classifier, up=up, settings=settings, completion=steps)
     say_remarks(scan, room)
     if out is not None:
-        write(scan, room, out, file)
+        write_files(scan, room, out, file)
     if json:
         from ..report.files import room_json
 
@@ -67,7 +73,7 @@ def scene(
         print_room(scan, room)
 
 
-def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float):
+def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:
     """Return the scan of a cloud's or of a depth image's file."""
     from ..scans.depth_image import IMAGES, load_depth_image
     from ..scans.scan import load_scan
@@ -80,7 +86,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
     return load_scan(file, units=units, report=say)
 
 
-def prepare(classifier):
+def warm_up_recognition(classifier: FunctionClassifier):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator
@@ -93,7 +99,7 @@ def prepare(classifier):
         warm_up(simulator)
 
 
-def say_remarks(scan, room):
+def say_remarks(scan: Scan, room: Room):
     """Say on stderr what the user may not expect."""
     from ..recognition.recognition import FINE, MANY
 
@@ -110,7 +116,7 @@ def say_remarks(scan, room):
         say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
 
 
-def write(scan, room, out: Path, file: Path):
+def write_files(scan: Scan, room: Room, out: Path, file: Path):
     """Write the files, and say which."""
     from ..report.files import write_room
 
@@ -118,17 +124,15 @@ def write(scan, room, out: Path, file: Path):
         say(f"wrote {path}")
 
 
-def print_room(scan, room):
+def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
-    from ..recognition.recognition import main_function
-
-    names = list(room.objects[0].functions) if room.objects else []
+    names = room.function_names
     table = [
-        [str(item.id), name, *[f"{item.functions[each]['score']:.2f}" for each in names]]
-        + [" × ".join(f"{100 * each:.0f}" for each in item.box.size)]
-        + [" ".join(f"{each:.2f}" for each in room.box_in_scan(item.box).center), f"{len(item.points)}"]
+        [str(item.id), item.main_function, *[f"{item.functions[name].score:.2f}" for name in names]]
+        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
+        + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
         for item in room.objects
-        if (name := main_function(item)) is not None
+        if item.main_function is not None
     ]
     none = len(room.objects) - len(table)
     if table:

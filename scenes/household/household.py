@@ -13,7 +13,7 @@ from .furniture.low_tables import LOW_TABLES
 from .furniture.sofas import SOFAS
 from .furniture.stools import STOOLS
 from .furniture.tables import TABLES
-from .parts.family import CatalogueObject, Family, draw
+from .parts.family import CatalogueObject, Family, draw_objects
 from .wares.belongings import BELONGINGS
 from .wares.boxes import BOXES
 from .wares.containers import CONTAINERS
@@ -29,21 +29,10 @@ FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],
     "table": [*TABLES, *LOW_TABLES, *DESKS],
     "cup": CUPS,
-    "none": [
-        *CONTAINERS,
-        *BOXES,
-        *DISHES,
-        *CABINETS,
-        *DEVICES,
-        *LAMPS,
-        *PLANTS,
-        *FIXTURES,
-        *TOOLS,
-        *BELONGINGS,
-    ],
+    "none": [*CONTAINERS, *BOXES, *DISHES, *CABINETS, *DEVICES, *LAMPS, *PLANTS, *FIXTURES, *TOOLS, *BELONGINGS],
 }
 
 
 def household_objects(seed: int = 0) -> list[CatalogueObject]:
     """Return the 200 objects of the catalogue; the same seed gives the same meshes, bit for bit."""
-    return [item for label, families in FAMILIES.items() for item in draw(families, label, seed)]
+    return [item for label, families in FAMILIES.items() for item in draw_objects(families, label, seed)]

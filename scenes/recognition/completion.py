@@ -21,6 +21,7 @@ _CLOSED = 0.35  # of the outline that has a side below it: from one side half is
 _RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
 _NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat things are thinner
 _NEARBY = 0.025  # metres
+_SPACING = 0.005  # metres, of the points that are added
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
@@ -46,9 +47,7 @@ def steps_of(text: str | None) -> tuple[str, ...]:
     return steps
 
 
-def complete(
-    points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0, spacing: float = 0.005
-) -> np.ndarray:
+def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: float = 0.0) -> np.ndarray:
     """Return an object's points with those that its scan has not seen, as far as they can be guessed.
 
     Parameters
@@ -62,8 +61,6 @@ def complete(
         about the middle planes of its box, those that it mostly agrees with.
     support : float
         The height that the object stands on, metres.
-    spacing : float
-        Of the points that are added, metres.
 
     Returns
     -------
@@ -74,15 +71,15 @@ def complete(
     if "smooth" in steps and small:
         points = smoothed(points)
     if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
-        points = np.vstack([points, mirrored(points, spacing)])
+        points = np.vstack([points, mirrored(points)])
     if "sides" in steps:
-        points = np.vstack([points, continued_down(points, support, spacing)])
+        points = np.vstack([points, continued_down(points, support)])
     if "bottom" in steps:
-        points = np.vstack([points, closed_bottom(points, support, spacing)])
+        points = np.vstack([points, closed_bottom(points, support)])
     return points
 
 
-def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
     """Return a flat sheet (K, 3) at the support below a vessel's outline, and a skirt that its walls reach it by.
 
     Only for what is small, stands on sides and not on legs, and has a rim, or a top, all around: a slice of something
@@ -107,11 +104,11 @@ def closed_bottom(points: np.ndarray, support: float, spacing: float) -> np.ndar
     if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _RIM:
         return np.empty((0, 3))
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    x, y = (np.arange(low[k], high[k] + spacing, spacing) for k in range(2))
+    x, y = (np.arange(low[k], high[k] + _SPACING, _SPACING) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     sheet = np.column_stack([sheet[inside], np.full(inside.sum(), support)])
-    return np.vstack([sheet, continued_down(points, support, spacing)])
+    return np.vstack([sheet, continued_down(points, support)])
 
 
 def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
@@ -124,15 +121,15 @@ def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
     return float(np.mean(cKDTree(points).query(np.vstack(places))[0] < _NEARBY))
 
 
-def continued_down(points: np.ndarray, support: float, spacing: float) -> np.ndarray:
+def continued_down(points: np.ndarray, support: float) -> np.ndarray:
     """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
-    column = np.floor(points[:, :2] / (2 * spacing)).astype(np.int64)
+    column = np.floor(points[:, :2] / (2 * _SPACING)).astype(np.int64)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
     first = np.ones(len(order), bool)
     first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
     lowest = points[order[first]]
     edge = lowest[on_outline(column[order[first]])]
-    levels = np.arange(support, points[:, 2].max(), spacing)
+    levels = np.arange(support, points[:, 2].max(), _SPACING)
     rows = [np.column_stack([np.tile(p[:2], (n, 1)), levels[:n]]) for p in edge if (n := int((levels < p[2]).sum()))]
     return np.vstack(rows) if rows else np.empty((0, 3))
 
@@ -147,7 +144,7 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
     return ~covered
 
 
-def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
+def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     from scipy.spatial import cKDTree
 
@@ -155,7 +152,7 @@ def mirrored(points: np.ndarray, spacing: float) -> np.ndarray:
     own = box.to_own(points)
     tree, added = cKDTree(own), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
-        apart = np.isinf(tree.query(own * sign, distance_upper_bound=2 * spacing)[0])
+        apart = np.isinf(tree.query(own * sign, distance_upper_bound=2 * _SPACING)[0])
         if apart.mean() <= _DISAGREES:
             added.append((own * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier, Membership
+from spherefunc_bullet.quantities import Stopwatch
+from spherefunc_bullet.settling.settling import Settled, settle_all
 
 from ..scans.cells import cells
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
-from ..segmentation.clusters import euclidean_clusters
+from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import Segmentation, segment
 from ..segmentation.supports import top_below
 from .completion import DEFAULT, complete
@@ -42,7 +44,18 @@ class SceneObject:
     support: float  # the height it stands on, metres
     box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
     fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
-    functions: dict[str, dict]  # name -> member (bool), score (0 to 1), radius (metres)
+    functions: dict[str, Membership]
+
+    @property
+    def members(self) -> frozenset[str]:
+        """The functions that it has."""
+        return frozenset(name for name, membership in self.functions.items() if membership.member)
+
+    @property
+    def main_function(self) -> str | None:
+        """The function of the best score that it has, None for none."""
+        scores = {name: membership.score for name, membership in self.functions.items() if membership.member}
+        return max(scores, key=scores.get) if scores else None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,25 +67,16 @@ class Room:
     objects: list[SceneObject]
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
 
+    @property
+    def function_names(self) -> list[str]:
+        """The functions that objects were asked for; none without objects."""
+        return list(self.objects[0].functions) if self.objects else []
+
     def box_in_scan(self, box: Box) -> Box:
         """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""
         center = self.levelling.to_scan(box.center[None])[0]
         x = box.axes[0] @ self.levelling.T_level_scan[:3, :3]
         return Box(center=center, size=box.size, yaw=float(np.arctan2(x[1], x[0])))
-
-
-class Stopwatch:
-    """Seconds between calls, by name."""
-
-    def __init__(self):
-        self.stages: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str):
-        """Book the time since the last call."""
-        now = time.perf_counter()
-        self.stages[name] = self.stages.get(name, 0.0) + now - self._last
-        self._last = now
 
 
 def compile_kernels():
@@ -84,8 +88,7 @@ def compile_kernels():
 
 def recognise(
     scan: Scan,
-    model,
-    simulator=None,
+    model: FunctionClassifier,
     *,
     up: str = "auto",
     settings: Segmentation | None = None,
@@ -98,8 +101,6 @@ def recognise(
     scan : Scan
     model : FunctionClassifier
         Trained on whole models, as the paper did, or on scans.
-    simulator : Simulator, optional
-        What drops the spheres; the model's own by default.
     up : str
         See `levelling.level`.
     settings : Segmentation
@@ -116,16 +117,15 @@ def recognise(
     camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
     labels = segment(points, settings, noise=levelling.noise, camera=camera)
     watch.lap("clusters")
-    objects = recognise_objects(points, labels, model, simulator, completion=completion, watch=watch)
+    objects = recognise_objects(points, labels, model, completion=completion, watch=watch)
     labels = labels if fine is None else labels[fine.cell_of]
-    return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.stages)
+    return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.seconds)
 
 
 def recognise_objects(
     points: np.ndarray,
     labels: np.ndarray,
-    model,
-    simulator=None,
+    model: FunctionClassifier,
     *,
     completion: Sequence[str] = DEFAULT,
     watch: Stopwatch | None = None,
@@ -137,42 +137,34 @@ def recognise_objects(
     points : (N, 3) float64, metres, level frame
     labels : (N,) int
         The object of each point, numbered from 0; below, of none.
-    model, simulator, completion
+    model, completion
         See `recognise`.
     watch : Stopwatch, optional
         Receives the seconds of each step.
     """
     watch = watch or Stopwatch()
-    parts = object_points(points, labels)
+    parts = [points[members] for members in members_of(labels)]
     supports = support_heights(parts)
     watch.lap("supports")
     clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
     watch.lap("completion")
-    settled = settled_on([cloud for cloud, _ in clouds], model, simulator)
+    settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
-    functions = [
-        {name: asdict(membership) for name, membership in memberships.items()}
-        for memberships in model.memberships_of(settled, any_heading=True)
-    ]
+    functions = model.memberships_of(settled, any_heading=True)
     watch.lap("classification")
     return [scene_object(k, parts[k], supports[k], clouds[k][1], functions[k]) for k in range(len(parts))]
 
 
-def scene_object(number: int, points: np.ndarray, support: float, box: Box, functions: dict) -> SceneObject:
+def scene_object(
+    number: int, points: np.ndarray, support: float, box: Box, functions: dict[str, Membership]
+) -> SceneObject:
     """Return an object; a fragment is for nothing, whatever the few spheres on it look like."""
     fragment = bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
     if fragment:
-        functions = {name: each | {"member": False} for name, each in functions.items()}
+        functions = {name: replace(membership, member=False) for name, membership in functions.items()}
     return SceneObject(
         id=number, points=points, support=support, box=box.lowered(support), fragment=fragment, functions=functions
     )
-
-
-def object_points(points: np.ndarray, labels: np.ndarray) -> list[np.ndarray]:
-    """Return the points (N, 3) of each object, by number, as they came."""
-    order = np.argsort(labels, kind="stable")
-    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
-    return [points[order[first:last]] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
 def support_heights(parts: list[np.ndarray]) -> list[float]:
@@ -184,42 +176,34 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
 def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
-    spacing = for_size(SPACINGS, box.size.max())
+    spacing = value_for_size(SPACINGS, box.size.max())
     whole = complete(cells(points, spacing).means if spacing else points, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
     return Cloud(own, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model, simulator=None) -> list[dict]:
+def settled_on(clouds: Sequence[Cloud], model: FunctionClassifier) -> list[Settled]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
-    A simulator that may crash runs in a process of its own; an object that it cannot do holds no spheres, and that is
-    logged.
+    An object that the simulator cannot do holds no spheres, and that is logged.
     """
-    from spherefunc_bullet.settling.settling import settle_all
-
-    radii, names = [telling_radii(cloud, model) for cloud in clouds], [f"object {k}" for k in range(len(clouds))]
-    settled: list[dict] = [{} for _ in clouds]
-    for index, outcome in settle_all(clouds, simulator or model.simulator, radii, model.seed, names):
+    settled: list[Settled] = [{} for _ in clouds]
+    radii = [telling_radii(cloud, model) for cloud in clouds]
+    names = [cloud.name for cloud in clouds]
+    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names):
         if isinstance(outcome, InputError):
-            logger.warning("%s", outcome)
+            logger.warning("object %d: %s", number, outcome)
         else:
-            settled[index] = outcome
+            settled[number] = outcome
     return settled
 
 
-def for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
+def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
     """Return what an object's largest side chooses, 0 for what is small."""
     return next((value for least, value in choices if side >= least), 0.0)
 
 
-def telling_radii(cloud: Cloud, model) -> list[float]:
+def telling_radii(cloud: Cloud, model: FunctionClassifier) -> list[float]:
     """Return the radii that tell something of an object, metres."""
-    smallest = for_size(SMALLEST_RADII, cloud.size.max())
-    return [each for each in model.chosen_radii() if each >= smallest]
-
-
-def main_function(item: SceneObject) -> str | None:
-    """Return the function of the best score that an object has, None for none."""
-    members = {name: each["score"] for name, each in item.functions.items() if each["member"]}
-    return max(members, key=members.get) if members else None
+    smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
+    return [radius for radius in model.chosen_radii() if radius >= smallest]

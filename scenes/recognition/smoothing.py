@@ -7,31 +7,25 @@ from numba import njit
 
 from ..scans.cells import cells
 
-RADIUS = 0.02  # metres: half of a cup's; wider planes cut its bend
+RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
 PASSES = 2
 FINE = 0.004  # metres, side of the voxels that the points are thinned to; clouds of whole models are no finer
 
 
-def smoothed(points: np.ndarray, radius: float = RADIUS, passes: int = PASSES) -> np.ndarray:
+def smoothed(points: np.ndarray) -> np.ndarray:
     """Return the thinned points (M, 3), each moved along the normal onto the plane through its neighbours, metres.
 
     Parameters
     ----------
     points : (N, 3) float64, metres
-    radius : float
-        Of the neighbourhood, metres; the farther a neighbour, the less it counts.
-    passes : int
-        How often.
     """
     thinned = cells(points, FINE)
     places, counts = thinned.means, thinned.counts.astype(float)
-    for _ in range(passes):
-        grid = cells(places, radius)
-        order = np.argsort(grid.cell_of, kind="stable")
-        start = np.concatenate([[0], np.cumsum(grid.counts)])
+    for _ in range(PASSES):
+        grid = cells(places, RADIUS)
         moved = np.empty_like(places)
-        project(np.ascontiguousarray(places[order]), counts[order], grid.keys, start, radius, moved)
-        places[order] = moved
+        project(np.ascontiguousarray(places[grid.order]), counts[grid.order], grid.keys, grid.start, RADIUS, moved)
+        places[grid.order] = moved
     return places
 
 

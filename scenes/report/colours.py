@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..recognition.recognition import Room
@@ -13,9 +15,9 @@ _GREY = np.array([[90, 96, 110], [225, 226, 230]])  # of points without colour, 
 _FADED = 0.45  # how far towards white goes what is of no object
 
 
-def function_colour(name: str, names) -> tuple[int, int, int]:
+def function_colour(name: str, names: Iterable[str]) -> tuple[int, int, int]:
     """Return the colour of a function, out of all that there are."""
-    others = [each for each in sorted(names) if each not in FUNCTION_COLOURS]
+    others = [other for other in sorted(names) if other not in FUNCTION_COLOURS]
     return FUNCTION_COLOURS.get(name) or _FURTHER[others.index(name) % len(_FURTHER)]
 
 

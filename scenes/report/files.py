@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +11,14 @@ import numpy as np
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
 
-from ..recognition.recognition import Room, SceneObject, main_function
+from ..recognition.recognition import Room, SceneObject
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
 
 
-def room_json(scan: Scan, room: Room) -> dict:
+def room_json(scan: Scan, room: Room) -> dict[str, object]:
     """Return what was found, for JSON; all of it in metres and in the scan's own frame."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
@@ -38,7 +39,7 @@ def room_json(scan: Scan, room: Room) -> dict:
     }
 
 
-def object_json(item: SceneObject, room: Room, points: int) -> dict:
+def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]:
     """Return one object for JSON."""
     box = room.box_in_scan(item.box)
     axes = item.box.axes @ room.levelling.T_level_scan[:3, :3]
@@ -54,7 +55,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict:
         },
         "support": round(item.support, 4),
         "fragment": item.fragment,
-        "functions": item.functions,
+        "functions": {name: asdict(membership) for name, membership in item.functions.items()},
     }
 
 
@@ -64,14 +65,13 @@ def labelled_ply(scan: Scan, room: Room) -> bytes:
     ``label`` is an object's id, -1 the floor, -2 a wall or the ceiling, -3 what is left over; ``function`` is the
     place of the object's best function in the header's comment, from 1, and 0 for none.
     """
-    names = list(room.objects[0].functions) if room.objects else []
-    best = [main_function(item) for item in room.objects]
+    names, best = room.function_names, [item.main_function for item in room.objects]
     function = np.array([0 if name is None else names.index(name) + 1 for name in best] + [0], np.uint8)
     tints = np.array([_PLAIN if name is None else function_colour(name, names) for name in best] + [_PLAIN], np.uint8)
-    of = np.where(room.labels >= 0, room.labels, len(best))
+    object_of = np.where(room.labels >= 0, room.labels, len(best))
     own = point_colours(scan, room, room.levelling.to_level(scan.points))
-    red, green, blue = np.where((function[of] > 0)[:, None], tints[of], own).astype(np.uint8).T
-    labels = {"label": room.labels.astype(np.int32), "function": function[of]}
+    red, green, blue = np.where((function[object_of] > 0)[:, None], tints[object_of], own).astype(np.uint8).T
+    labels = {"label": room.labels.astype(np.int32), "function": function[object_of]}
     return ply_bytes(scan.points, f"functions {' '.join(names)}", red=red, green=green, blue=blue, **labels)
 
 

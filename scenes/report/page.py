@@ -8,9 +8,9 @@ from html import escape
 import numpy as np
 
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
-from spherefunc_bullet.viewer.page import viewer_file
+from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
-from ..recognition.recognition import Room, main_function
+from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 from .picture import best_azimuth
@@ -21,42 +21,40 @@ SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 def room_page(scan: Scan, room: Room) -> str:
     """Return the page, complete in itself."""
-    styles = "\n".join([viewer_file("viewer.css"), viewer_file("room.css", __package__), viewer_file("dark.css")])
+    style = "\n".join([viewer_file("viewer.css"), viewer_file("room.css", __package__), viewer_file("dark.css")])
     script = "\n".join([*(viewer_file(name) for name in SCRIPTS), viewer_file("room.js", __package__)])
     data = json.dumps(room_data(scan, room), separators=(",", ":")).replace("<", "\\u003c")
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta name="color-scheme" content="light dark">\n<link rel="icon" href="data:,">\n'
-        f"<title>{escape(scan.name)}</title>\n<style>\n{styles}</style>\n</head>\n"
-        f'<body class="scene-page">\n<h1>{escape(scan.name)}</h1>\n{lead_html(scan, room)}\n'
-        f'<div class="room-scene"><script type="application/json">{data}</script></div>\n{table_html(room)}\n'
-        f"<script>\n(() => {{\n{script}\n}})();\n</script>\n</body>\n</html>\n"
-    )
+    parts = [
+        f"<h1>{escape(scan.name)}</h1>",
+        lead_html(scan, room),
+        f'<div class="room-scene"><script type="application/json">{data}</script></div>',
+        f'<div class="scene scene-details">{objects_table(room)}</div>',
+    ]
+    return page_html(scan.name, parts, style=style, script=script, kind="scene-page")
 
 
 def lead_html(scan: Scan, room: Room) -> str:
     """Return what stands above the picture."""
-    found = sum(main_function(item) is not None for item in room.objects)
+    functional = sum(item.main_function is not None for item in room.objects)
     return (
-        f"<p class='lead'>{len(scan):,} points, {len(room.objects)} objects, {found} of them with a function; "
+        f"<p class='lead'>{len(scan):,} points, {len(room.objects)} objects, {functional} of them with a function; "
         f"levelled by: {escape(room.levelling.source)}. Drag to turn, right-drag to move, wheel to zoom (click first), "
         "double-click to reset.</p>"
     )
 
 
-def room_data(scan: Scan, room: Room) -> dict:
+def room_data(scan: Scan, room: Room) -> dict[str, object]:
     """Return what the viewer draws, for JSON."""
     points = room.levelling.to_level(scan.points)
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     shown = np.flatnonzero(((points > low - 0.5) & (points < high + 0.5)).all(axis=1))
     shown = shown[:: -(-len(shown) // MAX_POINTS)]
-    names = list(room.objects[0].functions) if room.objects else []
+    names = room.function_names
     area = np.prod(np.sort(high - low)[1:])
     boxes = [
-        {"function": name, "score": item.functions[name]["score"], "corners": rounded(item.box.corners)}
+        {"function": name, "score": item.functions[name].score, "corners": rounded(item.box.corners)}
         for item in room.objects
-        if (name := main_function(item)) is not None
+        if (name := item.main_function) is not None
     ]
     return {
         "name": scan.name,
@@ -66,26 +64,18 @@ def room_data(scan: Scan, room: Room) -> dict:
         "low": rounded(low),
         "high": rounded(high),
         "azimuth": float(np.radians(best_azimuth(points[shown], room.labels[shown], low, high))),
-        "functions": {name: [each / 255 for each in function_colour(name, names)] for name in names},
+        "functions": {name: [channel / 255 for channel in function_colour(name, names)] for name in names},
         "boxes": boxes,
     }
 
 
-def table_html(room: Room) -> str:
+def objects_table(room: Room) -> str:
     """Return the objects as a table, those with a function first."""
-    names = list(room.objects[0].functions) if room.objects else []
-    order = sorted(room.objects, key=lambda item: (main_function(item) is None, item.id))
-    head = "".join(f"<th class='number'>{escape(each)}</th>" for each in names)
+    head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
-        f"<tr><td>{item.id}</td><td>{escape(main_function(item) or 'none')}</td>"
-        + "".join(f"<td class='number'>{item.functions[name]['score']:.2f}</td>" for name in names)
-        + f"<td class='number'>{' × '.join(f'{100 * each:.0f}' for each in item.box.size)}</td>"
-        f"<td class='number'>{len(item.points):,}</td></tr>"
-        for item in order
+        [str(item.id), item.main_function or "none"]
+        + [f"{membership.score:.2f}" for membership in item.functions.values()]
+        + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
+        for item in sorted(room.objects, key=lambda item: (item.main_function is None, item.id))
     ]
-    return (
-        "<div class='scene scene-details'><table><tr><th>object</th><th>for</th>"
-        f"{head}<th class='number'>size, cm</th><th class='number'>points</th></tr>\n"
-        + "\n".join(rows)
-        + "</table></div>"
-    )
+    return table_html(head, rows, texts=2)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..recognition.recognition import Room, main_function
+from ..recognition.recognition import Room
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
+_ELEVATION_DEG = 32.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,9 +41,9 @@ class Camera:
         return np.column_stack([seen[:, :2] / depth[:, None] * self.focal + np.array(self.size) / 2, depth])
 
 
-def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, elevation_deg: float, size) -> Camera:
-    """Return a camera from which the whole box (low, high) is seen."""
-    azimuth, elevation = np.radians([azimuth_deg, elevation_deg])
+def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[int, int]) -> Camera:
+    """Return a camera from which the whole box (low, high) is seen from above."""
+    azimuth, elevation = np.radians([azimuth_deg, _ELEVATION_DEG])
     toward = np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     axes = np.stack([right, np.cross(right, toward) * -1.0, -toward])
@@ -49,8 +54,8 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, elevation_deg
     return Camera(eye=(low + high) / 2 + 1.02 * distance * toward, axes=axes, size=size)
 
 
-def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), azimuth_deg: float | None = None):
-    """Draw a scan and the boxes of its functional objects.
+def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750)) -> Image.Image:
+    """Draw a scan and the boxes of its functional objects, from where most of the objects is seen.
 
     Parameters
     ----------
@@ -59,12 +64,6 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750),
         What was found in it.
     size : (int, int)
         Pixels.
-    azimuth_deg : float, optional
-        Of the camera about the vertical; by default the one of eight from which most of the objects is seen.
-
-    Returns
-    -------
-    PIL.Image.Image
     """
     from PIL import Image
 
@@ -77,9 +76,7 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750),
     inside = ((points >= low - 0.3) & (points <= high + 0.3)).all(axis=1)
     points, colours, labels = points[inside], colours[inside], labels[inside]
     fine = (2 * size[0], 2 * size[1])
-    if azimuth_deg is None:
-        azimuth_deg = best_azimuth(points, labels, low, high)
-    camera = look_at(low, high, azimuth_deg, 32.0, fine)
+    camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     image = Image.fromarray(splatted(camera, points, colours))
     draw_boxes(image, camera, room)
     return image.resize(size, Image.Resampling.LANCZOS)
@@ -90,10 +87,8 @@ def best_azimuth(points: np.ndarray, labels: np.ndarray, low: np.ndarray, high: 
     chosen = slice(None, None, max(1, len(points) // 60_000))
     points, labels = points[chosen], labels[chosen]
     marks = np.repeat((labels >= 0)[:, None], 3, axis=1).astype(np.uint8)
-    seen = []
-    for azimuth in range(0, 360, 45):
-        camera = look_at(low, high, azimuth, 32.0, (160, 120))
-        seen.append((splatted(camera, points, marks, paper=0)[..., 0]).sum())
+    cameras = [look_at(low, high, azimuth, (160, 120)) for azimuth in range(0, 360, 45)]
+    seen = [splatted(camera, points, marks, paper=0)[..., 0].sum() for camera in cameras]
     return 45.0 * int(np.argmax(seen))
 
 
@@ -114,13 +109,13 @@ def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int
     return image.reshape(height, width, 3)
 
 
-def draw_boxes(image, camera: Camera, room: Room):
+def draw_boxes(image: Image.Image, camera: Camera, room: Room):
     """Draw the box of every object that has a function, with its name and score."""
     from PIL import ImageDraw, ImageFont
 
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)
     for item in room.objects:
-        name = main_function(item)
+        name = item.main_function
         if name is None:
             continue
         colour = function_colour(name, item.functions)
@@ -128,7 +123,7 @@ def draw_boxes(image, camera: Camera, room: Room):
         for a, b in _EDGES:
             draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=colour, width=max(3, image.size[1] // 270))
         top = at[np.argmin(at[:, 1]), :2]
-        text = f"{name} {item.functions[name]['score']:.2f}"
+        text = f"{name} {item.functions[name].score:.2f}"
         box = draw.textbbox(tuple(top), text, font=font, anchor="mb")
         draw.rectangle([box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3], fill=(255, 255, 255))
         draw.text(tuple(top), text, fill=colour, font=font, anchor="mb")

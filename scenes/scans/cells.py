@@ -26,6 +26,16 @@ class Cells:
     counts: np.ndarray  # (C,) int64
 
     @cached_property
+    def order(self) -> np.ndarray:
+        """The points (N,) int64 cell by cell, as kernels walk through them."""
+        return np.argsort(self.cell_of, kind="stable")
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Where each cell begins in that order, and the number of all points, (C + 1,) int64."""
+        return np.concatenate([[0], np.cumsum(self.counts)])
+
+    @cached_property
     def means(self) -> np.ndarray:
         """The mean (C, 3) of the points in each cell, metres."""
         sums = [np.bincount(self.cell_of, steps, len(self.keys)) for steps in np.rint(self.points.T / STEP)]
@@ -43,7 +53,7 @@ class Cells:
         # Tenths of a millimetre from the cell's corner: squares stay whole numbers that a float64 holds exactly.
         corner = self.indices[self.cell_of] * self.side
         offset = np.rint((self.points - corner) / (10 * STEP)).T
-        mean = np.stack([np.bincount(self.cell_of, each, len(self.keys)) / self.counts for each in offset])
+        mean = np.stack([np.bincount(self.cell_of, steps, len(self.keys)) / self.counts for steps in offset])
         out = np.empty((len(self.keys), 3, 3))
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             product = np.bincount(self.cell_of, offset[i] * offset[j], len(self.keys)) / self.counts

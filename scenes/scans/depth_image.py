@@ -113,8 +113,8 @@ def load_depth_image(
 def require_same_size(name: str, size: tuple[int, int], depth: np.ndarray, what: str):
     """Raise InputError if something is not as large, width and height, as the depth image (H, W)."""
     if size != depth.shape[::-1]:
-        found = f"got {what} of {size[0]} x {size[1]}"
-        raise InputError(f"{name}: expected {what} of {depth.shape[1]} x {depth.shape[0]} as the depth, {found}")
+        came = f"got {what} of {size[0]} x {size[1]}"
+        raise InputError(f"{name}: expected {what} of {depth.shape[1]} x {depth.shape[0]} as the depth, {came}")
 
 
 def read_depth(path: Path) -> np.ndarray:
@@ -133,8 +133,8 @@ def read_depth(path: Path) -> np.ndarray:
     except (OSError, ValueError, EOFError, SyntaxError, UnidentifiedImageError) as error:
         raise InputError(f"{name}: expected a depth image, could not read it; is it damaged?") from error
     if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
-        found = f"got one of mode {mode}; is it the colour image?"
-        raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {found}")
+        came = f"got one of mode {mode}; is it the colour image?"
+        raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {came}")
     if depth.ndim != 2 or depth.dtype.kind not in "iuf":
         raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
     return depth

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from spherefunc_bullet.errors import InputError
+
 from .patches import Patches
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL),
@@ -35,13 +37,11 @@ def axis_up(up: str) -> np.ndarray:
     InputError
         If it is neither.
     """
-    from spherefunc_bullet.errors import InputError
-
     sign, axis = (-1.0, up[1:]) if up.startswith("-") and "," not in up else (1.0, up)
     if axis in ("x", "y", "z"):
         return sign * np.eye(3)["xyz".index(axis)]
     try:
-        vector = np.array([float(each) for each in up.split(",")])
+        vector = np.array([float(number) for number in up.split(",")])
         length = np.linalg.norm(vector)
         if vector.shape == (3,) and np.isfinite(length) and length > 0:
             return vector / length
@@ -66,7 +66,7 @@ def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     return np.array([0.0, 0.0, 1.0]), None
 
 
-def is_even(points: np.ndarray, along: np.ndarray, forward: tuple) -> bool:
+def is_even(points: np.ndarray, along: np.ndarray, forward: tuple[int, int, int]) -> bool:
     """Return whether points (N, 3), at distances (N,) forward, are as evenly spread as the pixels of a camera."""
     sideways = points[:, np.flatnonzero(np.array(forward) == 0)] / along[:, None]
     windows = np.floor(sideways / _WINDOW).astype(np.int64)
@@ -74,7 +74,7 @@ def is_even(points: np.ndarray, along: np.ndarray, forward: tuple) -> bool:
     return counts.std() < _EVEN * counts.mean()
 
 
-def facing(patches: Patches, up: np.ndarray, camera: np.ndarray | None) -> np.ndarray:
+def facing_normals(patches: Patches, up: np.ndarray, camera: np.ndarray | None) -> np.ndarray:
     """Return the normals (P, 3) turned to the camera, or, where it is unknown, upwards."""
     toward = np.broadcast_to(up, patches.centers.shape) if camera is None else camera - patches.centers
     side = np.sign((patches.normals * toward).sum(axis=1))
@@ -96,7 +96,7 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     camera : (3,) float64, optional
         Where it was seen from.
     """
-    normals = facing(patches, up, camera)
+    normals = facing_normals(patches, up, camera)
     leaning = normals @ up
     tried = np.flatnonzero(leaning > TILT)
     if len(tried) < _FEWEST:
@@ -106,7 +106,7 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     best = int(np.argmax(score * (0.6 + 0.4 * leaning[largest])))
     if level[best] < _FEWEST or level_area[best] < _LEAST * patches.areas.sum():
         return None
-    return refined(normals, patches.areas, normals[largest[best]])
+    return refined_up(normals, patches.areas, normals[largest[best]])
 
 
 def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -118,7 +118,7 @@ def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np
     return level_area + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1), level_area
 
 
-def refined(normals: np.ndarray, areas: np.ndarray, up: np.ndarray) -> np.ndarray:
+def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Return the mean of the normals (P, 3) around an up (3,), narrowing down."""
     for degrees in (8, 5, 4):
         near = normals @ up > np.cos(np.radians(degrees))

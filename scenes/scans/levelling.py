@@ -9,7 +9,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .gravity import axis_up, camera_frame, facing, seen_gravity
+from .gravity import axis_up, camera_frame, facing_normals, seen_gravity
 from .patches import Patches, find_patches, patch_side
 
 _LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
@@ -80,11 +80,11 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         likely, camera = axis_up(up), None
     seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
     upward = likely if seen is None else seen
-    plane = lowest_large_plane(points, patches[facing(patches, upward, camera) @ upward > _LEVEL], upward)
+    plane = lowest_large_plane(points, patches[facing_normals(patches, upward, camera) @ upward > _LEVEL], upward)
     if plane is None:
         source = "given" if up != "auto" else "assumed"
         return Levelling(
-            T_level_scan=turned_to(upward, float(np.percentile(points @ upward, 0.5))),
+            T_level_scan=level_transform(upward, float(np.percentile(points @ upward, 0.5))),
             source=source,
             floor_seen=False,
             noise=None,
@@ -97,7 +97,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
     return Levelling(
-        T_level_scan=turned_to(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
+        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
     )
 
 
@@ -156,14 +156,14 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
 
 
-def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera) -> bool:
+def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
     """Tell a table top from a floor: close below the camera, or small, with only low things on it."""
     if camera is not None:
         return bool(camera @ up - height < _STANDING)
     return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
 
 
-def turned_to(up: np.ndarray, height: float) -> np.ndarray:
+def level_transform(up: np.ndarray, height: float) -> np.ndarray:
     """Return the transform (4, 4) that turns ``up`` to z by the shortest way and puts its height at z = 0."""
     from scipy.spatial.transform import Rotation
 

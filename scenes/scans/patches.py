@@ -48,12 +48,12 @@ def find_patches(points: np.ndarray, side: float) -> Patches:
     side : float
         Of a patch, metres.
     """
-    small, large = patches_of(points, side), patches_of(points, 4 * side)
+    small, large = patches_of_size(points, side), patches_of_size(points, 4 * side)
     names = ("centers", "normals", "areas", "thickness")
     return Patches(*(np.concatenate([getattr(small, name), getattr(large, name)]) for name in names))
 
 
-def patches_of(points: np.ndarray, side: float) -> Patches:
+def patches_of_size(points: np.ndarray, side: float) -> Patches:
     """Return the flat pieces of one size, metres."""
     grid = cells(points, side)
     spread, axes = np.linalg.eigh(grid.covariances)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.geometry import Geometry
@@ -35,7 +36,12 @@ class Scan:
 
 
 def scan_from_points(
-    points, name: str = "scan", *, colors=None, units: str = "m", report: Report | None = None
+    points: ArrayLike,
+    name: str = "scan",
+    *,
+    colors: np.ndarray | None = None,
+    units: str = "m",
+    report: Report | None = None,
 ) -> Scan:
     """Return the scan of points, without those that are not finite.
 
@@ -60,8 +66,9 @@ def scan_from_points(
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     seen = np.isfinite(points).all(axis=1)
     if seen.sum() < MIN_POINTS:
-        found = f"got {int(seen.sum())}; is it empty or cut off?"
-        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {found}")
+        raise InputError(
+            f"{name}: expected at least {MIN_POINTS} points, got {int(seen.sum())}; is it empty or cut off?"
+        )
     if not seen.all():
         points, colors = points[seen], None if colors is None else colors[seen]
     return Scan(
@@ -83,8 +90,8 @@ def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
         if units == "mm":
             report(f"{name}: {extent:.3g} large, so taken to be in millimetres; --units says otherwise")
     if not 0.05 <= extent * METRES[units] <= LARGEST:
-        found = f"got {extent * METRES[units]:.3g} m"
-        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {found}; set --units")
+        came = f"got {extent * METRES[units]:.3g} m"
+        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {came}; set --units")
     return points * METRES[units]
 
 

@@ -1,4 +1,4 @@
 """Segmentation: a level scan falls into floor, walls and objects (paper, §IV-C).
 
-May import `scans`; knows nothing of what objects are for.
+May import `scans` and the shared stack's `errors`; knows nothing of what objects are for.
 """

@@ -64,7 +64,9 @@ def bounding_box(points: np.ndarray) -> Box:
     return turned_box(points, low, high, along[best], across[best], angles[best])
 
 
-def turned_box(points, low, high, along, across, angle) -> Box:
+def turned_box(
+    points: np.ndarray, low: np.ndarray, high: np.ndarray, along: np.ndarray, across: np.ndarray, angle: float
+) -> Box:
     """Return the box from its footprint's lowest and highest corner (2,) along two axes (2,)."""
     middle = (low + high) / 2
     bottom, top = points[:, 2].min(), points[:, 2].max()

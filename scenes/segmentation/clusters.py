@@ -31,24 +31,29 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     if distances is not None:
         reach = np.clip(_STEP * distances**2, tolerance, max(tolerance, _WIDEST))
     grid = cells(points, float(reach.max()))
-    order = np.argsort(grid.cell_of, kind="stable")
-    start = np.concatenate([[0], np.cumsum(grid.counts)])
     roots = np.arange(len(points))
-    connect(np.ascontiguousarray(points[order]), reach[order], grid.keys, start, roots)
-    cluster = np.empty(len(points), np.int64)
-    cluster[order] = roots
-    return numbered_anew(cluster)
+    connect(np.ascontiguousarray(points[grid.order]), reach[grid.order], grid.keys, grid.start, roots)
+    cluster_of = np.empty(len(points), np.int64)
+    cluster_of[grid.order] = roots
+    return renumbered(cluster_of)
 
 
-def numbered_anew(found: np.ndarray) -> np.ndarray:
+def members_of(labels: np.ndarray) -> list[np.ndarray]:
+    """Return the indices of the points (N,) that carry each label from 0 on, ascending."""
+    order = np.argsort(labels, kind="stable")
+    bounds = np.searchsorted(labels[order], np.arange(labels.max(initial=-1) + 2))
+    return [order[first:last] for first, last in zip(bounds[:-1], bounds[1:], strict=True)]
+
+
+def renumbered(cluster_of: np.ndarray) -> np.ndarray:
     """Return clusters (N,) int64 numbered from 0 in the order of their first points."""
-    _, first, member = np.unique(found, return_index=True, return_inverse=True)
+    _, first, member = np.unique(cluster_of, return_index=True, return_inverse=True)
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
     return rank[member.ravel()]
 
 
-def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarray:
+def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.ndarray:
     """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
 
     Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
@@ -56,25 +61,25 @@ def bridged(points: np.ndarray, found: np.ndarray, tolerance: float) -> np.ndarr
     Parameters
     ----------
     points : (N, 3) float64, metres
-    found : (N,) int64
+    cluster_of : (N,) int64
         Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
     tolerance : float
         The gap that is bridged, metres.
     """
     wide = euclidean_clusters(points, tolerance)
     has_large = np.zeros(len(points), bool)
-    has_large[wide[is_large(points, found)]] = True
+    has_large[wide[is_large(points, cluster_of)]] = True
     first = np.unique(wide, return_index=True)[1]
-    return numbered_anew(np.where(has_large[wide], found[first][wide], found))
+    return renumbered(np.where(has_large[wide], cluster_of[first][wide], cluster_of))
 
 
-def is_large(points: np.ndarray, found: np.ndarray) -> np.ndarray:
+def is_large(points: np.ndarray, cluster_of: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) belong to a cluster as large as furniture, (N,) bool."""
-    count = found.max(initial=-1) + 1
+    count = cluster_of.max(initial=-1) + 1
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, found, points)
-    np.maximum.at(high, found, points)
-    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[found]
+    np.minimum.at(low, cluster_of, points)
+    np.maximum.at(high, cluster_of, points)
+    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[cluster_of]
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .box import bounding_box
+from .box import Box, bounding_box
+from .clusters import members_of
 
 _FEWEST = 10  # voxels: what is smaller is noise
 _REACH = 0.12  # metres: the widest gap that is bridged
@@ -41,11 +42,11 @@ class Piece:
     high: np.ndarray
 
     @classmethod
-    def of(cls, number: int, points: np.ndarray) -> Piece:
+    def from_points(cls, number: int, points: np.ndarray) -> Piece:
         return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
 
 
-def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
+def join_pieces(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
     """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
 
     What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
@@ -54,16 +55,16 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
-    found : (N,) int32
+    cluster_of : (N,) int32
         Clusters, numbered from 0.
     wall, ground : (W, 3), (G, 3) float64, metres
         Voxels of walls and of the ground.
     """
-    pieces = pieces_of(points, found)
+    pieces = [Piece.from_points(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
     links, hanging = vessel_sides(pieces, ground), []
     walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
     x = points[along_x, 0]
-    lows, highs = (np.array([getattr(each, end) for each in pieces]).reshape(-1, 3) for end in ("low", "high"))
+    lows, highs = (np.array([getattr(piece, end) for piece in pieces]).reshape(-1, 3) for end in ("low", "high"))
     for piece in pieces:
         if len(piece.points) < _FEWEST:
             continue
@@ -71,22 +72,22 @@ def joined(points: np.ndarray, found: np.ndarray, wall: np.ndarray, ground: np.n
             links += [(piece.number, whole) for whole in whole_of_leg(piece, pieces, lows, highs)]
             continue
         first, last = np.searchsorted(x, [piece.low[0] - _REACH, piece.high[0] + _REACH])
-        near = around(piece, points, along_x[first:last])
-        near = near[found[near] != piece.number]
+        near = points_around(piece, points, along_x[first:last])
+        near = near[cluster_of[near] != piece.number]
         carried = is_carried(piece, points[near])
         if carried and piece.low[2] > _BASE:
             continue
-        whole = whole_of(piece, points[near], found[near])
+        whole = whole_of(piece, points[near], cluster_of[near])
         if not carried and walls(piece.points) < _HANGS:
             hanging.append(piece.number)
         elif whole is not None:
             links.append((piece.number, whole))
         if not carried:
             links += [(piece.number, leg) for leg in legs_of(piece, lows, highs)]
-    return united(len(pieces), links, hanging)[found] if pieces else found
+    return wholes_of(len(pieces), links, hanging)[cluster_of] if pieces else cluster_of
 
 
-def united(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
+def wholes_of(count: int, links: list[tuple[int, int]], hanging: list[int]) -> np.ndarray:
     """Return the number of the whole (K,) int64 for each of a count of pieces, -1 for those that hang."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -129,14 +130,6 @@ def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.
     return []
 
 
-def pieces_of(points: np.ndarray, found: np.ndarray) -> list[Piece]:
-    """Return the clusters of points (N, 3), by number."""
-    order = np.argsort(found, kind="stable")
-    bounds = np.searchsorted(found[order], np.arange(found.max(initial=-1) + 2))
-    spans = enumerate(zip(bounds[:-1], bounds[1:], strict=True))
-    return [Piece.of(k, points[order[first:last]]) for k, (first, last) in spans]
-
-
 def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
     """Return what measures how near points (N, 3) come to those of walls (W, 3), metres."""
     from scipy.spatial import cKDTree
@@ -152,7 +145,7 @@ def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
     return nearest
 
 
-def around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def points_around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
     inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
     return np.sort(chosen[inside.all(axis=1)])
@@ -167,7 +160,7 @@ def is_carried(piece: Piece, near: np.ndarray) -> bool:
     return bool(((below[:, :2] > low) & (below[:, :2] < high)).all(axis=1).sum() >= 3)
 
 
-def whole_of(piece: Piece, near: np.ndarray, found: np.ndarray) -> int | None:
+def whole_of(piece: Piece, near: np.ndarray, cluster_of: np.ndarray) -> int | None:
     """Return the nearest larger cluster within reach over or under whose outline a piece lies."""
     from scipy.spatial import cKDTree
 
@@ -175,11 +168,11 @@ def whole_of(piece: Piece, near: np.ndarray, found: np.ndarray) -> int | None:
         return None
     distances = cKDTree(piece.points).query(near, distance_upper_bound=_REACH)[0]
     best, nearest = None, _REACH
-    for number in np.unique(found[distances < _REACH]):
-        other = near[found == number]
+    for number in np.unique(cluster_of[distances < _REACH]):
+        other = near[cluster_of == number]
         low, high = other[:, :2].min(axis=0) - _MARGIN, other[:, :2].max(axis=0) + _MARGIN
         within = ((piece.points[:, :2] > low) & (piece.points[:, :2] < high)).all(axis=1).mean()
-        distance = distances[found == number].min()
+        distance = distances[cluster_of == number].min()
         if within >= _WITHIN and distance < nearest:
             best, nearest = int(number), distance
     return best
@@ -187,8 +180,8 @@ def whole_of(piece: Piece, near: np.ndarray, found: np.ndarray) -> int | None:
 
 def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int]]:
     """Return pairs of pieces that are two sides of one vessel: of one height and width, and no ground between them."""
-    small = [each for each in pieces if len(each.points) >= 10 and (each.high - each.low).max() < _VESSEL]
-    boxes = {each.number: bounding_box(each.points) for each in small}
+    small = [piece for piece in pieces if len(piece.points) >= 10 and (piece.high - piece.low).max() < _VESSEL]
+    boxes = {piece.number: bounding_box(piece.points) for piece in small}
     pairs = []
     for k, one in enumerate(small):
         for other in small[:k]:
@@ -199,7 +192,7 @@ def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int
     return pairs
 
 
-def are_sides(one: Piece, other: Piece, boxes: dict, ground: np.ndarray) -> bool:
+def are_sides(one: Piece, other: Piece, boxes: dict[int, Box], ground: np.ndarray) -> bool:
     """Return whether two pieces together are as wide as one of them, rounder than both, and closed to the ground."""
     both = bounding_box(np.vstack([one.points, other.points]))
     parts = [boxes[one.number], boxes[other.number]]

@@ -11,13 +11,15 @@ from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import cells
 from ..scans.patches import find_patches, patch_side
-from .clusters import bridged, euclidean_clusters, numbered_anew
-from .joining import joined
+from .clusters import bridge_gaps, euclidean_clusters, renumbered
+from .joining import join_pieces
 from .supports import split_off
 from .walls import Wall, ceiling_height, find_walls, is_flush
 
 FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
+_FLOOR = 0.02  # metres off the floor's plane that still belong to it, where its noise is not known
 _THINNEST = 0.008  # metres: a floor is never quite flat
+_THICKEST = 0.04  # metres, however noisy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,18 +27,13 @@ class Segmentation:
     """How a scan falls into objects; named as PCL's filters and EuclideanClusterExtraction name it."""
 
     leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
-    distance_threshold: float = 0.02  # metres off the floor's plane that still belong to it, noise apart
     cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
     large_tolerance: float = 0.05  # metres likewise, where one of two clusters is as large as furniture, if wider
     min_cluster_size: int = 60  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
-    walls: bool = True  # recognise walls and the ceiling
-    supports: bool = True  # part what stands on a table, or leans on it, from the table
-    join: bool = True  # join pieces of one object that were seen apart
-    follow_depth: bool = True  # let the tolerance grow with the steps of a depth camera whose place is known
 
     def __post_init__(self):
-        for name in ("leaf_size", "distance_threshold", "cluster_tolerance", "large_tolerance"):
+        for name in ("leaf_size", "cluster_tolerance", "large_tolerance"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(f"{name}: expected between 0 and 1 m, got {getattr(self, name):g}")
         if not 1 <= self.min_cluster_size <= self.max_cluster_size:
@@ -74,53 +71,49 @@ def segment(
     return labelled_voxels(thinned.means, settings, noise, camera)[thinned.cell_of]
 
 
-def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | None, camera) -> np.ndarray:
+def labelled_voxels(
+    voxels: np.ndarray, settings: Segmentation, noise: float | None, camera: np.ndarray | None
+) -> np.ndarray:
     """Return the label (C,) int32 of each voxel (C, 3) of a thinned scan; see `segment`."""
     patches = find_patches(voxels, max(patch_side(voxels), 4 * settings.leaf_size))
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
-    labels[is_floor(voxels, settings, noise)] = FLOOR
+    labels[is_floor(voxels, noise)] = FLOOR
     above = voxels[:, 2] > 0
-    walls = find_walls(voxels, patches) if settings.walls else []
-    if settings.walls:
-        labels[above & is_wall(voxels, walls, ceiling_height(patches))] = WALL
+    walls = find_walls(voxels, patches)
+    labels[above & is_wall(voxels, walls, ceiling_height(patches))] = WALL
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
-    distances = None if camera is None or not settings.follow_depth else np.linalg.norm(voxels[rest] - camera, axis=1)
-    found = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
-    flush = is_flush(voxels[rest], found, walls)
+    distances = None if camera is None else np.linalg.norm(voxels[rest] - camera, axis=1)
+    cluster_of = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
+    flush = is_flush(voxels[rest], cluster_of, walls)
     labels[rest[flush]] = WALL
-    rest, found = rest[~flush], numbered_anew(found[~flush])
+    rest, cluster_of = rest[~flush], renumbered(cluster_of[~flush])
     if settings.large_tolerance > settings.cluster_tolerance:
-        found = bridged(voxels[rest], found, settings.large_tolerance)
-    if settings.supports:
-        found = split_off(voxels[rest], found, settings.cluster_tolerance, noise or 0.0)
-    if settings.join:
-        found = joined(voxels[rest], found, voxels[labels == WALL], voxels[labels == FLOOR])
-    labels[rest] = np.where(found < 0, WALL, numbered(found, settings))
+        cluster_of = bridge_gaps(voxels[rest], cluster_of, settings.large_tolerance)
+    cluster_of = split_off(voxels[rest], cluster_of, settings.cluster_tolerance, noise or 0.0)
+    cluster_of = join_pieces(voxels[rest], cluster_of, voxels[labels == WALL], voxels[labels == FLOOR])
+    labels[rest] = np.where(cluster_of < 0, WALL, numbered_by_size(cluster_of, settings))
     return labels
 
 
-def is_floor(voxels: np.ndarray, settings: Segmentation, noise: float | None) -> np.ndarray:
+def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
     """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
-    threshold = settings.distance_threshold
-    if noise is not None:
-        threshold = np.clip(4 * noise, min(_THINNEST, threshold), 2 * threshold)
-    return np.abs(voxels[:, 2]) <= threshold
+    return np.abs(voxels[:, 2]) <= (_FLOOR if noise is None else np.clip(4 * noise, _THINNEST, _THICKEST))
 
 
 def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:
     """Return which voxels (C, 3) belong to walls or the ceiling, or lie beyond, (C,) bool."""
-    found = voxels[:, 2] > ceiling
+    outside = voxels[:, 2] > ceiling
     for wall in walls:
-        found |= wall.holds(voxels)
-    return found
+        outside |= wall.holds(voxels)
+    return outside
 
 
-def numbered(found: np.ndarray, settings: Segmentation) -> np.ndarray:
+def numbered_by_size(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarray:
     """Return clusters (C,) numbered by size, -3 for those below 0 and those of a size that is not wanted.
 
     Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.
     """
-    names, first, member, counts = np.unique(found, return_index=True, return_inverse=True, return_counts=True)
+    names, first, member, counts = np.unique(cluster_of, return_index=True, return_inverse=True, return_counts=True)
     counts = np.where(names < 0, 0, counts)
     order = np.lexsort((first, -counts))
     wanted = order[(counts[order] >= settings.min_cluster_size) & (counts[order] <= settings.max_cluster_size)]

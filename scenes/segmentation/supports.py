@@ -8,7 +8,7 @@ import numpy as np
 
 from ..scans.cells import cells
 from .box import Box, bounding_box
-from .clusters import euclidean_clusters
+from .clusters import euclidean_clusters, members_of
 
 _BIN = 0.01  # metres, of the heights that are compared
 _BOARD = 6  # bins that a table top may be thick
@@ -48,7 +48,7 @@ class Top:
         return (points[:, :2] @ self.equations[:, :2].T + self.equations[:, 2]).max(axis=1)
 
 
-def split_off(points: np.ndarray, found: np.ndarray, tolerance: float, noise: float = 0.0) -> np.ndarray:
+def split_off(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, noise: float = 0.0) -> np.ndarray:
     """Return clusters (N,) int32 in which what stands on a level top, or leans on it, is parted from it.
 
     A cup on a table touches it, as does a chair pushed against it, and clusters by distance alone hold all of them.
@@ -58,26 +58,23 @@ def split_off(points: np.ndarray, found: np.ndarray, tolerance: float, noise: fl
     ----------
     points : (N, 3) float64, metres, level frame
         Voxels of a centimetre or so.
-    found : (N,) int32
+    cluster_of : (N,) int32
         Clusters by distance.
     tolerance : float
         As for the clusters, metres.
     noise : float
         Standard deviation of level surfaces, metres.
     """
-    found = found.copy()
-    order = np.argsort(found, kind="stable")
-    new = found.max(initial=-1) + 1
-    bounds = np.searchsorted(found[order], np.arange(new + 1))
+    cluster_of, clusters = cluster_of.copy(), members_of(cluster_of)
+    new = len(clusters)
     clear = min(max(_CLEAR, 2.5 * noise), _MOST_CLEAR)
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
-        members = order[first:last]
+    for members in clusters:
         if len(members) < _AREA / _BIN**2 / 4:  # too few for a top
             continue
         for part in standing_apart(points[members], tolerance, clear):
-            found[members[part]] = new
+            cluster_of[members[part]] = new
             new += 1
-    return found
+    return cluster_of
 
 
 def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[np.ndarray]:
@@ -89,7 +86,7 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         outside = top.outside(points)
         apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
-        for thing in (apart[clusters == number] for number in range(clusters.max(initial=-1) + 1)):
+        for thing in (apart[members] for members in members_of(clusters)):
             if not above[thing].any():
                 continue  # a leg that spreads outward
             # Crumbs over a table are noise, and would make it higher than it is.
@@ -127,16 +124,16 @@ def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
     bins = (np.floor(points[:, 2] / _BIN) - lowest).astype(int)
     width = 1 + int(clear > 1.5 * _CLEAR)
     area = np.convolve(np.bincount(bins), np.ones(2 * width + 1))[width:-width] * _BIN**2
-    found = []
+    surfaces = []
     while area[largest := int(np.argmax(area))] >= _AREA:
         # A board has an upper and a lower side, and things stand on the upper one.
         peak = max(k for k in range(largest, min(largest + _BOARD, len(area))) if area[k] >= _SIDES * area[largest])
         around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
         if area[peak] - np.median(around) >= _AREA / 2:
             over = (bins > peak + width) & (bins <= peak + width + _OVER)
-            found += tops_at(points[np.abs(bins - peak) <= width], points[over])
+            surfaces += tops_at(points[np.abs(bins - peak) <= width], points[over])
         area[max(0, largest - 3) : peak + 4] = 0
-    return sorted(found, key=lambda each: -each.height)
+    return sorted(surfaces, key=lambda top: -top.height)
 
 
 def tops_at(slab: np.ndarray, over: np.ndarray) -> list[Top]:
@@ -154,17 +151,12 @@ def tops_at(slab: np.ndarray, over: np.ndarray) -> list[Top]:
     top_of_cell[filled] = euclidean_clusters(grid.means[filled], _APART)
     number = top_of_cell[grid.cell_of[columns.cell_of]]
     areas = np.bincount(top_of_cell[filled]) * _CELL**2
-    found = [slab[number == k] for k in np.flatnonzero(areas >= _AREA)]
-    hulls = [ConvexHull(points[:, :2]) for points in found]
+    slabs = [slab[number == k] for k in np.flatnonzero(areas >= _AREA)]
+    hulls = [ConvexHull(points[:, :2]) for points in slabs]
     together = float(sum(hull.volume for hull in hulls))  # a shadow may cut the top of one table in two
     return [
-        Top(
-            height=float(np.median(points[:, 2])),
-            equations=hull.equations,
-            area=together,
-            box=bounding_box(points),
-        )
-        for points, hull in zip(found, hulls, strict=True)
+        Top(height=float(np.median(points[:, 2])), equations=hull.equations, area=together, box=bounding_box(points))
+        for points, hull in zip(slabs, hulls, strict=True)
         if hull.volume >= _AREA
     ]
 

@@ -50,15 +50,15 @@ class Wall:
         return beside & (self.ahead(points) < self.thickness)
 
 
-def is_flush(points: np.ndarray, found: np.ndarray, walls: list[Wall]) -> np.ndarray:
+def is_flush(points: np.ndarray, cluster_of: np.ndarray, walls: list[Wall]) -> np.ndarray:
     """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
 
     Furniture hides the wall between, and such a piece alone is too small for a wall.
     """
-    flush, counts = np.zeros(len(points), bool), np.bincount(found)
+    flush, counts = np.zeros(len(points), bool), np.bincount(cluster_of)
     for wall in walls:
-        near = np.bincount(found, np.abs(wall.ahead(points)) < wall.thickness)
-        flush |= (near > _FLUSH * counts)[found]
+        near = np.bincount(cluster_of, np.abs(wall.ahead(points)) < wall.thickness)
+        flush |= (near > _FLUSH * counts)[cluster_of]
     return flush
 
 
@@ -84,16 +84,16 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
         Of the same points.
     """
     left = patches[np.abs(patches.normals[:, 2]) < _UPRIGHT]
-    found = []
+    walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
         if left.areas[inside].sum() < _AREA:
             break
         wall = bounding_wall(points, plane, left[inside])
         if wall is not None:
-            found.append(wall)
+            walls.append(wall)
         left = left[~inside]
-    return found
+    return walls
 
 
 def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarray]:
@@ -127,14 +127,15 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < _WIDTH or top < _TOP:
         return None
-    if width >= _SURE_WIDTH and top >= _SURE_TOP and filled(along[own] - low, points[own, 2], width, top) > _FILLED:
+    is_wide = width >= _SURE_WIDTH and top >= _SURE_TOP
+    if is_wide and filled_share(along[own] - low, points[own, 2], width, top) > _FILLED:
         return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
     behind = np.mean(ahead[beside] < -_BEYOND)
     return wall if behind < _MOST_BEYOND else None
 
 
-def filled(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
+def filled_share(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
     """Return the share of a plane's squares that hold points (N,): a wall has most, a cut across a room few."""
     columns, rows = int(width / _SQUARE), int(top / _SQUARE)
     i, j = (along / _SQUARE).astype(int), (heights / _SQUARE).astype(int)

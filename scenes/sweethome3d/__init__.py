@@ -1,4 +1,5 @@
 """Sweet Home 3D: the furniture libraries of that program as labelled data sets.
 
-May import only the shared stack; `functions.csv` says what each kind of furniture is for.
+May import the shared stack, and `household.parts` to stand things on the ground; `functions.csv` says what each kind
+of furniture is for.
 """

@@ -21,7 +21,7 @@ import trimesh
 
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import writing
+from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 
 from ..household.parts.solids import stand
 from .purposes import Purpose, purpose_of, slug
@@ -29,17 +29,7 @@ from .purposes import Purpose, purpose_of, slug
 CATALOGUE = "PluginFurnitureCatalog.properties"
 MEMBER_LIMIT = 200 * 2**20  # bytes of one member, unpacked
 LIBRARY_LIMIT = 4 * 2**30  # bytes of all members read, unpacked
-COLUMNS = (
-    "file",
-    "label",
-    "also",
-    "category",
-    "group",
-    "catalogue_category",
-    "creator",
-    "license",
-    "ambiguous",
-)
+COLUMNS = ("file", "label", "also", "category", "group", "catalogue_category", "creator", "license", "ambiguous")
 FORMATS = (".obj", ".stl", ".ply", ".off", ".glb")
 # Sweet Home 3D looks along its z axis with y up; here z is up and fronts face -y.
 Z_UP_FROM_Y_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
@@ -111,15 +101,14 @@ def import_library(
     with _Library(path) as library:
         entries = list(library.entries(report))
         rows, skipped, disputed = [], library.broken, 0
-        with writing(directory, "a folder"):
-            directory.mkdir(parents=True, exist_ok=True)
-            for entry in progress(entries):
-                purpose = _purpose(entry)
-                disputed += purpose.ambiguous
-                if include_ambiguous or not purpose.ambiguous:
-                    row = _import_object(library, entry, purpose, directory, report)
-                    rows += [row] if row else []
-                    skipped += row is None
+        prepare_folder(directory)
+        for entry in progress(entries):
+            purpose = _purpose(entry)
+            disputed += purpose.ambiguous
+            if include_ambiguous or not purpose.ambiguous:
+                row = _import_object(library, entry, purpose, directory, report)
+                rows += [row] if row else []
+                skipped += row is None
         manifest = write_manifest(directory, COLUMNS, rows)
     labels = dict(Counter(row[1] for row in rows))
     return ImportSummary(manifest=manifest, labels=labels, ambiguous=disputed, skipped=skipped)
@@ -131,7 +120,9 @@ def _purpose(entry: FurnitureEntry) -> Purpose:
     return purpose_of(entry.name, entry.category, entry.size[2])
 
 
-def _import_object(library, entry: FurnitureEntry, purpose: Purpose, directory: Path, report) -> tuple | None:
+def _import_object(
+    library: _Library, entry: FurnitureEntry, purpose: Purpose, directory: Path, report: Callable[[str], None]
+) -> tuple[str | int, ...] | None:
     """Write one object and return its row of the manifest; report and return None if it cannot be read."""
     try:
         mesh = place_model(library.model(entry), entry)
@@ -140,7 +131,7 @@ def _import_object(library, entry: FurnitureEntry, purpose: Purpose, directory: 
         return None
     category, group = slug(entry.name), f"sh3f_{slug(library.path.stem)}"
     file = f"{slug(library.path.stem)}_{entry.number:03d}_{category}.ply"
-    (directory / file).write_bytes(mesh.export(file_type="ply", encoding="binary"))
+    write_bytes(directory / file, mesh.export(file_type="ply", encoding="binary"))
     about = (entry.category, entry.creator, entry.license, int(purpose.ambiguous))
     return file, purpose.label, purpose.also, category, group, *about
 

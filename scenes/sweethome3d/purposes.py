@@ -67,14 +67,14 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
         return Purpose("none")
     rest = _REST.search(name)
     head = rest.start() if rest else len(name)
-    found = []
+    matches = []
     for order, rule in enumerate(_rules()):
         for match in rule.pattern.finditer(name) if rule.field == "name" else ():
-            found.append(((match.start() < head, match.end()), (match.end() - match.start(), -order), rule))
-    if not found:
+            matches.append(((match.start() < head, match.end()), (match.end() - match.start(), -order), rule))
+    if not matches:
         return Purpose("none")
-    noun = max(place for place, _, _ in found)
-    rules = [rule for place, _, rule in sorted(found, key=lambda one: one[:2]) if place == noun]
+    noun = max(place for place, _, _ in matches)
+    rules = [rule for place, _, rule in sorted(matches, key=lambda match: match[:2]) if place == noun]
     fitting = [rule for rule in rules if height <= rule.max_height]
     return fitting[-1].purpose if fitting else Purpose("none", rules[-1].purpose.label, True)
 

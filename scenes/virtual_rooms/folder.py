@@ -31,7 +31,7 @@ class RoomFolder:
 
     directory: Path
     group: str  # the source that the manifest names
-    rows: list[tuple] = field(default_factory=list)
+    rows: list[tuple[str, ...]] = field(default_factory=list)
     scans: list[str] = field(default_factory=list)
 
     def write(self, scan: VirtualScan, clouds: Iterable[np.ndarray]):
@@ -72,14 +72,14 @@ def file_labels(labels: np.ndarray) -> np.ndarray:
     return np.where(labels >= 0, labels + FIRST_OBJECT, shell).astype(np.uint8)
 
 
-def instance_rows(scan: VirtualScan) -> Iterator[tuple]:
+def instance_rows(scan: VirtualScan) -> Iterator[tuple[str | int, ...]]:
     """Yield one row for each object of the room, seen or not."""
     counts = np.bincount(scan.labels[scan.labels >= 0], minlength=len(scan.room.objects))
     seen = set(scan.seen().tolist())
-    for number, each in enumerate(scan.room.objects):
-        item = each.item
+    for number, placed in enumerate(scan.room.objects):
+        item = placed.item
         about = (number + FIRST_OBJECT, item.path.stem, label_text(item.functions), ";".join(sorted(item.also)))
-        support = "floor" if each.support == FLOOR else each.support + FIRST_OBJECT
+        support = "floor" if placed.support == FLOOR else placed.support + FIRST_OBJECT
         yield (*about, item.category, support, int(counts[number]), int(number in seen))
 
 

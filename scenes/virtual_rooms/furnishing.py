@@ -21,23 +21,15 @@ from .grounds import Ground, floor_of, top_of
 
 FLOOR, WALL = -1, -2  # labels of points that belong to no object; a ceiling is a wall
 TABLE = "table"  # the function whose tops carry small objects
-
-
-@dataclass(frozen=True, kw_only=True)
-class Furnishing:
-    """How a room is furnished."""
-
-    width: float = 4.5  # metres, along x
-    depth: float = 4.0  # metres, along y
-    height: float = 2.6  # metres
-    tables: int = 2
-    on_floor: int = 6  # besides tables: as many of each other function as of none, as far as they go
-    on_tops: int = 6  # likewise
-    gap: float = 0.1  # metres between neighbours on the floor, and to the walls
-    top_gap: float = 0.05  # metres between neighbours on a table top
-    small: float = 0.4  # metres: what is no larger in any direction stands on tops
-    lowest: float = 0.04  # metres: lower things (a spoon, a telephone) are left out
-    largest: float = 2.5  # metres
+SIZE = (4.5, 4.0, 2.6)  # of a room: metres along x, y and z
+TABLES = 2  # in a room
+ON_FLOOR = 6  # besides tables: as many of each other function as of none, as far as they go
+ON_TOPS = 6  # likewise
+GAP = 0.1  # metres between neighbours on the floor, and to the walls
+TOP_GAP = 0.05  # metres between neighbours on a table top
+SMALL = 0.4  # metres: what is no larger in any direction stands on tops
+LOWEST = 0.04  # metres: lower things (a spoon, a telephone) are left out
+LARGEST = 2.5  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +44,12 @@ class PlacedObject:
     @cached_property
     def points(self) -> np.ndarray:
         """The object's whole surface as points (N, 3), metres, in the room's frame."""
-        return moved(self.cloud.points, self.T_room_object)
+        return transformed(self.cloud.points, self.T_room_object)
 
     @property
     def mesh(self) -> Mesh:
         """The object's mesh in the room's frame."""
-        return Mesh(moved(self.cloud.mesh.vertices, self.T_room_object), self.cloud.mesh.faces)
+        return Mesh(transformed(self.cloud.mesh.vertices, self.T_room_object), self.cloud.mesh.faces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,17 +62,17 @@ class VirtualRoom:
 
     def meshes(self) -> Iterator[tuple[int, Mesh]]:
         """Yield label and mesh of the room's shell and of every object."""
-        yield from shell(self.size)
-        for number, each in enumerate(self.objects):
-            yield number, each.mesh
+        yield from shell_meshes(self.size)
+        for number, placed in enumerate(self.objects):
+            yield number, placed.mesh
 
 
-def moved(points: np.ndarray, T: np.ndarray) -> np.ndarray:
+def transformed(points: np.ndarray, T: np.ndarray) -> np.ndarray:
     """Return points (N, 3) in the frame that a transform (4, 4) leads to."""
     return points @ T[:3, :3].T + T[:3, 3]
 
 
-def shell(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
+def shell_meshes(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
     """Yield label and mesh of the floor, the four walls and the ceiling."""
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * size
     for axis in range(3):
@@ -94,11 +86,11 @@ def shell(size: np.ndarray) -> Iterator[tuple[int, Mesh]]:
 class Deck:
     """Objects of one kind in random order, dealt one by one; when all are dealt, in a new order."""
 
-    items: Sequence
+    items: Sequence[DatasetObject]
     rng: np.random.Generator
-    left: list = field(default_factory=list)
+    left: list[DatasetObject] = field(default_factory=list)
 
-    def deal(self):
+    def deal(self) -> DatasetObject:
         """Return the next object."""
         if not self.left:
             self.left = [self.items[i] for i in self.rng.permutation(len(self.items))]
@@ -113,7 +105,7 @@ class Stock:
     small: dict[str, tuple[DatasetObject, ...]]
 
 
-def take_stock(dataset: Dataset, settings: Furnishing, failed: Callable[[InputError], None]) -> Stock:
+def take_stock(dataset: Dataset, failed: Callable[[InputError], None]) -> Stock:
     """Sort the objects of a data set that suit a room by function and size.
 
     Parameters
@@ -126,18 +118,18 @@ def take_stock(dataset: Dataset, settings: Furnishing, failed: Callable[[InputEr
     InputError
         If nothing is left.
     """
-    kinds: dict[bool, dict[str, tuple]] = {True: {}, False: {}}
+    kinds: dict[bool, dict[str, tuple[DatasetObject, ...]]] = {True: {}, False: {}}
     for item in dataset.objects:
         try:
             size = extents(item)
         except InputError as error:
             failed(error)
             continue
-        if size[2] >= settings.lowest and size.max() <= settings.largest:
-            kind, name = kinds[bool(size.max() <= settings.small)], min(item.functions, default="none")
+        if size[2] >= LOWEST and size.max() <= LARGEST:
+            kind, name = kinds[bool(size.max() <= SMALL)], min(item.functions, default="none")
             kind[name] = (*kind.get(name, ()), item)
     if not any(kinds.values()):
-        wanted = f"at least {settings.lowest} m high and at most {settings.largest} m long"
+        wanted = f"at least {LOWEST} m high and at most {LARGEST} m long"
         raise InputError(f"{dataset.name}: expected objects {wanted}, found none")
     return Stock(kinds[False], kinds[True])
 
@@ -151,12 +143,7 @@ def extents(item: DatasetObject) -> np.ndarray:
 
 
 def furnish(
-    dataset: Dataset,
-    count: int,
-    *,
-    settings: Furnishing | None = None,
-    seed: int = 0,
-    failed: Callable[[InputError], None],
+    dataset: Dataset, count: int, *, seed: int = 0, failed: Callable[[InputError], None]
 ) -> Iterator[VirtualRoom]:
     """Yield rooms furnished at random; every object stands in one before any stands in a second.
 
@@ -172,45 +159,50 @@ def furnish(
     InputError
         If no object of the data set can stand in a room.
     """
-    settings = settings or Furnishing()
-    stock = take_stock(dataset, settings, failed)
+    stock = take_stock(dataset, failed)
     rng = np.random.default_rng(seed)
     decks = {name: Deck(items, rng) for name, items in sorted(stock.large.items())}
     tables = [decks.pop(TABLE)] if TABLE in decks else []
     small = [Deck(stock.small[name], rng) for name in sorted(stock.small)]
     for number in range(1, count + 1):
-        on_floor = dealt(tables, settings.tables) + dealt(list(decks.values()), settings.on_floor)
-        yield arrange(f"room_{number:02d}", on_floor, dealt(small, settings.on_tops), settings, rng)
+        on_floor = deal_objects(tables, TABLES) + deal_objects(list(decks.values()), ON_FLOOR)
+        yield arrange(f"room_{number:02d}", on_floor, deal_objects(small, ON_TOPS), rng)
 
 
-def dealt(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
+def deal_objects(decks: Sequence[Deck], count: int) -> list[DatasetObject]:
     """Return so many objects, from one deck after the other; none if there are no decks."""
     return [decks[i % len(decks)].deal() for i in range(count if decks else 0)]
 
 
 def arrange(
-    name: str, on_floor: list, on_tops: list, settings: Furnishing, rng: np.random.Generator
+    name: str, on_floor: list[DatasetObject], on_tops: list[DatasetObject], rng: np.random.Generator
 ) -> VirtualRoom:
     """Return a room with objects at random places and headings; what finds no place is left out."""
     clouds = {item.path: load_cloud(item.path) for item in [*on_floor, *on_tops]}
-    floor = floor_of(settings.width, settings.depth)
+    floor = floor_of(*SIZE[:2])
     placed: list[PlacedObject] = []
     tops: dict[int, Ground] = {}
     # The largest first: small ones find a place between large ones, but not the other way round.
-    for item in sorted(on_floor, key=lambda each: -np.prod(clouds[each.path].size[:2])):
-        if put(item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed) and TABLE in item.functions:
+    for item in sorted(on_floor, key=lambda item: -np.prod(clouds[item.path].size[:2])):
+        if place_object(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed) and TABLE in item.functions:
             tops[len(placed) - 1] = top_of(placed[-1].points)
     for item in on_tops:
-        put(item, clouds[item.path], tops, settings.top_gap, rng, placed) or put(
-            item, clouds[item.path], {FLOOR: floor}, settings.gap, rng, placed
-        )
-    return VirtualRoom(name, np.array([settings.width, settings.depth, settings.height]), tuple(placed))
+        if not place_object(item, clouds[item.path], tops, TOP_GAP, rng, placed):
+            place_object(item, clouds[item.path], {FLOOR: floor}, GAP, rng, placed)
+    return VirtualRoom(name, np.array(SIZE), tuple(placed))
 
 
-def put(item, cloud: Cloud, grounds: dict[int, Ground], gap: float, rng, placed: list[PlacedObject]) -> bool:
+def place_object(
+    item: DatasetObject,
+    cloud: Cloud,
+    grounds: dict[int, Ground],
+    gap: float,
+    rng: np.random.Generator,
+    placed: list[PlacedObject],
+) -> bool:
     """Place an object on the first of the grounds, in random order, that has room for it; say whether one had."""
-    T_room_object = heading(rng.uniform(0, 2 * np.pi))
-    points = moved(cloud.points, T_room_object)
+    T_room_object = heading_transform(rng.uniform(0, 2 * np.pi))
+    points = transformed(cloud.points, T_room_object)
     for support in rng.permutation(list(grounds)):
         place = grounds[support].place(points, gap, rng)
         if place is not None:
@@ -220,7 +212,7 @@ def put(item, cloud: Cloud, grounds: dict[int, Ground], gap: float, rng, placed:
     return False
 
 
-def heading(angle: float) -> np.ndarray:
+def heading_transform(angle: float) -> np.ndarray:
     """Return the transform (4, 4) that turns by an angle in radians about z."""
     T = np.eye(4)
     T[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]

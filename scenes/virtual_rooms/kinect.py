@@ -11,11 +11,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.cloud import Mesh
 
 NOTHING = -3  # label of a ray that hits no surface
 GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which none and all pixels are lost
+NEAREST, FARTHEST = 0.5, 5.0  # metres of depth between which it measures
+BASELINE = 0.075  # metres from the camera to the projector on its right
 EDGE_STEP = 0.03  # of the depth: a larger jump to the next pixel is an edge
 EDGE_LOSS = 0.5  # share of edge pixels without depth
 
@@ -27,11 +30,8 @@ class Kinect:
     width: int = 640  # pixels
     height: int = 480  # pixels
     field_of_view_deg: float = 57.0  # horizontal
-    near: float = 0.5  # metres of depth; nearer than that, and farther than `far`, nothing is measured
-    far: float = 5.0
     noise: float = 1.0  # times the sensor's own; 0 for an ideal camera
     dropouts: bool = True
-    baseline: float = 0.075  # metres from the camera to the projector on its right
 
     @property
     def focal_length(self) -> float:
@@ -73,28 +73,28 @@ class Surfaces:
     def __init__(self, meshes: Iterable[tuple[int, Mesh]]):
         import open3d as o3d
 
-        self.scene = o3d.t.geometry.RaycastingScene(nthreads=1)
+        self.raycaster = o3d.t.geometry.RaycastingScene(nthreads=1)
         labels = []
         for label, mesh in meshes:
-            self.scene.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
+            self.raycaster.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
             labels.append(label)
         self.labels = np.array(labels, np.int32)
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return how many directions far each ray hits (infinity: nothing), the label there, and the unit normal."""
-        hits = self.scene.cast_rays(rays(origins, directions))
+        hits = self.raycaster.cast_rays(rays(origins, directions))
         distance, owner = hits["t_hit"].numpy(), hits["geometry_ids"].numpy()
-        found = np.isfinite(distance)
-        labels = np.where(found, self.labels[np.where(found, owner, 0)], np.int32(NOTHING))
+        hit = np.isfinite(distance)
+        labels = np.where(hit, self.labels[np.where(hit, owner, 0)], np.int32(NOTHING))
         return distance, labels, hits["primitive_normals"].numpy()
 
     def hidden(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return whether anything lies between each origin and the point one direction away."""
-        return self.scene.test_occlusions(rays(origins, directions), tfar=0.99).numpy()
+        return self.raycaster.test_occlusions(rays(origins, directions), tfar=0.99).numpy()
 
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Return each point's distance (N,) to the nearest surface, metres."""
-        return self.scene.compute_distance(np.asarray(points, np.float32)).numpy()
+        return self.raycaster.compute_distance(np.asarray(points, np.float32)).numpy()
 
 
 def rays(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -102,7 +102,7 @@ def rays(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return np.concatenate(np.broadcast_arrays(origins, directions), axis=-1).astype(np.float32)
 
 
-def look_at(eye, target) -> np.ndarray:
+def look_at(eye: ArrayLike, target: ArrayLike) -> np.ndarray:
     """Return T_room_camera (4, 4) of a camera at ``eye`` that looks at ``target`` and is held level."""
     forward = np.subtract(target, eye) / np.linalg.norm(np.subtract(target, eye))
     right = np.cross(forward, [0.0, 0.0, 1.0])
@@ -131,10 +131,10 @@ def photograph(
     directions = kinect.directions() @ T_room_camera[:3, :3].T
     eye = T_room_camera[:3, 3]
     depth, labels, normals = surfaces.first_hits(eye, directions)
-    depth = np.where((depth >= kinect.near) & (depth <= kinect.far), depth.astype(np.float64), np.nan)
+    depth = np.where((depth >= NEAREST) & (depth <= FARTHEST), depth.astype(np.float64), np.nan)
     if kinect.dropouts:
         lost = grazing(directions, normals, rng) | at_edges(depth, rng)
-        projector = eye + T_room_camera[:3, 0] * kinect.baseline
+        projector = eye + T_room_camera[:3, 0] * BASELINE
         lost |= surfaces.hidden(projector, eye + directions * np.nan_to_num(depth)[..., None] - projector)
         depth[lost] = np.nan
     if kinect.noise:
@@ -154,12 +154,12 @@ def at_edges(depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return the pixels (H, W) lost because a neighbour is much nearer or farther."""
     edges = np.zeros(depth.shape, bool)
     for axis in (0, 1):
-        step = np.abs(np.diff(depth, axis=axis)) > EDGE_STEP * np.minimum(*halves(depth, axis))
-        for side in halves(edges, axis):
+        step = np.abs(np.diff(depth, axis=axis)) > EDGE_STEP * np.minimum(*neighbours_along(depth, axis))
+        for side in neighbours_along(edges, axis):
             side |= step
     return edges & (rng.random(depth.shape) < EDGE_LOSS)
 
 
-def halves(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+def neighbours_along(image: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
     """Return views of all pixels but the last, and all but the first, along an axis."""
     return (image[:-1], image[1:]) if axis == 0 else (image[:, :-1], image[:, 1:])

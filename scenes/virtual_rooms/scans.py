@@ -8,7 +8,7 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .furnishing import FLOOR, VirtualRoom, shell
+from .furnishing import FLOOR, VirtualRoom, shell_meshes
 from .kinect import Kinect, Surfaces, look_at, photograph
 
 SHELL_PITCH = 0.01  # metres between the points of floor and walls in a whole scan
@@ -52,8 +52,8 @@ class VirtualScan:
 
 def whole_scan(room: VirtualRoom) -> VirtualScan:
     """Return the surfaces themselves, complete and without noise, as the objects' own clouds have them."""
-    parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell(room.size)]
-    parts += [(number, each.points) for number, each in enumerate(room.objects)]
+    parts = [(label, lattice(mesh.vertices[np.unique(mesh.faces)])) for label, mesh in shell_meshes(room.size)]
+    parts += [(number, placed.points) for number, placed in enumerate(room.objects)]
     labels = [np.full(len(points), label, np.int32) for label, points in parts]
     return VirtualScan(room, np.concatenate([points for _, points in parts]), np.concatenate(labels))
 
@@ -109,12 +109,8 @@ def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
     return len(np.unique(labels[labels > FLOOR]))
 
 
-def scan_room(room, views: int | None, noise: float, seed: int):
+def scan_room(room: VirtualRoom, views: int | None, noise: float, seed: int) -> VirtualScan:
     """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
-    import numpy as np
-
-    from .kinect import Kinect
-
     if views is None:
         return whole_scan(room)
     number = int(room.name.rpartition("_")[2])

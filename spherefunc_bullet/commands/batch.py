@@ -73,12 +73,12 @@ def run(
     from ..quantities import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = described(data, folder, backend, shape, radii, seed, up, units, shard)
-    with workplace(scheduler, shared_path, batch.folder, limits) as work:
+    batch = batch_of(data, folder, backend, shape, radii, seed, up, units, shard)
+    with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
 
-def workplace(scheduler: str | None, shared_path: bool, folder: RunFolder, limits: Limits) -> AbstractContextManager:
+def executor_for(scheduler: str | None, shared_path: bool, folder: RunFolder, limits: Limits) -> AbstractContextManager:
     """Return a context with what does the work, None for this machine."""
     if scheduler is None:
         return nullcontext()
@@ -87,7 +87,7 @@ def workplace(scheduler: str | None, shared_path: bool, folder: RunFolder, limit
     return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
 
 
-def described(
+def batch_of(
     data: str,
     folder: Path,
     backend: str,

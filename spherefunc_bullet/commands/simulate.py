@@ -43,7 +43,7 @@ def simulate(
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
     tasks = [(file, simulator, runs, seed, up, units) for file in files]
-    outcomes = run_tasks(simulated, tasks, files, isolate=isolated(simulator))
+    outcomes = run_tasks(drop_on_file, tasks, files, isolate=isolated(simulator))
     for index, outcome in progress(outcomes, len(files), "dropping"):
         done, error = ([], outcome) if isinstance(outcome, InputError) else outcome
         rows += [row for row, _ in done]
@@ -57,7 +57,7 @@ def simulate(
     failures.exit()
 
 
-def simulated(
+def drop_on_file(
     file: Path, simulator: Simulator, runs: Sequence[DropSettings], seed: int, up: str, units: str
 ) -> tuple[list[Run], InputError | None]:
     """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""

@@ -61,7 +61,7 @@ class Worker:
         if self.pipe.poll():
             return self.receive()
         if not self.process.is_alive():
-            return self.bury()
+            return self.retry_lost()
         if time.monotonic() > self.deadline:
             self.end()
             late = f"expected a result within {self.time_limit:g} s; stopped twice"
@@ -73,7 +73,7 @@ class Worker:
         try:
             answer = self.pipe.recv()
         except (EOFError, OSError):
-            return self.bury()
+            return self.retry_lost()
         if not self.ready:
             self.ready = True
             self.send()
@@ -83,7 +83,7 @@ class Worker:
             raise error
         return [outcome]
 
-    def bury(self) -> list:
+    def retry_lost(self) -> list:
         """Try the task of a process that died once more, since memory may have been short; then give it up."""
         code = self.end(PATIENCE)
         if not self.ready and code >= 0:

@@ -2,83 +2,63 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs
 from ..parts.solids import beam, box, cushion, join, lathe, shift, tube, turn
 from .desks import drawers
 
 
-def drawer_cabinet(rng, *, width: float, depth: float, height: float, count: int, feet: float = 0.0):
+def drawer_cabinet(rng: Generator, *, width: float, depth: float, height: float, fronts: int, feet: float = 0.0):
     """Return a chest of drawers of about the given size, metres, closed to the floor or on short feet."""
     width, depth, height = np.array([width, depth, height]) * rng.uniform(0.9, 1.1, 3)
     top = box(width + 0.03, depth + 0.02, 0.025, z=height - 0.025)
     legs = four_legs(width - 0.02, depth - 0.02, feet + 0.01, 0.05) if feet else []
     return join(
-        drawers(width, depth, height - 0.03 - feet, 0.0, feet, count),
+        drawers(width, depth, height - 0.03 - feet, 0.0, feet, fronts),
         top,
         box(width, depth - 0.05, 0.04, z=height - 0.06),
         legs,
     )
 
 
-def base_cabinet(rng, *, doors: int = 2, sink: bool = False):
+def base_cabinet(rng: Generator, *, sink: bool = False):
     """Return a kitchen cabinet with a worktop, a recessed plinth and doors; a sink is let into the top."""
-    width, depth, height = (
-        0.45 * doors * rng.uniform(0.9, 1.3),
-        rng.uniform(0.56, 0.62),
-        rng.uniform(0.84, 0.92),
-    )
-    parts = [
-        box(width - 0.02, depth - 0.12, 0.1, y=0.04),
-        box(width, depth - 0.04, height - 0.14, y=0.01, z=0.1),
-    ]
-    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11, doors)
+    width, depth, height = 0.9 * rng.uniform(0.9, 1.3), rng.uniform(0.56, 0.62), rng.uniform(0.84, 0.92)
+    parts = [box(width - 0.02, depth - 0.12, 0.1, y=0.04), box(width, depth - 0.04, height - 0.14, y=0.01, z=0.1)]
+    parts += _doors(width, height - 0.16, -depth / 2 + 0.02, 0.11, 2)
     if not sink:
         return join(parts, box(width + 0.02, depth, 0.04, z=height - 0.04))
     rim = [box(width + 0.02, 0.1, 0.2, y=y * (depth / 2 - 0.05), z=height - 0.2) for y in (-1, 1)]
     rim += [box(0.12, depth, 0.2, x=x * (width / 2 - 0.05), z=height - 0.2) for x in (-1, 1)]
     parts[1] = box(width, depth - 0.04, height - 0.34, y=0.01, z=0.1)
-    tap = tube(
-        [
-            [0, 0.42 * depth, height - 0.01],
-            [0, 0.42 * depth, height + 0.22],
-            [0, 0.2 * depth, height + 0.25],
-            [0, 0.15 * depth, height + 0.18],
-        ],
-        0.012,
-    )
+    bends = [(0.42, -0.01), (0.42, 0.22), (0.2, 0.25), (0.15, 0.18)]
+    tap = tube([[0, y * depth, height + z] for y, z in bends], 0.012)
     return join(parts, rim, box(width, depth - 0.02, 0.05, z=height - 0.25), tap)
 
 
 def _doors(width: float, height: float, y: float, z: float, count: int):
     """Return doors side by side with upright pulls, their faces at y."""
-    each, parts = width / count, []
+    door, parts = width / count, []
     for number in range(count):
-        x = (number - (count - 1) / 2) * each
+        x = (number - (count - 1) / 2) * door
         side = 1 if number % 2 == 0 else -1
-        parts.append(box(each - 0.008, 0.02, height - 0.01, x=x, y=y, z=z + 0.005))
-        parts.append(
-            box(0.012, 0.03, min(0.2, 0.3 * height), x=x + side * 0.4 * each, y=y - 0.02, z=z + 0.5 * height)
-        )
+        parts.append(box(door - 0.008, 0.02, height - 0.01, x=x, y=y, z=z + 0.005))
+        parts.append(box(0.012, 0.03, min(0.2, 0.3 * height), x=x + side * 0.4 * door, y=y - 0.02, z=z + 0.5 * height))
     return parts
 
 
-def wardrobe(rng, *, doors: int = 2):
+def wardrobe(rng: Generator):
     """Return a wardrobe, 1.8 to 2.2 m high."""
-    width, depth, height = 0.5 * doors * rng.uniform(0.9, 1.1), rng.uniform(0.5, 0.62), rng.uniform(1.8, 2.2)
+    width, depth, height = rng.uniform(0.9, 1.1), rng.uniform(0.5, 0.62), rng.uniform(1.8, 2.2)
     parts = [box(width, depth - 0.03, height - 0.08, y=0.01, z=0.05), box(width - 0.04, depth - 0.1, 0.06)]
-    return join(
-        parts,
-        _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, doors),
-        box(width + 0.03, depth, 0.035, z=height - 0.035),
-    )
+    parts += _doors(width, height - 0.12, -depth / 2 + 0.016, 0.06, 2)
+    return join(parts, box(width + 0.03, depth, 0.035, z=height - 0.035))
 
 
-def bookcase(rng, *, tall: bool = True, filled: bool = False, back: bool = True):
+def bookcase(rng: Generator, *, tall: bool = True, filled: bool = False, back: bool = True):
     """Return open shelves between two boards, with or without books."""
     width, depth = rng.uniform(0.7, 1.1), rng.uniform(0.26, 0.34)
     height = rng.uniform(1.6, 2.1) if tall else rng.uniform(0.8, 1.15)
@@ -93,87 +73,56 @@ def bookcase(rng, *, tall: bool = True, filled: bool = False, back: bool = True)
     return join(parts)
 
 
-def _books(rng, width: float, depth: float, z: float, height: float):
+def _books(rng: Generator, width: float, depth: float, z: float, height: float):
     """Return a row of upright books that fills most of a shelf."""
     books, x = [], -width / 2
     end = width / 2 - rng.uniform(0.0, 0.3) * width
     while x < end:
         thick = rng.uniform(0.02, 0.05)
         books.append(
-            box(
-                thick - 0.001,
-                depth * rng.uniform(0.75, 1),
-                height * rng.uniform(0.7, 1),
-                x=x + thick / 2,
-                z=z,
-            )
+            box(thick - 0.001, depth * rng.uniform(0.75, 1), height * rng.uniform(0.7, 1), x=x + thick / 2, z=z)
         )
         x += thick
     return books
 
 
-def utility_shelf(rng):
+def utility_shelf(rng: Generator):
     """Return metal shelving on four angle posts, open on all sides."""
     width, depth, height = rng.uniform(0.75, 1.1), rng.uniform(0.32, 0.45), rng.uniform(1.4, 1.9)
     boards = [box(width, depth, 0.03, z=z) for z in np.linspace(0.1, height - 0.04, 5)]
     return join(boards, four_legs(width + 0.005, depth + 0.005, height, 0.03))
 
 
-def refrigerator(rng, *, size: str = "tall"):
-    """Return a refrigerator: tall with a freezer door, or under-counter size."""
-    width, depth = rng.uniform(0.55, 0.7), rng.uniform(0.58, 0.68)
-    height = rng.uniform(1.55, 1.85) if size == "tall" else rng.uniform(0.8, 0.88)
-    split = 0.68 * height if size == "tall" else height - 0.02
-    parts = [
-        box(width, depth - 0.06, height - 0.03, y=0.03, z=0.03),
-        box(width - 0.06, depth - 0.16, 0.05, y=0.03),
-    ]
-    for low, high in ((0.06, split), (split, height)) if size == "tall" else ((0.06, height),):
+def refrigerator(rng: Generator):
+    """Return a tall refrigerator with a freezer door."""
+    width, depth, height = rng.uniform(0.55, 0.7), rng.uniform(0.58, 0.68), rng.uniform(1.55, 1.85)
+    split = 0.68 * height
+    parts = [box(width, depth - 0.06, height - 0.03, y=0.03, z=0.03), box(width - 0.06, depth - 0.16, 0.05, y=0.03)]
+    for low, high in ((0.06, split), (split, height)):
+        parts.append(cushion(width, 0.06, high - low - 0.01, y=-depth / 2 + 0.04, z=low, rounding=0.01, corner=0.015))
         parts.append(
-            cushion(width, 0.06, high - low - 0.01, y=-depth / 2 + 0.04, z=low, rounding=0.01, corner=0.015)
-        )
-        parts.append(
-            box(
-                0.02,
-                0.05,
-                0.4 * (high - low),
-                x=-0.42 * width,
-                y=-depth / 2 - 0.005,
-                z=low + 0.3 * (high - low),
-            )
+            box(0.02, 0.05, 0.4 * (high - low), x=-0.42 * width, y=-depth / 2 - 0.005, z=low + 0.3 * (high - low))
         )
     return join(parts)
 
 
-def stove(rng):
+def stove(rng: Generator):
     """Return a free-standing cooker with four burners and a splashback."""
     width, depth, height = rng.uniform(0.5, 0.62), rng.uniform(0.56, 0.64), rng.uniform(0.84, 0.92)
     parts = [box(width, depth, height), box(width, 0.03, 0.12, y=depth / 2 - 0.015, z=height - 0.01)]
     ring = lathe([(0, 0), (0.085, 0), (0.085, 0.02), (0.06, 0.02), (0.05, 0.03), (0, 0.03)], sections=20)
-    parts += [
-        shift(ring, x * 0.24 * width, y * 0.22 * depth - 0.02, height - 0.005)
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
+    parts += [shift(ring, x * 0.24 * width, y * 0.22 * depth - 0.02, height - 0.005) for x in (-1, 1) for y in (-1, 1)]
     parts.append(
         beam(
-            [-0.4 * width, -depth / 2 - 0.03, 0.7 * height],
-            [0.4 * width, -depth / 2 - 0.03, 0.7 * height],
-            0.02,
-            0.02,
+            [-0.4 * width, -depth / 2 - 0.03, 0.7 * height], [0.4 * width, -depth / 2 - 0.03, 0.7 * height], 0.02, 0.02
         )
     )
-    parts += [
-        box(0.02, 0.05, 0.02, x=x * 0.38 * width, y=-depth / 2 - 0.01, z=0.7 * height - 0.01) for x in (-1, 1)
-    ]
+    parts += [box(0.02, 0.05, 0.02, x=x * 0.38 * width, y=-depth / 2 - 0.01, z=0.7 * height - 0.01) for x in (-1, 1)]
     knob = turn(lathe([(0, 0), (0.02, 0), (0.018, 0.03), (0, 0.03)], sections=12), "x", 90)
-    return join(
-        parts,
-        [shift(knob, x * width, -depth / 2 + 0.004, height - 0.06) for x in np.linspace(-0.38, 0.38, 5)],
-    )
+    return join(parts, [shift(knob, x * width, -depth / 2 + 0.004, height - 0.06) for x in np.linspace(-0.38, 0.38, 5)])
 
 
-def washing_machine(rng):
+def washing_machine(rng: Generator):
     """Return a front-loading washing machine."""
     width, depth, height = 0.6, rng.uniform(0.52, 0.62), rng.uniform(0.82, 0.87)
     door = turn(lathe([(0, 0), (0.19, 0), (0.19, 0.02), (0.14, 0.04), (0, 0.02)], sections=28), "x", 90)
@@ -184,7 +133,7 @@ def washing_machine(rng):
     return join(parts, box(0.18, 0.01, 0.09, x=-0.18, y=-depth / 2, z=height - 0.13))
 
 
-def counter_oven(rng):
+def counter_oven(rng: Generator):
     """Return a microwave oven."""
     width, depth, height = rng.uniform(0.42, 0.54), rng.uniform(0.32, 0.42), rng.uniform(0.24, 0.31)
     body = box(width, depth, height - 0.012, z=0.012)
@@ -193,16 +142,14 @@ def counter_oven(rng):
     return join(body, door, box(0.015, 0.04, 0.7 * height, x=0.22 * width, y=-depth / 2 - 0.02, z=0.05), feet)
 
 
-def locker(rng):
+def locker(rng: Generator):
     """Return a row of steel lockers."""
     count = int(rng.integers(1, 4))
     width, depth, height = 0.32 * count, rng.uniform(0.42, 0.5), rng.uniform(1.7, 1.9)
-    return join(
-        box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.012, 0.08, count)
-    )
+    return join(box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.012, 0.08, count))
 
 
-def media_unit(rng, *, screen: bool = True):
+def media_unit(rng: Generator):
     """Return a low unit for a television, with the set on it."""
     width, depth, height = rng.uniform(1.2, 1.7), rng.uniform(0.38, 0.48), rng.uniform(0.38, 0.52)
     parts = [
@@ -212,30 +159,30 @@ def media_unit(rng, *, screen: bool = True):
     ]
     parts += [box(0.03, depth, height, x=x * width) for x in (-0.48, -0.16, 0.16, 0.48)]
     wide = 0.75 * width
-    set_ = [
+    screen = [
         box(wide, 0.05, 0.56 * wide, z=height + 0.06),
         box(0.4 * wide, 0.22, 0.015, z=height),
         box(0.1, 0.04, 0.08, z=height),
     ]
-    return join(parts, set_ if screen else [])
+    return join(parts, screen)
 
 
 CABINETS = [
-    Family("filing_cabinet", partial(drawer_cabinet, width=0.42, depth=0.6, height=1.15, count=4), 1),
-    Family("filing_cabinet", partial(drawer_cabinet, width=0.42, depth=0.58, height=0.72, count=2), 1),
-    Family("dresser", partial(drawer_cabinet, width=1.2, depth=0.48, height=0.85, count=4, feet=0.12), 1),
-    Family("chest_of_drawers", partial(drawer_cabinet, width=0.8, depth=0.45, height=1.15, count=5), 1),
-    Family("kitchen_cabinet", partial(base_cabinet, doors=2), 1),
-    Family("kitchen_sink", partial(base_cabinet, doors=2, sink=True), 1),
-    Family("wardrobe", partial(wardrobe, doors=2), 1),
-    Family("bookcase", partial(bookcase, tall=True), 1),
-    Family("bookcase", partial(bookcase, tall=True, filled=True), 1),
-    Family("low_bookcase", partial(bookcase, tall=False, back=False), 1),
-    Family("shelf", utility_shelf),
-    Family("refrigerator", partial(refrigerator, size="tall"), 1),
-    Family("stove", stove),
-    Family("washing_machine", washing_machine),
-    Family("microwave", counter_oven),
-    Family("locker", locker),
-    Family("tv_unit", partial(media_unit, screen=True), 1),
+    family("filing_cabinet", drawer_cabinet, width=0.42, depth=0.6, height=1.15, fronts=4),
+    family("filing_cabinet", drawer_cabinet, width=0.42, depth=0.58, height=0.72, fronts=2),
+    family("dresser", drawer_cabinet, width=1.2, depth=0.48, height=0.85, fronts=4, feet=0.12),
+    family("chest_of_drawers", drawer_cabinet, width=0.8, depth=0.45, height=1.15, fronts=5),
+    family("kitchen_cabinet", base_cabinet),
+    family("kitchen_sink", base_cabinet, sink=True),
+    family("wardrobe", wardrobe),
+    family("bookcase", bookcase),
+    family("bookcase", bookcase, filled=True),
+    family("low_bookcase", bookcase, tall=False, back=False),
+    family("shelf", utility_shelf),
+    family("refrigerator", refrigerator),
+    family("stove", stove),
+    family("washing_machine", washing_machine),
+    family("microwave", counter_oven),
+    family("locker", locker),
+    family("tv_unit", media_unit),
 ]

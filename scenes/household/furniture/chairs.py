@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
+from trimesh import Trimesh
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, star_base, stretchers
-from ..parts.solids import beam, box, circle, cushion, join, prism, rounded, sheet, shift, sweep, tube, turn
+from ..parts.outlines import arch, circle, rounded
+from ..parts.solids import beam, box, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
 
 
 def back_posts(width: float, low: float, high: float, y: float, lean: float, thickness: float):
     """Return the two uprights of a back, from (y, low) leaning back by ``lean`` to ``high``, metres."""
-    return [
-        beam([x, y, low], [x, y + lean, high], thickness, thickness, taper=0.8)
-        for x in (-width / 2, width / 2)
-    ]
+    return [beam([x, y, low], [x, y + lean, high], thickness, thickness, taper=0.8) for x in (-width / 2, width / 2)]
 
 
-def back_fill(rng, style: str, width: float, low: float, high: float, y: float, lean: float):
+def back_fill(rng: Generator, style: str, width: float, low: float, high: float, y: float, lean: float):
     """Return what spans the uprights of a back: slats, rungs, a panel, a splat, spindles or a cross."""
 
     def at(z: float) -> float:
@@ -34,9 +32,7 @@ def back_fill(rng, style: str, width: float, low: float, high: float, y: float, 
     tall = high - low
     spread = np.linspace(-0.36, 0.36, int(rng.integers(4, 7))) * width
     fills = {
-        "ladder": lambda: [
-            rung(low + tall * t, 0.06) for t in np.linspace(0.3, 0.95, int(rng.integers(3, 5)))
-        ],
+        "ladder": lambda: [rung(low + tall * t, 0.06) for t in np.linspace(0.3, 0.95, int(rng.integers(3, 5)))],
         "slats": lambda: [
             rung(high - 0.03, 0.07),
             rung(low + 0.15, 0.04),
@@ -51,19 +47,14 @@ def back_fill(rng, style: str, width: float, low: float, high: float, y: float, 
         "splat": lambda: [rung(high - 0.03, 0.07), upright(0, 0.14, low - 0.02)],
         "spindles": lambda: [
             rung(high - 0.02, 0.05),
-            [
-                tube([[x, at(low - 0.02), low - 0.02], [x, at(high), high - 0.02]], 0.007, sections=6)
-                for x in spread
-            ],
+            [tube([[x, at(low - 0.02), low - 0.02], [x, at(high), high - 0.02]], 0.007, sections=6) for x in spread],
         ],
         "cross": lambda: (
             [rung(high - 0.03, 0.06), rung(low + 0.12, 0.04)]
             + [
                 beam(
-                    [-s * 0.46 * width, at(low + 0.12), low + 0.12],
-                    [s * 0.46 * width, at(high - 0.04), high - 0.04],
-                    0.018,
-                    0.035,
+                    [-s * 0.46 * width, at(low + 0.12), low + 0.12], [s * 0.46 * width, at(high - 0.04), high - 0.04],
+                    0.018, 0.035,
                 )
                 for s in (-1, 1)
             ]
@@ -74,7 +65,7 @@ def back_fill(rng, style: str, width: float, low: float, high: float, y: float, 
 
 
 def dining_chair(
-    rng,
+    rng: Generator,
     *,
     back: str = "slats",
     legs: str = "straight",
@@ -87,9 +78,7 @@ def dining_chair(
     seat, high, lean = rng.uniform(0.43, 0.48), rng.uniform(0.8, 1.02), rng.uniform(0.04, 0.12)
     bar, thick = rng.uniform(0.032, 0.045), 0.025
     surface = (
-        cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012)
-        if pad
-        else box(width, depth, thick, z=seat - thick)
+        cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012) if pad else box(width, depth, thick, z=seat - thick)
     )
     splay = 0.04 if legs == "splayed" else 0.0
     base = four_legs(
@@ -125,10 +114,7 @@ def shell_grid(width: float, depth: float, rise: float, dish: float, lean: float
     across = np.linspace(-1, 1, 13)
     spine = rounded(
         [
-            [0, -depth / 2, -0.015],
-            [0, -0.1 * depth, 0],
-            [0, 0.42 * depth, 0],
-            [0, 0.5 * depth, 0.1],
+            [0, -depth / 2, -0.015], [0, -0.1 * depth, 0], [0, 0.42 * depth, 0], [0, 0.5 * depth, 0.1],
             [0, 0.5 * depth + lean, rise],
         ],
         2,
@@ -143,7 +129,7 @@ def shell_grid(width: float, depth: float, rise: float, dish: float, lean: float
     return grid
 
 
-def shell_chair(rng, *, stand: str = "splayed"):
+def shell_chair(rng: Generator, *, stand: str = "splayed"):
     """Return a moulded shell on splayed legs, on a tube frame, or on a central star."""
     width, depth, seat = rng.uniform(0.44, 0.52), rng.uniform(0.42, 0.47), rng.uniform(0.42, 0.46)
     grid = shell_grid(width, depth, rng.uniform(0.33, 0.42), rng.uniform(0.02, 0.06), rng.uniform(0.06, 0.12))
@@ -157,7 +143,7 @@ def shell_chair(rng, *, stand: str = "splayed"):
     return join(shell, rails, stands[stand]())
 
 
-def cantilever_chair(rng):
+def cantilever_chair(rng: Generator):
     """Return a chair on one bent tube that has no rear legs."""
     width, depth, seat = rng.uniform(0.44, 0.5), rng.uniform(0.42, 0.48), rng.uniform(0.44, 0.47)
     rear, front, low = depth / 2, -depth / 2, 0.012
@@ -170,13 +156,11 @@ def cantilever_chair(rng):
     return join(frame, seat_pad, back)
 
 
-def bistro_chair(rng):
+def bistro_chair(rng: Generator):
     """Return a bentwood chair: a round seat, a hoop for a back, four turned legs."""
     radius, seat, high = rng.uniform(0.19, 0.22), rng.uniform(0.44, 0.47), rng.uniform(0.84, 0.92)
     disc = prism(circle(radius, 32), 0.03, seat - 0.03)
-    ring = tube(
-        np.column_stack([circle(0.99 * radius + 0.009, 20), np.full(20, 0.2)]), 0.009, loop=True, sections=6
-    )
+    ring = hoop(circle(0.99 * radius + 0.009, 20), 0.2, 0.009)
     legs = four_legs(1.4 * radius, 1.4 * radius, seat - 0.02, 0.03, splay=0.04, taper=0.75, round_bars=True)
     hoops = [_hoop(width, radius, seat - 0.02, top) for width, top in ((0.92, high), (0.5, high - 0.1))]
     return join(disc, ring, legs, hoops)
@@ -184,34 +168,21 @@ def bistro_chair(rng):
 
 def _hoop(width: float, radius: float, low: float, high: float):
     x, y = 0.66 * width * radius, 0.7 * radius
-    path = [
-        [-x, y, low],
-        [-x, y + 0.08, high - 0.1],
-        [-0.6 * x, y + 0.1, high],
-        [0.6 * x, y + 0.1, high],
-        [x, y + 0.08, high - 0.1],
-        [x, y, low],
-    ]
-    return tube(rounded(path, 3), 0.012, sections=8)
+    path = arch([[-x, y, low], [-x, y + 0.08, high - 0.1], [-0.6 * x, y + 0.1, high]], 3)
+    return tube(path, 0.012, sections=8)
 
 
-def folding_chair(rng):
+def folding_chair(rng: Generator):
     """Return a folding chair: two crossed tube frames, a flat seat and a band for the back."""
     width, depth, seat = rng.uniform(0.42, 0.46), rng.uniform(0.38, 0.42), rng.uniform(0.43, 0.46)
     parts = [cushion(width - 0.05, depth, 0.02, z=seat - 0.02, rounding=0.006)]
     for x in (-width / 2, width / 2):
-        parts.append(
-            tube([[x, -depth / 2 - 0.03, 0.01], [x, depth / 2 + 0.1, seat + 0.38]], 0.011, sections=8)
-        )
+        parts.append(tube([[x, -depth / 2 - 0.03, 0.01], [x, depth / 2 + 0.1, seat + 0.38]], 0.011, sections=8))
         inner = 0.9 * x
         parts.append(
-            tube(
-                [[inner, depth / 2 + 0.06, 0.01], [inner, -depth / 2 + 0.04, seat - 0.01]], 0.011, sections=8
-            )
+            tube([[inner, depth / 2 + 0.06, 0.01], [inner, -depth / 2 + 0.04, seat - 0.01]], 0.011, sections=8)
         )
-        parts.append(
-            beam([0.86 * x, -depth / 2, seat - 0.012], [x, depth / 2 - 0.14, seat - 0.012], 0.02, 0.02)
-        )
+        parts.append(beam([0.86 * x, -depth / 2, seat - 0.012], [x, depth / 2 - 0.14, seat - 0.012], 0.02, 0.02))
     parts += [
         tube([[-width / 2, y, z], [width / 2, y, z]], 0.009, sections=6)
         for y, z in ((depth / 2 + 0.05, 0.02), (-depth / 2 - 0.012, 0.05))
@@ -220,7 +191,7 @@ def folding_chair(rng):
     return join(parts, beam([0, top - 0.02, seat + 0.2], [0, top + 0.03, seat + 0.38], width, 0.015))
 
 
-def office_chair(rng, *, arms: bool = True, headrest: bool = False):
+def office_chair(rng: Generator, *, arms: bool = True, headrest: bool = False):
     """Return a swivel chair on a star base with castors."""
     width, depth, seat = rng.uniform(0.46, 0.52), rng.uniform(0.44, 0.5), rng.uniform(0.44, 0.52)
     tall = rng.uniform(0.4, 0.65)
@@ -233,9 +204,7 @@ def office_chair(rng, *, arms: bool = True, headrest: bool = False):
     parts.append(box(0.12, 0.3, 0.03, y=depth / 2 - 0.12, z=seat - 0.1))
     parts.append(beam([0, depth / 2 + 0.03, seat - 0.09], [0, depth / 2 + 0.06, seat + 0.35], 0.07, 0.025))
     if headrest:
-        parts.append(
-            _upright(cushion(0.28, 0.16, 0.06, corner=0.05), depth / 2 + 0.06, seat + tall + 0.16, lean_deg=5)
-        )
+        parts.append(_upright(cushion(0.28, 0.16, 0.06, corner=0.05), depth / 2 + 0.06, seat + tall + 0.16, lean_deg=5))
     for x in (-1, 1) if arms else ():
         side = x * (width / 2 + 0.03)
         parts.append(cushion(0.07, 0.26, 0.03, x=side, y=0.02, z=seat + 0.19, rounding=0.01))
@@ -244,28 +213,28 @@ def office_chair(rng, *, arms: bool = True, headrest: bool = False):
     return join(parts)
 
 
-def _upright(pad, y: float, z: float, lean_deg: float):
+def _upright(pad: Trimesh, y: float, z: float, lean_deg: float):
     """Return a pad that lay flat, stood up as a back whose middle is at (0, y, z), leaning back."""
     return shift(turn(pad, "x", 90 - lean_deg), 0, y + 0.03, z)
 
 
 CHAIRS = [
-    Family("dining_chair", partial(dining_chair, back="slats"), 1),
-    Family("dining_chair", partial(dining_chair, back="ladder"), 1),
-    Family("dining_chair", partial(dining_chair, back="panel", legs="tapered"), 1),
-    Family("dining_chair", partial(dining_chair, back="splat", legs="tapered", pad=True), 1),
-    Family("dining_chair", partial(dining_chair, back="spindles", legs="splayed"), 1),
-    Family("dining_chair", partial(dining_chair, back="cross", legs="tapered", pad=True), 1),
-    Family("dining_chair", partial(dining_chair, back="bands", legs="splayed"), 1),
-    Family("arm_chair", partial(dining_chair, back="panel", legs="tapered", arms=True, pad=True), 1),
-    Family("arm_chair", partial(dining_chair, back="slats", arms=True), 1),
-    Family("child_chair", partial(dining_chair, back="bands", scale=0.68), 1),
-    Family("shell_chair", partial(shell_chair, stand="splayed"), 1),
-    Family("shell_chair", partial(shell_chair, stand="tubes"), 1),
-    Family("cantilever_chair", cantilever_chair),
-    Family("bistro_chair", bistro_chair),
-    Family("folding_chair", folding_chair),
-    Family("office_chair", partial(office_chair, arms=True), 1),
-    Family("office_chair", partial(office_chair, arms=False), 1),
-    Family("office_chair", partial(office_chair, arms=True, headrest=True), 1),
+    family("dining_chair", dining_chair, back="slats"),
+    family("dining_chair", dining_chair, back="ladder"),
+    family("dining_chair", dining_chair, back="panel", legs="tapered"),
+    family("dining_chair", dining_chair, back="splat", legs="tapered", pad=True),
+    family("dining_chair", dining_chair, back="spindles", legs="splayed"),
+    family("dining_chair", dining_chair, back="cross", legs="tapered", pad=True),
+    family("dining_chair", dining_chair, back="bands", legs="splayed"),
+    family("arm_chair", dining_chair, back="panel", legs="tapered", arms=True, pad=True),
+    family("arm_chair", dining_chair, back="slats", arms=True),
+    family("child_chair", dining_chair, back="bands", scale=0.68),
+    family("shell_chair", shell_chair, stand="splayed"),
+    family("shell_chair", shell_chair, stand="tubes"),
+    family("cantilever_chair", cantilever_chair),
+    family("bistro_chair", bistro_chair),
+    family("folding_chair", folding_chair),
+    family("office_chair", office_chair, arms=True),
+    family("office_chair", office_chair, arms=False),
+    family("office_chair", office_chair, arms=True, headrest=True),
 ]

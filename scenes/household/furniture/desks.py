@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-from functools import partial
+from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import apron, four_legs, panel_ends, sled
 from ..parts.solids import box, join
 
 
-def _plan(rng) -> tuple[float, float, float]:
+def _plan(rng: Generator) -> tuple[float, float, float]:
     return rng.uniform(1.1, 1.8), rng.uniform(0.55, 0.8), rng.uniform(0.7, 0.76)
 
 
 def drawers(width: float, depth: float, height: float, x: float, z: float, count: int):
     """Return a box of drawers with its fronts and pulls to -y, its bottom centred on (x, 0, z)."""
     parts = [box(width, depth - 0.02, height, x=x, y=0.01, z=z)]
-    each = height / count
+    front = height / count
     for number in range(count):
-        low = z + number * each
-        parts.append(box(width - 0.01, 0.02, each - 0.01, x=x, y=-depth / 2 + 0.012, z=low + 0.005))
-        parts.append(box(0.3 * width, 0.015, 0.012, x=x, y=-depth / 2, z=low + 0.6 * each))
+        low = z + number * front
+        parts.append(box(width - 0.01, 0.02, front - 0.01, x=x, y=-depth / 2 + 0.012, z=low + 0.005))
+        parts.append(box(0.3 * width, 0.015, 0.012, x=x, y=-depth / 2, z=low + 0.6 * front))
     return parts
 
 
-def plain_desk(rng, *, legs: str = "posts"):
+def plain_desk(rng: Generator, *, legs: str = "posts"):
     """Return a desk without drawers: a top on posts, panels, or a tube frame."""
     width, depth, height = _plan(rng)
     under = height - 0.025
@@ -59,7 +59,7 @@ def _lifting_legs(width: float, depth: float, under: float):
     return parts
 
 
-def drawer_desk(rng, *, sides: int = 1, to_floor: bool = True):
+def drawer_desk(rng: Generator, *, sides: int = 1, to_floor: bool = True):
     """Return a desk with a stack of drawers under one or both ends."""
     width, depth, height = _plan(rng)
     under, stack = height - 0.03, rng.uniform(0.36, 0.44)
@@ -71,28 +71,25 @@ def drawer_desk(rng, *, sides: int = 1, to_floor: bool = True):
         plinths = [box(stack - 0.04, depth - 0.12, 0.04, x=x * (width - stack - 0.06) / 2) for x in (-1, 1)]
         return join(parts, plinths, box(width - 0.1, 0.02, 0.45, y=0.38 * depth, z=under - 0.45))
     return join(
-        parts,
-        panel_ends(width, depth - 0.04, under, 0.03),
-        box(width - 0.06, 0.018, 0.3, y=0.4 * depth, z=under - 0.3),
+        parts, panel_ends(width, depth - 0.04, under, 0.03), box(width - 0.06, 0.018, 0.3, y=0.4 * depth, z=under - 0.3)
     )
 
 
-def corner_desk(rng):
+def corner_desk(rng: Generator):
     """Return an L-shaped desk: a return joins its right end, towards -y."""
     width, depth, height = rng.uniform(1.5, 1.8), rng.uniform(0.6, 0.75), rng.uniform(0.72, 0.75)
     reach, under = rng.uniform(0.6, 0.9), height - 0.025
     x, y = (width - depth) / 2, -(depth + reach) / 2
     parts = [box(width, depth, 0.025, z=under), box(depth, reach, 0.025, x=x, y=y, z=under)]
     posts = [
-        (-width / 2 + 0.04, -depth / 2 + 0.04),
-        (-width / 2 + 0.04, depth / 2 - 0.04),
+        (-width / 2 + 0.04, -depth / 2 + 0.04), (-width / 2 + 0.04, depth / 2 - 0.04),
         (width / 2 - 0.04, depth / 2 - 0.04),
     ]
     posts += [(x + s * (depth / 2 - 0.04), -depth / 2 - reach + 0.04) for s in (-1, 1)]
     return join(parts, [box(0.05, 0.05, under + 0.005, x=px, y=py) for px, py in posts])
 
 
-def secretary(rng):
+def secretary(rng: Generator):
     """Return a small writing desk on tapered legs with a drawer under its top."""
     width, depth, height = rng.uniform(0.85, 1.1), rng.uniform(0.45, 0.55), rng.uniform(0.72, 0.77)
     drawer = drawers(width - 0.12, depth - 0.06, 0.11, 0.0, height - 0.13, 1)
@@ -101,13 +98,13 @@ def secretary(rng):
 
 
 DESKS = [
-    Family("desk", partial(plain_desk, legs="posts"), 1),
-    Family("desk", partial(plain_desk, legs="panels"), 1),
-    Family("desk", partial(plain_desk, legs="sled"), 1),
-    Family("desk", partial(plain_desk, legs="columns"), 1),
-    Family("desk", partial(drawer_desk, sides=1), 1),
-    Family("desk", partial(drawer_desk, sides=2), 1),
-    Family("desk", partial(drawer_desk, sides=1, to_floor=False), 1),
-    Family("corner_desk", corner_desk),
-    Family("writing_desk", secretary),
+    family("desk", plain_desk, legs="posts"),
+    family("desk", plain_desk, legs="panels"),
+    family("desk", plain_desk, legs="sled"),
+    family("desk", plain_desk, legs="columns"),
+    family("desk", drawer_desk, sides=1),
+    family("desk", drawer_desk, sides=2),
+    family("desk", drawer_desk, sides=1, to_floor=False),
+    family("corner_desk", corner_desk),
+    family("writing_desk", secretary),
 ]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, stretchers
-from ..parts.solids import arc, beam, box, cushion, join, lathe, sheet, shift, tube, turn
+from ..parts.outlines import arc, at_height
+from ..parts.solids import beam, box, cushion, join, lathe, sheet, shift, tube, turn
 
 
-def sofa(rng, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bool = True):
+def sofa(rng: Generator, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bool = True):
     """Return an upholstered seat for one or more: base, seat and back cushions, arms."""
     place = rng.uniform(0.55, 0.68)
     arm = rng.uniform(0.12, 0.24) if arms != "none" else 0.0
@@ -29,17 +29,16 @@ def sofa(rng, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bo
     return join(parts)
 
 
-def _seat_cushions(seats, place, depth, seat, thick, y, crown):
+def _seat_cushions(seats: int, place: float, depth: float, seat: float, thick: float, y: float, crown: float):
+    """Return one cushion for each place side by side, their tops at ``seat``, metres."""
     spots = (np.arange(seats) - (seats - 1) / 2) * place
     return [
-        cushion(
-            place - 0.004, depth, thick, x=x, y=y, z=seat - thick, crown=crown, rounding=0.035, corner=0.04
-        )
+        cushion(place - 0.004, depth, thick, x=x, y=y, z=seat - thick, crown=crown, rounding=0.035, corner=0.04)
         for x in spots
     ]
 
 
-def _back_cushions(seats, place, depth, low, high):
+def _back_cushions(seats: int, place: float, depth: float, low: float, high: float):
     """Return one leaning pad for each place, and the frame behind them."""
     pads = []
     for x in (np.arange(seats) - (seats - 1) / 2) * place:
@@ -48,7 +47,7 @@ def _back_cushions(seats, place, depth, low, high):
     return [*pads, cushion(place * seats, 0.1, high - 0.12, y=depth / 2 - 0.05, z=0.08, rounding=0.03)]
 
 
-def _sofa_arms(style, width, arm, depth, feet, height):
+def _sofa_arms(style: str, width: float, arm: float, depth: float, feet: float, height: float):
     """Return both arms: boxes, soft cushions, or scrolls with a round top."""
     parts = []
     for x in (-1, 1) if style != "none" else ():
@@ -66,15 +65,12 @@ def _sofa_arms(style, width, arm, depth, feet, height):
     return parts
 
 
-def corner_sofa(rng, *, ottoman: bool = False):
+def corner_sofa(rng: Generator, *, ottoman: bool = False):
     """Return an L-shaped sofa with a return or a chaise at its right end, towards -y."""
     place, depth = rng.uniform(0.6, 0.7), rng.uniform(0.85, 0.95)
     seat, high, thick, back = rng.uniform(0.38, 0.44), rng.uniform(0.74, 0.86), 0.16, 0.2
     inner, reach = 3 * place, rng.uniform(0.65, 0.95)
-    parts = [
-        box(inner, depth - 0.04, seat - thick - 0.05, z=0.06),
-        four_legs(inner - 0.1, depth - 0.12, 0.08, 0.05),
-    ]
+    parts = [box(inner, depth - 0.04, seat - thick - 0.05, z=0.06), four_legs(inner - 0.1, depth - 0.12, 0.08, 0.05)]
     parts += _seat_cushions(3, place, depth - back, seat, thick, y=-back / 2, crown=0.015)
     parts += _back_cushions(3, place, depth, seat - 0.03, high)
     x, y = inner / 2 - place / 2, -(depth + reach) / 2
@@ -85,14 +81,12 @@ def corner_sofa(rng, *, ottoman: bool = False):
     parts.append(cushion(place, reach, thick, x=x, y=y, z=seat - thick, crown=0.015))
     parts.append(cushion(0.18, depth, 0.52, x=-inner / 2 - 0.09, z=0.06))
     if not ottoman:
-        side = cushion(
-            0.18, depth + reach, high - 0.06, x=inner / 2 + 0.09, y=-reach / 2, z=0.06, rounding=0.05
-        )
+        side = cushion(0.18, depth + reach, high - 0.06, x=inner / 2 + 0.09, y=-reach / 2, z=0.06, rounding=0.05)
         parts += [side]
     return join(parts)
 
 
-def wing_chair(rng):
+def wing_chair(rng: Generator):
     """Return a high-backed armchair with wings beside the head."""
     width, depth, seat, high = (
         rng.uniform(0.7, 0.78),
@@ -113,13 +107,13 @@ def wing_chair(rng):
     return join(parts)
 
 
-def tub_chair(rng):
+def tub_chair(rng: Generator):
     """Return a club chair whose arms and back are one curved wall."""
     radius, seat, high = rng.uniform(0.29, 0.33), rng.uniform(0.4, 0.45), rng.uniform(0.68, 0.78)
     rim = arc(radius, -35, 215, 24)
     drop = np.clip((-rim[:, 1] / radius + 0.3) / 0.9, 0, 1) * 0.12
     rows = [
-        np.column_stack([rim * s, np.maximum(z - (z > seat) * drop, 0.06)])
+        at_height(rim * s, np.maximum(z - (z > seat) * drop, 0.06))
         for s, z in ((0.95, 0.06), (1.0, seat), (1.03, high))
     ]
     wall = sheet(np.stack(rows), 0.1)
@@ -127,24 +121,19 @@ def tub_chair(rng):
     return join(wall, base, four_legs(1.2 * radius, 1.2 * radius, 0.08, 0.05))
 
 
-def ottoman(rng):
+def ottoman(rng: Generator):
     """Return a round upholstered pouf."""
     radius, height = rng.uniform(0.24, 0.32), rng.uniform(0.38, 0.45)
     edge = 0.05
     return lathe(
         [
-            (0, 0),
-            (radius - edge, 0),
-            (radius, edge),
-            (radius, height - 1.6 * edge),
-            (radius - 0.4 * edge, height - 0.6 * edge),
-            (0.6 * radius, height - 0.1 * edge),
-            (0, height),
+            (0, 0), (radius - edge, 0), (radius, edge), (radius, height - 1.6 * edge),
+            (radius - 0.4 * edge, height - 0.6 * edge), (0.6 * radius, height - 0.1 * edge), (0, height),
         ]
     )
 
 
-def bench(rng):
+def bench(rng: Generator):
     """Return a bench without a back."""
     width, depth, height = rng.uniform(0.9, 1.5), rng.uniform(0.32, 0.4), rng.uniform(0.42, 0.48)
     under = height - 0.035
@@ -152,16 +141,14 @@ def bench(rng):
     return join(box(width, depth, 0.035, z=under), legs, stretchers(width - 0.15, depth - 0.09, 0.15, 0.03))
 
 
-def park_bench(rng):
+def park_bench(rng: Generator):
     """Return a slatted bench with a back and armrests."""
     width, seat = rng.uniform(1.2, 1.7), rng.uniform(0.42, 0.46)
     parts = [box(width, 0.07, 0.025, y=y, z=seat - 0.025) for y in np.linspace(-0.2, 0.2, 6)]
     parts += [
         beam(
-            [-width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t],
-            [width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t],
-            0.02,
-            0.08,
+            [-width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t], [width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t],
+            0.02, 0.08,
         )
         for t in np.linspace(0, 1, 4)
     ]
@@ -169,29 +156,22 @@ def park_bench(rng):
         parts.append(beam([x, -0.22, 0], [x, -0.2, seat + 0.2], 0.05, 0.05))
         parts.append(beam([x, 0.24, 0], [x, 0.25, seat], 0.05, 0.05))
         parts.append(beam([x, 0.25, seat - 0.02], [x, 0.37, seat + 0.48], 0.05, 0.04))
-        parts += [
-            box(0.05, 0.46, 0.05, x=x, z=seat - 0.075),
-            box(0.06, 0.52, 0.03, x=x, y=0.02, z=seat + 0.2),
-        ]
+        parts += [box(0.05, 0.46, 0.05, x=x, z=seat - 0.075), box(0.06, 0.52, 0.03, x=x, y=0.02, z=seat + 0.2)]
     return join(parts)
 
 
-def pew(rng):
+def pew(rng: Generator):
     """Return a church pew: a plank seat between two end boards, a straight back."""
     width, seat, high = rng.uniform(1.4, 2.0), rng.uniform(0.43, 0.46), rng.uniform(0.85, 0.95)
     ends = [box(0.04, 0.5, 0.62, x=x * width / 2) for x in (-1, 1)]
     posts = [box(0.04, 0.1, high, x=x * width / 2, y=0.22) for x in (-1, 1)]
     back = beam([0, 0.2, seat - 0.1], [0, 0.25, high], width, 0.025)
     return join(
-        ends,
-        posts,
-        back,
-        box(width, 0.4, 0.03, y=-0.02, z=seat - 0.03),
-        box(width, 0.025, 0.14, y=0.1, z=seat - 0.17),
+        ends, posts, back, box(width, 0.4, 0.03, y=-0.02, z=seat - 0.03), box(width, 0.025, 0.14, y=0.1, z=seat - 0.17)
     )
 
 
-def rocking_chair(rng):
+def rocking_chair(rng: Generator):
     """Return a slatted armchair on two curved runners."""
     width, depth, seat, high = rng.uniform(0.52, 0.58), 0.48, rng.uniform(0.42, 0.45), rng.uniform(1.0, 1.12)
     curve = arc(1.1, -112, -64, 12)
@@ -210,15 +190,14 @@ def rocking_chair(rng):
     return join(parts, beam([-width / 2, 0.395, high - 0.04], [width / 2, 0.395, high - 0.04], 0.025, 0.08))
 
 
-def lounger(rng):
+def lounger(rng: Generator):
     """Return a deck chair for lying back: slats on a long low frame, the head end raised."""
     width, raise_deg = rng.uniform(0.58, 0.68), rng.uniform(28, 50)
     low, long, head = rng.uniform(0.3, 0.36), rng.uniform(1.1, 1.25), rng.uniform(0.65, 0.75)
     lift = np.array([0, np.cos(np.radians(raise_deg)), np.sin(np.radians(raise_deg))])
     hinge = np.array([0, long / 2, low])
     parts = [
-        box(width - 0.06, 0.075, 0.02, y=y, z=low - 0.02)
-        for y in np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12)
+        box(width - 0.06, 0.075, 0.02, y=y, z=low - 0.02) for y in np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12)
     ]
     parts += [
         beam(hinge + lift * (t - 0.04), hinge + lift * (t + 0.04), width - 0.06, 0.02)
@@ -233,21 +212,21 @@ def lounger(rng):
 
 
 SOFAS = [
-    Family("armchair", partial(sofa, seats=1, arms="box"), 1),
-    Family("armchair", partial(sofa, seats=1, arms="soft"), 1),
-    Family("armchair", partial(sofa, seats=1, arms="scroll", feet=0.05), 1),
-    Family("wing_chair", wing_chair),
-    Family("tub_chair", tub_chair),
-    Family("sofa", partial(sofa, seats=2, arms="box"), 1),
-    Family("sofa", partial(sofa, seats=3, arms="soft"), 1),
-    Family("sofa", partial(sofa, seats=3, arms="scroll", feet=0.04), 1),
-    Family("sofa", partial(sofa, seats=2, arms="none", feet=0.14, soft=False), 1),
-    Family("corner_sofa", partial(corner_sofa, ottoman=False), 1),
-    Family("corner_sofa", partial(corner_sofa, ottoman=True), 1),
-    Family("ottoman", ottoman, also="table"),
-    Family("bench", bench, also="table"),
-    Family("park_bench", park_bench),
-    Family("pew", pew),
-    Family("rocking_chair", rocking_chair),
-    Family("lounger", lounger),
+    family("armchair", sofa, seats=1, arms="box"),
+    family("armchair", sofa, seats=1, arms="soft"),
+    family("armchair", sofa, seats=1, arms="scroll", feet=0.05),
+    family("wing_chair", wing_chair),
+    family("tub_chair", tub_chair),
+    family("sofa", sofa, seats=2, arms="box"),
+    family("sofa", sofa, seats=3, arms="soft"),
+    family("sofa", sofa, seats=3, arms="scroll", feet=0.04),
+    family("sofa", sofa, seats=2, arms="none", feet=0.14, soft=False),
+    family("corner_sofa", corner_sofa, ottoman=False),
+    family("corner_sofa", corner_sofa, ottoman=True),
+    family("ottoman", ottoman, also="table"),
+    family("bench", bench, also="table"),
+    family("park_bench", park_bench),
+    family("pew", pew),
+    family("rocking_chair", rocking_chair),
+    family("lounger", lounger),
 ]

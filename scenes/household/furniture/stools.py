@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.legs import four_legs, stretchers
-from ..parts.solids import arc, beam, circle, cushion, join, lathe, prism, sheet, superellipse, tube
+from ..parts.outlines import arc, at_height, circle, superellipse
+from ..parts.solids import beam, cushion, hoop, join, lathe, prism, sheet, tube
 
 
-def stool(rng, *, shape: str = "round", legs: int = 4, height: tuple[float, float] = (0.42, 0.48)):
+def stool(rng: Generator, *, shape: str = "round", legs: int = 4, height: tuple[float, float] = (0.42, 0.48)):
     """Return a stool without a back."""
     width, seat = rng.uniform(0.3, 0.4), rng.uniform(*height)
     top = circle(width / 2, 32) if shape == "round" else superellipse(width, 0.85 * width, 6.0, 32)
@@ -20,10 +20,7 @@ def stool(rng, *, shape: str = "round", legs: int = 4, height: tuple[float, floa
         for angle in np.radians([90, 210, 330]):
             x, y = np.cos(angle), np.sin(angle)
             parts.append(
-                tube(
-                    [[0.3 * width * x, 0.3 * width * y, seat - 0.02], [0.5 * width * x, 0.5 * width * y, 0]],
-                    0.018,
-                )
+                tube([[0.3 * width * x, 0.3 * width * y, seat - 0.02], [0.5 * width * x, 0.5 * width * y, 0]], 0.018)
             )
         return join(parts)
     splay = 0.03 + 0.06 * (seat > 0.6)
@@ -34,32 +31,26 @@ def stool(rng, *, shape: str = "round", legs: int = 4, height: tuple[float, floa
     return join(parts, stretchers(inner, inner - 0.08 * width, 0.42 * seat, 0.018))
 
 
-def bar_chair(rng, *, back: bool = True):
+def bar_chair(rng: Generator, *, back: bool = True):
     """Return a bar stool on a column with a disc foot and a footrest, its seat dished or backed."""
     radius, seat = rng.uniform(0.17, 0.2), rng.uniform(0.65, 0.8)
-    ring = np.column_stack([circle(0.16, 20), np.full(20, 0.3 * seat)])
     parts = [lathe([(0, 0), (0.2, 0), (0.2, 0.012), (0.03, 0.03), (0.025, seat - 0.05), (0, seat - 0.05)])]
     parts += [
-        tube(ring, 0.009, loop=True, sections=6),
+        hoop(circle(0.16, 20), 0.3 * seat, 0.009),
         beam([-0.16, 0, 0.3 * seat], [0.16, 0, 0.3 * seat], 0.02, 0.015),
     ]
     parts.append(cushion(2 * radius, 2 * radius, 0.07, z=seat - 0.07, corner=radius * 0.98, crown=0.01))
     if back:
         rim = arc(radius + 0.01, 10, 170, 14)
-        wall = np.stack(
-            [
-                np.column_stack([rim * s, np.full(len(rim), seat + z)])
-                for s, z in ((0.88, -0.05), (1.03, 0.1), (1.12, 0.24))
-            ]
-        )
-        parts.append(sheet(wall, 0.018))
+        rows = [at_height(rim * s, seat + z) for s, z in ((0.88, -0.05), (1.03, 0.1), (1.12, 0.24))]
+        parts.append(sheet(rows, 0.018))
     return join(parts)
 
 
 STOOLS = [
-    Family("stool", partial(stool, shape="round", legs=3), 1, also="table"),
-    Family("stool", partial(stool, shape="square"), 1, also="table"),
-    Family("bar_stool", partial(stool, shape="square", height=(0.68, 0.8)), 1),
-    Family("bar_stool", partial(bar_chair, back=True), 1),
-    Family("bar_stool", partial(bar_chair, back=False), 1),
+    family("stool", stool, shape="round", legs=3, also="table"),
+    family("stool", stool, shape="square", also="table"),
+    family("bar_stool", stool, shape="square", height=(0.68, 0.8)),
+    family("bar_stool", bar_chair, back=True),
+    family("bar_stool", bar_chair, back=False),
 ]

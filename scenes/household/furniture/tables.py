@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.legs import (
-    apron,
-    cross_foot,
-    crossed_legs,
-    four_legs,
-    panel_ends,
-    pedestal,
-    sled,
-    stretchers,
-    trestles,
-)
-from ..parts.solids import beam, box, circle, join, loft, prism, rounded_rectangle, superellipse, tube
+from ..parts.family import family
+from ..parts.legs import apron, cross_foot, crossed_legs, four_legs, pedestal, sled, stretchers, trestles
+from ..parts.outlines import at_height, circle, rounded_rectangle, superellipse
+from ..parts.solids import beam, box, join, loft, prism, tube
 
 
-def dining_table(rng, *, shape: str = "rectangle", legs: str = "straight"):
+def dining_table(rng: Generator, *, shape: str = "rectangle", legs: str = "straight"):
     """Return a dining table for four to eight, 0.72 to 0.77 m high."""
     width, depth, height = rng.uniform(1.1, 2.2), rng.uniform(0.75, 1.0), rng.uniform(0.72, 0.77)
     thickness = rng.uniform(0.02, 0.045)
@@ -33,41 +23,30 @@ def dining_table(rng, *, shape: str = "rectangle", legs: str = "straight"):
     parts = {
         "straight": lambda: [four_legs(w, d, under, bar), apron(w - 0.02, d - 0.02, 0.09, 0.02, under)],
         "flush": lambda: [four_legs(w, d, under, bar), apron(w, d, 0.06, 0.02, under)],
-        "tapered": lambda: [
-            four_legs(w, d, under, bar, taper=0.55),
-            apron(w - 0.02, d - 0.02, 0.1, 0.02, under),
-        ],
+        "tapered": lambda: [four_legs(w, d, under, bar, taper=0.55), apron(w - 0.02, d - 0.02, 0.1, 0.02, under)],
         "splayed": lambda: [
             four_legs(0.85 * w, 0.8 * d, under, bar * 0.8, splay=0.08, taper=0.6, round_bars=True),
             apron(0.8 * w, 0.7 * d, 0.06, 0.02, under),
         ],
         "trestle": lambda: [trestles(0.7 * w, 0.8 * d, under, 0.06)],
         "crossed": lambda: [crossed_legs(0.72 * w, 0.85 * d, under, 0.06)],
-        "panels": lambda: [
-            panel_ends(0.9 * w, 0.9 * d, under, 0.04),
-            beam([-0.44 * w, 0, 0.5], [0.44 * w, 0, 0.5], 0.03, 0.15),
-        ],
     }
     return join(top(shape, width, depth, thickness, height), parts[legs]())
 
 
-def round_table(rng, *, legs: str = "pedestal"):
+def round_table(rng: Generator, *, legs: str = "pedestal"):
     """Return a round table for two to six."""
     width, height, thickness = rng.uniform(0.85, 1.35), rng.uniform(0.71, 0.76), rng.uniform(0.02, 0.035)
     under = height - thickness
+    surface = top("round", width, width, thickness, height)
+    if legs == "pedestal":
+        return join(surface, pedestal(under, 0.3 * width, 0.05))
     inner = 0.66 * width
-    stands = {
-        "pedestal": lambda: pedestal(under, 0.3 * width, 0.05),
-        "four": lambda: [
-            four_legs(inner, inner, under, 0.05, taper=0.6),
-            apron(inner - 0.01, inner - 0.01, 0.08, 0.02, under),
-        ],
-        "splayed": lambda: [four_legs(0.5 * width, 0.5 * width, under, 0.045, splay=0.1, round_bars=True)],
-    }
-    return join(top("round", width, width, thickness, height), stands[legs]())
+    bars = four_legs(inner, inner, under, 0.05, taper=0.6)
+    return join(surface, bars, apron(inner - 0.01, inner - 0.01, 0.08, 0.02, under))
 
 
-def cafe_table(rng, *, shape: str = "round"):
+def cafe_table(rng: Generator, *, shape: str = "round"):
     """Return a small table on one column, as in cafes."""
     width, height = rng.uniform(0.58, 0.8), rng.uniform(0.7, 0.76)
     depth = width if shape == "round" else rng.uniform(0.55, 0.75)
@@ -80,7 +59,7 @@ def cafe_table(rng, *, shape: str = "round"):
     return join(top(shape, width, depth, 0.025, height), stand)
 
 
-def console(rng, *, legs: str = "shelf"):
+def console(rng: Generator, *, legs: str = "shelf"):
     """Return a narrow table that stands against a wall."""
     width, depth, height = rng.uniform(0.9, 1.4), rng.uniform(0.3, 0.4), rng.uniform(0.76, 0.86)
     parts = [box(width, depth, 0.025, z=height - 0.025), four_legs(width, depth, height - 0.025, 0.035)]
@@ -93,41 +72,28 @@ def console(rng, *, legs: str = "shelf"):
     )
 
 
-def bar_table(rng, *, shape: str = "round"):
+def bar_table(rng: Generator, *, shape: str = "round"):
     """Return a table to stand at, 1.0 to 1.1 m high."""
     width, height = rng.uniform(0.6, 0.8), rng.uniform(1.0, 1.1)
     if shape == "round":
         return join(top(shape, width, width, 0.025, height), pedestal(height - 0.025, 0.24, 0.035))
     length = rng.uniform(1.1, 1.4)
     legs = four_legs(length - 0.06, width - 0.06, height - 0.03, 0.06)
-    return join(
-        top(shape, length, width, 0.03, height), legs, stretchers(length - 0.12, width - 0.12, 0.25, 0.035)
-    )
+    return join(top(shape, length, width, 0.03, height), legs, stretchers(length - 0.12, width - 0.12, 0.25, 0.035))
 
 
-def work_bench(rng, *, vise: bool = False):
-    """Return a heavy bench to work at, with a shelf near the floor."""
+def work_bench(rng: Generator):
+    """Return a heavy bench to work at, with a shelf near the floor and a vise."""
     width, depth, height = rng.uniform(1.2, 1.9), rng.uniform(0.6, 0.75), rng.uniform(0.82, 0.95)
-    parts = [
-        box(width, depth, 0.06, z=height - 0.06),
-        four_legs(width - 0.15, depth - 0.06, height - 0.06, 0.09),
-    ]
+    parts = [box(width, depth, 0.06, z=height - 0.06), four_legs(width - 0.15, depth - 0.06, height - 0.06, 0.09)]
     parts.append(box(width - 0.2, depth - 0.1, 0.03, z=0.18))
-    if vise:
-        parts += [box(0.3, 0.05, 0.14, x=-0.35 * width, y=-depth / 2 - 0.04, z=height - 0.16)]
-        parts += [
-            tube(
-                [
-                    [-0.35 * width, -depth / 2 - 0.16, height - 0.1],
-                    [-0.35 * width, -depth / 2 + 0.05, height - 0.1],
-                ],
-                0.014,
-            )
-        ]
+    x = -0.35 * width
+    parts.append(box(0.3, 0.05, 0.14, x=x, y=-depth / 2 - 0.04, z=height - 0.16))
+    parts.append(tube([[x, -depth / 2 - 0.16, height - 0.1], [x, -depth / 2 + 0.05, height - 0.1]], 0.014))
     return join(parts, apron(width - 0.17, depth - 0.08, 0.12, 0.025, height - 0.06))
 
 
-def folding_table(rng, *, legs: str = "crossed"):
+def folding_table(rng: Generator, *, legs: str = "crossed"):
     """Return a light table whose legs fold: scissor legs, or bent tubes under a plastic top."""
     width, depth, height = rng.uniform(1.2, 1.85), rng.uniform(0.6, 0.78), rng.uniform(0.7, 0.75)
     surface = top("rectangle", width, depth, 0.04, height)
@@ -135,13 +101,12 @@ def folding_table(rng, *, legs: str = "crossed"):
         return join(surface, crossed_legs(0.8 * width, 0.9 * depth, height - 0.03, 0.025))
     loops = sled(0.8 * width, 0.8 * depth, height - 0.03, 0.014)
     braces = [
-        tube([[x * 0.39 * width, 0, 0.014], [x * 0.1 * width, 0, height - 0.03]], 0.008, sections=6)
-        for x in (-1, 1)
+        tube([[x * 0.39 * width, 0, 0.014], [x * 0.1 * width, 0, height - 0.03]], 0.008, sections=6) for x in (-1, 1)
     ]
     return join(surface, loops, braces)
 
 
-def picnic_table(rng):
+def picnic_table(rng: Generator):
     """Return a picnic table with a bench along each side, its top of boards."""
     width, height, seat = rng.uniform(1.5, 1.9), rng.uniform(0.72, 0.77), rng.uniform(0.42, 0.46)
     boards = [box(width, 0.142, 0.035, y=y, z=height - 0.035) for y in np.linspace(-0.3, 0.3, 5)]
@@ -154,12 +119,10 @@ def picnic_table(rng):
     return join(boards, benches, ends)
 
 
-def kitchen_island(rng):
+def kitchen_island(rng: Generator):
     """Return a kitchen island on legs, with a drawer box and a slatted shelf."""
     width, depth, height = rng.uniform(0.95, 1.3), rng.uniform(0.6, 0.75), rng.uniform(0.86, 0.93)
-    slats = [
-        box(0.06, depth - 0.1, 0.02, x=x, z=0.2) for x in np.linspace(-width / 2 + 0.09, width / 2 - 0.09, 8)
-    ]
+    slats = [box(0.06, depth - 0.1, 0.02, x=x, z=0.2) for x in np.linspace(-width / 2 + 0.09, width / 2 - 0.09, 8)]
     rails = [box(width - 0.1, 0.03, 0.05, y=y * (depth / 2 - 0.06), z=0.16) for y in (-1, 1)]
     drawers = box(width - 0.08, depth - 0.08, 0.18, z=height - 0.22)
     return join(
@@ -171,7 +134,7 @@ def kitchen_island(rng):
     )
 
 
-def conference_table(rng):
+def conference_table(rng: Generator):
     """Return a long boat-shaped table on two panel feet."""
     width, depth, height = rng.uniform(2.0, 2.6), rng.uniform(1.0, 1.2), rng.uniform(0.72, 0.76)
     feet = [box(0.08, 0.6 * depth, height - 0.03, x=x * 0.3 * width) for x in (-1, 1)]
@@ -179,7 +142,7 @@ def conference_table(rng):
     return join(top("boat", width, depth, 0.03, height), feet, rail)
 
 
-def covered_table(rng):
+def covered_table(rng: Generator):
     """Return a table under a cloth that hangs in folds most of the way to the floor."""
     width, height = rng.uniform(0.8, 1.1), rng.uniform(0.72, 0.76)
     angles = np.linspace(0, 2 * np.pi, 96, endpoint=False)
@@ -194,31 +157,31 @@ def covered_table(rng):
 def _skirt(upper: np.ndarray, lower: np.ndarray, high: float, low: float):
     """Return a closed band of 4 mm between two outlines (N, 2), metres."""
     steps = [(upper, high), (lower, low), (lower * 0.99, low), (upper * 0.99, high)]
-    return loft([np.column_stack([outline, np.full(len(outline), z)]) for outline, z in steps], loop=True)
+    return loft([at_height(outline, z) for outline, z in steps], loop=True)
 
 
 TABLES = [
-    Family("dining_table", partial(dining_table, legs="straight"), 2),
-    Family("dining_table", partial(dining_table, legs="tapered"), 1),
-    Family("dining_table", partial(dining_table, shape="oval", legs="splayed"), 1),
-    Family("dining_table", partial(dining_table, legs="trestle"), 1),
-    Family("dining_table", partial(dining_table, shape="rounded", legs="crossed"), 1),
-    Family("dining_table", partial(dining_table, legs="flush"), 1),
-    Family("round_table", partial(round_table, legs="pedestal"), 1),
-    Family("round_table", partial(round_table, legs="four"), 1),
-    Family("cafe_table", partial(cafe_table, shape="round"), 1),
-    Family("cafe_table", partial(cafe_table, shape="rectangle"), 1),
-    Family("console_table", partial(console, legs="shelf"), 1),
-    Family("console_table", partial(console, legs="drawer"), 1),
-    Family("bar_table", partial(bar_table, shape="round"), 1),
-    Family("bar_table", partial(bar_table, shape="rectangle"), 1),
-    Family("work_bench", partial(work_bench, vise=True), 1),
-    Family("folding_table", partial(folding_table, legs="crossed"), 1),
-    Family("folding_table", partial(folding_table, legs="tubes"), 1),
-    Family("picnic_table", picnic_table, also="sittable"),
-    Family("kitchen_island", kitchen_island),
-    Family("conference_table", conference_table),
-    Family("covered_table", covered_table),
+    family("dining_table", dining_table, 2, legs="straight"),
+    family("dining_table", dining_table, legs="tapered"),
+    family("dining_table", dining_table, shape="oval", legs="splayed"),
+    family("dining_table", dining_table, legs="trestle"),
+    family("dining_table", dining_table, shape="rounded", legs="crossed"),
+    family("dining_table", dining_table, legs="flush"),
+    family("round_table", round_table, legs="pedestal"),
+    family("round_table", round_table, legs="four"),
+    family("cafe_table", cafe_table, shape="round"),
+    family("cafe_table", cafe_table, shape="rectangle"),
+    family("console_table", console, legs="shelf"),
+    family("console_table", console, legs="drawer"),
+    family("bar_table", bar_table, shape="round"),
+    family("bar_table", bar_table, shape="rectangle"),
+    family("work_bench", work_bench),
+    family("folding_table", folding_table, legs="crossed"),
+    family("folding_table", folding_table, legs="tubes"),
+    family("picnic_table", picnic_table, also="sittable"),
+    family("kitchen_island", kitchen_island),
+    family("conference_table", conference_table),
+    family("covered_table", covered_table),
 ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import trimesh
@@ -30,12 +31,25 @@ class Family:
 
     category: str
     build: Callable[[np.random.Generator], trimesh.Trimesh]
-    count: int = 1
-    also: str = ""
-    watertight: bool = True
+    count: int
+    also: str
+    watertight: bool
 
 
-def draw(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
+def family(
+    category: str,
+    build: Callable[..., trimesh.Trimesh],
+    count: int = 1,
+    *,
+    also: str = "",
+    watertight: bool = True,
+    **options: object,
+) -> Family:
+    """Return a family whose builder is given these options."""
+    return Family(category, partial(build, **options), count, also, watertight)
+
+
+def draw_objects(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
     """Yield every object of the families, each from a random stream of its own.
 
     The stream depends on the seed, the category and the number within it, so that a family added later leaves

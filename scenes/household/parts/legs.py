@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .solids import beam, box, circle, lathe, rectangle, rounded, shift, sweep, tube
+from .outlines import circle, rectangle, rounded
+from .solids import beam, box, lathe, shift, sweep, tube
 
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
@@ -34,10 +35,7 @@ def four_legs(
 
 def stretchers(width: float, depth: float, z: float, thickness: float):
     """Return bars in an H between four legs: one along each side and one across."""
-    sides = [
-        beam([x * width / 2, -depth / 2, z], [x * width / 2, depth / 2, z], thickness, thickness)
-        for x in (-1, 1)
-    ]
+    sides = [beam([x * width / 2, -depth / 2, z], [x * width / 2, depth / 2, z], thickness, thickness) for x in (-1, 1)]
     return [*sides, beam([-width / 2, 0, z], [width / 2, 0, z], thickness, thickness)]
 
 
@@ -52,39 +50,27 @@ def pedestal(height: float, foot_radius: float, column_radius: float):
     """Return a turned column on a round foot."""
     rim = 0.012
     profile = [
-        (0, 0),
-        (foot_radius, 0),
-        (foot_radius, rim),
-        (0.6 * foot_radius, 2.2 * rim),
-        (column_radius, 0.12 * height + rim),
-        (column_radius, 0.9 * height),
-        (1.8 * column_radius, height),
+        (0, 0), (foot_radius, 0), (foot_radius, rim), (0.6 * foot_radius, 2.2 * rim),
+        (column_radius, 0.12 * height + rim), (column_radius, 0.9 * height), (1.8 * column_radius, height),
         (0, height),
     ]
     return [lathe(profile, sections=28)]
 
 
-def cross_foot(height: float, reach: float, column_radius: float, arms: int = 4):
-    """Return a column on a foot of flat arms."""
-    angles = np.arange(arms) * 2 * np.pi / arms + np.pi / 4
+def cross_foot(height: float, reach: float, column_radius: float):
+    """Return a column on a foot of four flat arms."""
+    angles = np.arange(4) * 2 * np.pi / 4 + np.pi / 4
     tips = [np.array([reach * np.cos(a), reach * np.sin(a), 0.015]) for a in angles]
     feet = [beam([0, 0, 0.05], tip, 0.06, 0.03, taper=0.8) for tip in tips]
-    return [
-        *feet,
-        lathe([(0, 0.03), (column_radius, 0.03), (column_radius, height), (0, height)], sections=16),
-    ]
+    return [*feet, lathe([(0, 0.03), (column_radius, 0.03), (column_radius, height), (0, height)], sections=16)]
 
 
-def star_base(reach: float, height: float, arms: int = 5):
-    """Return an office chair's base: arms on castors and a gas spring up to ``height``."""
-    parts = [
-        lathe(
-            [(0, 0.07), (0.03, 0.07), (0.03, 0.22), (0.018, 0.22), (0.018, height), (0, height)], sections=14
-        )
-    ]
+def star_base(reach: float, height: float):
+    """Return an office chair's base: five arms on castors and a gas spring up to ``height``."""
+    parts = [lathe([(0, 0.07), (0.03, 0.07), (0.03, 0.22), (0.018, 0.22), (0.018, height), (0, height)], sections=14)]
     castor = lathe([(0, -0.02), (0.022, -0.02), (0.028, 0), (0.022, 0.02), (0, 0.02)], sections=12)
     castor.vertices = castor.vertices[:, [2, 0, 1]]
-    for angle in np.arange(arms) * 2 * np.pi / arms - np.pi / 2:
+    for angle in np.arange(5) * 2 * np.pi / 5 - np.pi / 2:
         x, y = np.cos(angle), np.sin(angle)
         parts.append(beam([0, 0, 0.1], [reach * x, reach * y, 0.065], 0.05, 0.035, taper=0.7))
         parts.append(shift(castor, reach * x, reach * y, 0.028))
@@ -122,13 +108,3 @@ def crossed_legs(width: float, depth: float, height: float, thickness: float):
 def panel_ends(width: float, depth: float, height: float, thickness: float):
     """Return two boards that stand on the floor at the ends."""
     return [box(thickness, depth, height, x=x * (width - thickness) / 2) for x in (-1, 1)]
-
-
-def hairpins(width: float, depth: float, height: float):
-    """Return four bent wires, each two rods that meet at the foot."""
-    parts = []
-    for x, y in CORNERS:
-        foot = np.array([x * width / 2, y * depth / 2, 0.006])
-        for dx, dy in ((-x * 0.10, 0), (0, -y * 0.10)):
-            parts.append(tube([foot, foot + [dx, dy, height - 0.006]], 0.006, sections=6))
-    return parts

@@ -7,11 +7,16 @@ boolean backend or a polygon library.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 import trimesh
+from numpy.typing import ArrayLike
+
+from .outlines import at_height, circle, rectangle, rounded_rectangle
 
 
-def loft(rings, *, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
+def loft(rings: ArrayLike, *, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
     """Return the surface through rings of equally many points.
 
     Parameters
@@ -55,48 +60,23 @@ def _outward(vertices: np.ndarray, faces: np.ndarray) -> trimesh.Trimesh:
     return mesh
 
 
-def circle(radius: float, sections: int = 24) -> np.ndarray:
-    """Return the points of a circle about the origin, (sections, 2), metres."""
-    angles = np.linspace(0, 2 * np.pi, sections, endpoint=False)
-    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+def prism(outline: np.ndarray, height: float, z: float = 0.0) -> trimesh.Trimesh:
+    """Return an upright prism on z over an outline (N, 2)."""
+    return loft([at_height(outline, z), at_height(outline, z + height)])
 
 
-def superellipse(width: float, depth: float, exponent: float = 2.0, sections: int = 32) -> np.ndarray:
-    """Return a rounded outline, (sections, 2), metres: 2 is an ellipse, larger exponents near a rectangle."""
-    unit = circle(1.0, sections)
-    return np.sign(unit) * np.abs(unit) ** (2 / exponent) * [width / 2, depth / 2]
+def stacked(outline: np.ndarray, steps: Iterable[tuple[float, ...]]) -> trimesh.Trimesh:
+    """Return the loft through an outline (N, 2) at several heights.
+
+    Parameters
+    ----------
+    steps : iterable of (scale, z) or (x scale, y scale, z)
+        What the outline is multiplied by, and its height, metres.
+    """
+    return loft([at_height(outline * scale, z) for *scale, z in steps])
 
 
-def rectangle(width: float, depth: float) -> np.ndarray:
-    """Return the corners of a rectangle about the origin, (4, 2), metres."""
-    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, depth / 2]
-
-
-def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4) -> np.ndarray:
-    """Return a rectangle with round corners of the given radius, (4 (steps + 1), 2), metres."""
-    corner = min(corner, 0.499 * width, 0.499 * depth)
-    quarter = np.linspace(0, np.pi / 2, steps + 1)
-    turns = [quarter + k * np.pi / 2 for k in range(4)]
-    middles = rectangle(width - 2 * corner, depth - 2 * corner)[[2, 3, 0, 1]]
-    arcs = [
-        m + corner * np.stack([np.cos(t), np.sin(t)], axis=1) for m, t in zip(middles, turns, strict=True)
-    ]
-    return np.concatenate(arcs)
-
-
-def prism(outline, height: float, z: float = 0.0, *, taper: float = 1.0) -> trimesh.Trimesh:
-    """Return an upright prism on z over an outline (N, 2); its top is the outline times ``taper``."""
-    outline = np.asarray(outline, dtype=float)
-    return loft([_ring(outline, z), _ring(outline * taper, z + height)])
-
-
-def _ring(outline: np.ndarray, z: float) -> np.ndarray:
-    return np.column_stack([outline, np.full(len(outline), z)])
-
-
-def box(
-    width: float, depth: float, height: float, x: float = 0, y: float = 0, z: float = 0
-) -> trimesh.Trimesh:
+def box(width: float, depth: float, height: float, x: float = 0, y: float = 0, z: float = 0) -> trimesh.Trimesh:
     """Return a box whose bottom face is centred on (x, y, z)."""
     return prism(rectangle(width, depth) + [x, y], height, z)
 
@@ -123,15 +103,15 @@ def cushion(
     def outline(inset: float) -> np.ndarray:
         return rounded_rectangle(width - 2 * inset, depth - 2 * inset, max(corner - inset, 0.002)) + [x, y]
 
-    rings = [_ring(outline(i), z + r) for i, r in zip(insets, rises, strict=True)]
-    rings += [_ring(outline(i), z + body - r) for i, r in zip(insets[::-1], rises[::-1], strict=True)]
+    rings = [at_height(outline(i), z + r) for i, r in zip(insets, rises, strict=True)]
+    rings += [at_height(outline(i), z + body - r) for i, r in zip(insets[::-1], rises[::-1], strict=True)]
     edge = outline(rounding) - [x, y]
     domes = [(s, 1 - s**2) for s in (0.75, 0.5, 0.25)] if crown else []
-    rings += [_ring(edge * s + [x, y], z + body + crown * rise) for s, rise in domes]
+    rings += [at_height(edge * s + [x, y], z + body + crown * rise) for s, rise in domes]
     return loft(rings)
 
 
-def lathe(profile, *, sections: int = 32, capped: bool = True) -> trimesh.Trimesh:
+def lathe(profile: ArrayLike, *, sections: int = 32, loop: bool = False, capped: bool = True) -> trimesh.Trimesh:
     """Return a solid of revolution about the z axis.
 
     Parameters
@@ -139,10 +119,12 @@ def lathe(profile, *, sections: int = 32, capped: bool = True) -> trimesh.Trimes
     profile : array_like (K, 2)
         Radius and height in metres along the outline, from the middle of the bottom, over the outside, to the
         middle of the top; a vessel's profile goes back down its inside to the middle of its floor.
+    loop : bool
+        The profile closes on itself, away from the axis.
     capped : bool
         False leaves both ends open.
     """
-    return loft([_ring(circle(max(radius, 1e-4), sections), z) for radius, z in profile], capped=capped)
+    return loft([at_height(circle(max(radius, 1e-4), sections), z) for radius, z in profile], loop=loop, capped=capped)
 
 
 def ellipsoid(
@@ -155,7 +137,7 @@ def ellipsoid(
     return shift(ball, x, y, z)
 
 
-def sweep(path, section, *, scale=1.0, loop: bool = False) -> trimesh.Trimesh:
+def sweep(path: ArrayLike, section: ArrayLike, *, scale: ArrayLike = 1.0, loop: bool = False) -> trimesh.Trimesh:
     """Return a section carried along a path without twist.
 
     Parameters
@@ -200,34 +182,24 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def tube(path, radius: float, *, sections: int = 10, scale=1.0, loop: bool = False) -> trimesh.Trimesh:
+def tube(
+    path: ArrayLike, radius: float, *, sections: int = 10, scale: ArrayLike = 1.0, loop: bool = False
+) -> trimesh.Trimesh:
     """Return a round bar along a path (K, 3), metres."""
     return sweep(path, circle(radius, sections), scale=scale, loop=loop)
 
 
-def beam(start, end, width: float, depth: float, *, taper: float = 1.0) -> trimesh.Trimesh:
+def hoop(outline: np.ndarray, z: float, radius: float) -> trimesh.Trimesh:
+    """Return a round bar bent to an outline (N, 2) at a height, metres."""
+    return tube(at_height(outline, z), radius, sections=6, loop=True)
+
+
+def beam(start: ArrayLike, end: ArrayLike, width: float, depth: float, *, taper: float = 1.0) -> trimesh.Trimesh:
     """Return a rectangular bar between two points; the section at its end is ``taper`` of the first."""
     return sweep([start, end], rectangle(width, depth), scale=[1.0, taper])
 
 
-def rounded(path, rounds: int = 2) -> np.ndarray:
-    """Return a path (K, 3) with its inner corners cut off ``rounds`` times (Chaikin's curve)."""
-    path = np.asarray(path, dtype=float)
-    for _ in range(rounds):
-        near, far = 0.75 * path[:-1] + 0.25 * path[1:], 0.25 * path[:-1] + 0.75 * path[1:]
-        path = np.concatenate(
-            [path[:1], np.stack([near, far], axis=1).reshape(-1, path.shape[1])[1:-1], path[-1:]]
-        )
-    return path
-
-
-def arc(radius: float, start_deg: float, end_deg: float, steps: int = 12) -> np.ndarray:
-    """Return points of an arc about the origin, (steps + 1, 2), metres."""
-    angles = np.radians(np.linspace(start_deg, end_deg, steps + 1))
-    return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-
-
-def sheet(grid, thickness: float) -> trimesh.Trimesh:
+def sheet(grid: ArrayLike, thickness: float) -> trimesh.Trimesh:
     """Return a closed solid of even thickness below a grid of surface points (K, N, 3), metres."""
     grid = np.asarray(grid, dtype=float)
     normals = np.cross(np.gradient(grid, axis=0), np.gradient(grid, axis=1))
@@ -274,7 +246,7 @@ def join(*parts) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
-def _flat(parts):
+def _flat(parts: Iterable) -> Iterator[trimesh.Trimesh]:
     for part in parts:
         if isinstance(part, trimesh.Trimesh):
             yield part

@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import (
-    arc,
-    box,
-    cushion,
-    ellipsoid,
-    join,
-    lathe,
-    loft,
-    rounded,
-    shift,
-    superellipse,
-    sweep,
-    tube,
-    turn,
-)
+from ..parts.family import family
+from ..parts.outlines import arc, arch, at_height, rectangle, rounded, superellipse
+from ..parts.solids import box, cushion, ellipsoid, join, lathe, loft, shift, stacked, sweep, tube, turn
 
 
-def ball(rng):
+def ball(rng: Generator):
     """Return a ball: from a tennis ball to a football."""
     size = rng.uniform(0.065, 0.24)
     return ellipsoid(size, size, size, sections=28)
 
 
-def teddy_bear(rng):
+def teddy_bear(rng: Generator):
     """Return a sitting teddy bear."""
     s = rng.uniform(0.26, 0.4)
     parts = [
@@ -51,29 +39,20 @@ def teddy_bear(rng):
     return join(parts)
 
 
-def toy_car(rng):
+def toy_car(rng: Generator):
     """Return a toy car."""
     length = rng.uniform(0.12, 0.3)
     width, wheel = 0.45 * length, 0.1 * length
     parts = [
         cushion(width, length, 0.2 * length, z=0.6 * wheel, rounding=0.02 * length),
-        cushion(
-            0.85 * width,
-            0.5 * length,
-            0.17 * length,
-            y=0.05 * length,
-            z=0.24 * length,
-            rounding=0.05 * length,
-        ),
+        cushion(0.85 * width, 0.5 * length, 0.17 * length, y=0.05 * length, z=0.24 * length, rounding=0.05 * length),
     ]
     disc = turn(lathe([(0, -0.25), (0.9, -0.25), (1, 0), (0.9, 0.25), (0, 0.25)], sections=20), "y", 90)
     disc.apply_scale(wheel)
-    return join(
-        parts, [shift(disc, x * width / 2, y * 0.3 * length, wheel) for x in (-1, 1) for y in (-1, 1)]
-    )
+    return join(parts, [shift(disc, x * width / 2, y * 0.3 * length, wheel) for x in (-1, 1) for y in (-1, 1)])
 
 
-def apple(rng):
+def apple(rng: Generator):
     """Return an apple or an orange-sized fruit with a dimple and a stalk."""
     radius = rng.uniform(0.032, 0.042)
     t = np.linspace(0.06, np.pi - 0.1, 14)
@@ -85,15 +64,16 @@ def apple(rng):
     )
 
 
-def banana(rng):
+def banana(rng: Generator):
     """Return a banana lying on its side."""
     bend = rng.uniform(0.09, 0.13)
     curve = arc(bend, 200, 300, 12)
-    path = np.column_stack([curve, np.full(13, 0.018)])
-    return tube(path, 0.018, scale=np.r_[0.3, np.linspace(0.75, 1, 5), 1, np.linspace(1, 0.7, 4), 0.35, 0.3])
+    return tube(
+        at_height(curve, 0.018), 0.018, scale=np.r_[0.3, np.linspace(0.75, 1, 5), 1, np.linspace(1, 0.7, 4), 0.35, 0.3]
+    )
 
 
-def book(rng):
+def book(rng: Generator):
     """Return a closed book lying flat: two covers, a spine and the block of pages."""
     width, depth, thick = rng.uniform(0.12, 0.22), rng.uniform(0.18, 0.3), rng.uniform(0.015, 0.05)
     covers = [box(width, depth, 0.003, z=z) for z in (0, thick - 0.003)]
@@ -104,97 +84,62 @@ def book(rng):
     )
 
 
-def _foot_rings(length: float, width: float, steps) -> list[np.ndarray]:
+def _foot_rings(length: float, width: float, steps: list[tuple[float, ...]]) -> list[np.ndarray]:
     """Return outlines of a foot (heel to +y) scaled in length and width and moved back, one per step."""
     t = np.linspace(0, 2 * np.pi, 28, endpoint=False)
     plan = np.column_stack([0.5 * width * np.sin(t) * (1 - 0.16 * np.cos(t)), -0.5 * length * np.cos(t)])
-    return [np.column_stack([plan * [w, s] + [0, back * length], np.full(28, z)]) for s, w, back, z in steps]
+    return [at_height(plan * [w, s] + [0, back * length], z) for s, w, back, z in steps]
 
 
-def shoe(rng):
+def shoe(rng: Generator):
     """Return a low shoe: a sole, an upper, and an opening with an insole."""
     length = rng.uniform(0.24, 0.31)
     width, high = 0.37 * length, rng.uniform(0.08, 0.11)
     outside = [
-        (1, 1, 0, 0),
-        (1, 1, 0, 0.025),
-        (0.97, 0.96, 0.01, 0.04),
-        (0.8, 0.85, 0.09, 0.065),
-        (0.5, 0.62, 0.23, high),
+        (1, 1, 0, 0), (1, 1, 0, 0.025), (0.97, 0.96, 0.01, 0.04), (0.8, 0.85, 0.09, 0.065), (0.5, 0.62, 0.23, high),
     ]
     inside = [(0.47, 0.52, 0.23, high), (0.7, 0.7, 0.11, 0.05), (0.75, 0.75, 0.08, 0.03)]
     return loft(_foot_rings(length, width, outside + inside))
 
 
-def boot(rng):
+def boot(rng: Generator):
     """Return a boot with an open shaft."""
     length, high = rng.uniform(0.26, 0.31), rng.uniform(0.2, 0.38)
     width = 0.37 * length
     outside = [
-        (1, 1, 0, 0),
-        (1, 1, 0, 0.03),
-        (0.93, 0.95, 0.03, 0.06),
-        (0.6, 0.8, 0.19, 0.11),
-        (0.45, 0.85, 0.25, 0.16),
+        (1, 1, 0, 0), (1, 1, 0, 0.03), (0.93, 0.95, 0.03, 0.06), (0.6, 0.8, 0.19, 0.11), (0.45, 0.85, 0.25, 0.16),
         (0.48, 0.95, 0.25, high),
     ]
-    inside = [
-        (0.44, 0.85, 0.25, high),
-        (0.4, 0.75, 0.25, 0.16),
-        (0.5, 0.7, 0.2, 0.08),
-        (0.7, 0.8, 0.1, 0.035),
-    ]
+    inside = [(0.44, 0.85, 0.25, high), (0.4, 0.75, 0.25, 0.16), (0.5, 0.7, 0.2, 0.08), (0.7, 0.8, 0.1, 0.035)]
     return loft(_foot_rings(length, width, outside + inside))
 
 
-def hat(rng):
+def hat(rng: Generator):
     """Return a brimmed hat standing on its brim."""
     brim, crown = rng.uniform(0.14, 0.2), rng.uniform(0.1, 0.14)
     outside = [
-        (0.09, 0.002),
-        (brim, 0.0),
-        (brim, 0.004),
-        (0.1, 0.006),
-        (0.095, 0.6 * crown),
-        (0.075, crown),
-        (0.03, crown - 0.012),
-        (0, crown - 0.012),
+        (0.09, 0.002), (brim, 0.0), (brim, 0.004), (0.1, 0.006), (0.095, 0.6 * crown), (0.075, crown),
+        (0.03, crown - 0.012), (0, crown - 0.012),
     ]
     return lathe(
         [(0, crown - 0.016), (0.03, crown - 0.016), (0.072, crown - 0.006), (0.091, 0.6 * crown), *outside]
     ).apply_scale([0.85, 1, 1])
 
 
-def handbag(rng):
+def handbag(rng: Generator):
     """Return a handbag with two loops."""
     width, depth, height = rng.uniform(0.26, 0.36), rng.uniform(0.1, 0.15), rng.uniform(0.2, 0.26)
     plan = superellipse(1, 1, 3.5, 28)
-    body = loft(
-        [
-            np.column_stack([plan * [width * w, depth * d], np.full(28, z)])
-            for w, d, z in ((0.95, 0.95, 0), (1, 1, 0.03), (0.95, 0.8, 0.6 * height), (0.85, 0.25, height))
-        ]
-    )
+    steps = [(0.95, 0.95, 0), (1, 1, 0.03), (0.95, 0.8, 0.6 * height), (0.85, 0.25, height)]
+    body = stacked(plan, [(width * w, depth * d, z) for w, d, z in steps])
     loops = [
-        tube(
-            rounded(
-                [
-                    [-0.22 * width, y, 0.9 * height],
-                    [-0.18 * width, y, height + 0.15],
-                    [0.18 * width, y, height + 0.15],
-                    [0.22 * width, y, 0.9 * height],
-                ],
-                3,
-            ),
-            0.006,
-            sections=6,
-        )
+        tube(arch([[-0.22 * width, y, 0.9 * height], [-0.18 * width, y, height + 0.15]], 3), 0.006, sections=6)
         for y in (-0.015, 0.015)
     ]
     return join(body, loops)
 
 
-def backpack(rng):
+def backpack(rng: Generator):
     """Return a packed backpack with a front pocket, straps behind."""
     width, depth, height = rng.uniform(0.28, 0.34), rng.uniform(0.14, 0.2), rng.uniform(0.4, 0.5)
     parts = [
@@ -204,53 +149,37 @@ def backpack(rng):
     for x in (-0.3 * width, 0.3 * width):
         path = rounded(
             [
-                [x, depth / 2 - 0.02, 0.9 * height],
-                [x, depth / 2 + 0.06, 0.7 * height],
-                [x, depth / 2 + 0.05, 0.3 * height],
-                [x, depth / 2 - 0.02, 0.1 * height],
+                [x, depth / 2 - 0.02, 0.9 * height], [x, depth / 2 + 0.06, 0.7 * height],
+                [x, depth / 2 + 0.05, 0.3 * height], [x, depth / 2 - 0.02, 0.1 * height],
             ]
         )
-        parts.append(sweep(path, [[-0.025, -0.005], [0.025, -0.005], [0.025, 0.005], [-0.025, 0.005]]))
-    grip = rounded(
-        [
-            [-0.05, 0, height - 0.04],
-            [-0.04, 0, height + 0.03],
-            [0.04, 0, height + 0.03],
-            [0.05, 0, height - 0.04],
-        ]
-    )
+        parts.append(sweep(path, rectangle(0.05, 0.01)))
+    grip = arch([[-0.05, 0, height - 0.04], [-0.04, 0, height + 0.03]])
     return join(parts, tube(grip, 0.008, sections=6))
 
 
-def suitcase(rng):
+def suitcase(rng: Generator):
     """Return a suitcase standing on its castors, its handle drawn out."""
     width, depth, height = rng.uniform(0.36, 0.5), rng.uniform(0.2, 0.3), rng.uniform(0.52, 0.72)
     parts = [cushion(width, depth, height, z=0.05, rounding=0.04, corner=0.05)]
     parts += [
-        ellipsoid(0.03, 0.05, 0.06, x=x * 0.38 * width, y=y * 0.36 * depth, z=0.03)
-        for x in (-1, 1)
-        for y in (-1, 1)
+        ellipsoid(0.03, 0.05, 0.06, x=x * 0.38 * width, y=y * 0.36 * depth, z=0.03) for x in (-1, 1) for y in (-1, 1)
     ]
-    pull = [
-        [-0.1, depth / 2 - 0.03, height],
-        [-0.1, depth / 2 - 0.03, height + 0.35],
-        [0.1, depth / 2 - 0.03, height + 0.35],
-        [0.1, depth / 2 - 0.03, height],
-    ]
-    return join(parts, tube(rounded(pull), 0.009, sections=6))
+    pull = arch([[-0.1, depth / 2 - 0.03, height], [-0.1, depth / 2 - 0.03, height + 0.35]])
+    return join(parts, tube(pull, 0.009, sections=6))
 
 
 BELONGINGS = [
-    Family("ball", ball),
-    Family("teddy_bear", teddy_bear),
-    Family("toy_car", toy_car),
-    Family("apple", apple),
-    Family("banana", banana),
-    Family("book", book),
-    Family("shoe", shoe),
-    Family("boot", boot),
-    Family("hat", hat),
-    Family("handbag", handbag),
-    Family("backpack", backpack),
-    Family("suitcase", suitcase),
+    family("ball", ball),
+    family("teddy_bear", teddy_bear),
+    family("toy_car", toy_car),
+    family("apple", apple),
+    family("banana", banana),
+    family("book", book),
+    family("shoe", shoe),
+    family("boot", boot),
+    family("hat", hat),
+    family("handbag", handbag),
+    family("backpack", backpack),
+    family("suitcase", suitcase),
 ]

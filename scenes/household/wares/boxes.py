@@ -2,48 +2,31 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import (
-    beam,
-    box,
-    circle,
-    cushion,
-    join,
-    lathe,
-    loft,
-    rectangle,
-    rounded,
-    shift,
-    superellipse,
-    tube,
-    turn,
-)
+from ..parts.family import family
+from ..parts.outlines import at_height, circle, rectangle, rounded, superellipse
+from ..parts.solids import beam, box, cushion, hoop, join, lathe, loft, shift, stacked, tube, turn
 from .cups import vessel
 
 
-def plan_ring(width: float, depth: float, z: float) -> np.ndarray:
-    """Return a rectangle of the given size at height z, (4, 3), metres."""
-    return np.column_stack([rectangle(width, depth), np.full(4, z)])
-
-
-def carton(rng):
+def carton(rng: Generator):
     """Return a milk carton with a gable top."""
     width, height = rng.uniform(0.07, 0.095), rng.uniform(0.17, 0.2)
-    gable = loft([plan_ring(width, width, height), plan_ring(width, 0.004, height + 0.45 * width)])
+    gable = loft(
+        [at_height(rectangle(width, width), height), at_height(rectangle(width, 0.004), height + 0.45 * width)]
+    )
     return join(box(width, width, height), gable, box(width, 0.004, 0.02, z=height + 0.44 * width))
 
 
-def packet(rng, *, size=(0.16, 0.06, 0.23)):
+def packet(rng: Generator, *, size: tuple[float, float, float] = (0.16, 0.06, 0.23)):
     """Return a closed box of about the given size, metres."""
     width, depth, height = np.asarray(size) * rng.uniform(0.85, 1.15, 3)
     return box(width, depth, height)
 
 
-def open_box(rng):
+def open_box(rng: Generator):
     """Return a cardboard box whose four flaps hang open."""
     width, depth, height = rng.uniform(0.35, 0.6), rng.uniform(0.28, 0.42), rng.uniform(0.22, 0.36)
     parts = tray_walls(width, depth, height, 0.005)
@@ -51,9 +34,7 @@ def open_box(rng):
         flap = [[0, y * depth / 2, height - 0.004], [0, y * (depth / 2 + 0.1), height + 0.08]]
         parts.append(beam(*flap, width, 0.004))
     for x in (-1, 1):
-        parts.append(
-            beam([x * width / 2, 0, height - 0.004], [x * (width / 2 + 0.09), 0, height - 0.06], depth, 0.004)
-        )
+        parts.append(beam([x * width / 2, 0, height - 0.004], [x * (width / 2 + 0.09), 0, height - 0.06], depth, 0.004))
     return join(parts)
 
 
@@ -64,7 +45,7 @@ def tray_walls(width: float, depth: float, height: float, wall: float):
     return [box(width, depth, wall), *sides, *ends]
 
 
-def tray(rng):
+def tray(rng: Generator):
     """Return a serving tray with a low rim and two grips."""
     width, depth = rng.uniform(0.38, 0.5), rng.uniform(0.26, 0.34)
     parts = tray_walls(width, depth, rng.uniform(0.025, 0.045), 0.006)
@@ -72,9 +53,7 @@ def tray(rng):
         tube(
             rounded(
                 [
-                    [x * width / 2, -0.06, 0.02],
-                    [x * width / 2, -0.05, 0.06],
-                    [x * width / 2, 0.05, 0.06],
+                    [x * width / 2, -0.06, 0.02], [x * width / 2, -0.05, 0.06], [x * width / 2, 0.05, 0.06],
                     [x * width / 2, 0.06, 0.02],
                 ]
             ),
@@ -86,30 +65,24 @@ def tray(rng):
     return join(parts, grips)
 
 
-def basket(rng):
+def basket(rng: Generator):
     """Return a laundry basket woven from bands."""
     width, depth, height = rng.uniform(0.45, 0.6), rng.uniform(0.32, 0.42), rng.uniform(0.24, 0.32)
     plan = superellipse(1, 1, 4.0, 28)
-    parts = [
-        loft([np.column_stack([plan * [0.84 * width, 0.84 * depth], np.full(28, z)]) for z in (0, 0.01)])
-    ]
+    parts = [stacked(plan, [(0.84 * width, 0.84 * depth, z) for z in (0, 0.01)])]
     for t in np.linspace(0.08, 1, 6):
         size = np.array([width, depth]) * (0.84 + 0.16 * t)
-        parts.append(
-            tube(np.column_stack([plan * size, np.full(28, t * height)]), 0.012, sections=6, loop=True)
-        )
+        parts.append(hoop(plan * size, t * height, 0.012))
     foot, rim = plan[::2] * [0.84 * width, 0.84 * depth], plan[::2] * [width, depth]
     parts += [tube([[*a, 0.005], [*b, height]], 0.007, sections=6) for a, b in zip(foot, rim, strict=True)]
     return join(parts)
 
 
-def bucket(rng):
+def bucket(rng: Generator):
     """Return a bucket with its bail down."""
     rim, height = rng.uniform(0.13, 0.155), rng.uniform(0.24, 0.29)
     body = vessel(
-        [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)],
-        0.004,
-        0.006,
+        [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)], 0.004, 0.006
     )
     angles = np.linspace(0, np.pi, 13)
     bail = np.column_stack(
@@ -118,7 +91,7 @@ def bucket(rng):
     return join(body, tube(bail, 0.003, sections=6))
 
 
-def waste_bin(rng, *, lid: bool = False):
+def waste_bin(rng: Generator, *, lid: bool = False):
     """Return a bin: open like an office's, or closed by a dome."""
     rim, height = rng.uniform(0.13, 0.2), rng.uniform(0.28, 0.36)
     if not lid:
@@ -126,54 +99,46 @@ def waste_bin(rng, *, lid: bool = False):
     tall = height * rng.uniform(1.6, 2.2)
     return lathe(
         [
-            (0, 0),
-            (rim, 0),
-            (rim, 0.8 * tall),
-            (1.04 * rim, 0.81 * tall),
-            (0.9 * rim, 0.92 * tall),
-            (0.5 * rim, 0.985 * tall),
-            (0, tall),
+            (0, 0), (rim, 0), (rim, 0.8 * tall), (1.04 * rim, 0.81 * tall), (0.9 * rim, 0.92 * tall),
+            (0.5 * rim, 0.985 * tall), (0, tall),
         ]
     )
 
 
-def wheelie_bin(rng):
+def wheelie_bin(rng: Generator):
     """Return a street bin on two wheels, its lid shut."""
     width, depth, height = rng.uniform(0.48, 0.6), rng.uniform(0.52, 0.7), rng.uniform(0.9, 1.05)
-    body = loft([plan_ring(0.8 * width, 0.75 * depth, 0.03), plan_ring(width, depth, height)])
+    body = loft([at_height(rectangle(0.8 * width, 0.75 * depth), 0.03), at_height(rectangle(width, depth), height)])
     wheel = turn(lathe([(0, -0.025), (0.1, -0.025), (0.1, 0.025), (0, 0.025)], sections=20), "y", 90)
     wheels = [shift(wheel, x * 0.38 * width, 0.4 * depth, 0.1) for x in (-1, 1)]
     return join(body, cushion(1.05 * width, 1.05 * depth, 0.08, z=height - 0.01, crown=0.03), wheels)
 
 
-def barrel(rng):
+def barrel(rng: Generator):
     """Return a closed wooden barrel with hoops."""
     radius, height = rng.uniform(0.25, 0.32), rng.uniform(0.75, 0.95)
     t = np.linspace(0, 1, 9)
     body = [
-        (0, 0.02),
-        (0.8 * radius, 0.02),
-        *zip(radius * (0.84 + 0.16 * np.sin(np.pi * t)), t * height, strict=True),
-        (0.8 * radius, height - 0.02),
-        (0, height - 0.02),
+        (0, 0.02), (0.8 * radius, 0.02), *zip(radius * (0.84 + 0.16 * np.sin(np.pi * t)), t * height, strict=True),
+        (0.8 * radius, height - 0.02), (0, height - 0.02),
     ]
     hoops = [
-        tube(np.column_stack([circle(radius * r, 32), np.full(32, z * height)]), 0.012, loop=True, sections=6)
+        hoop(circle(radius * r, 32), z * height, 0.012)
         for r, z in ((0.9, 0.14), (0.9, 0.86), (0.99, 0.38), (0.99, 0.62))
     ]
     return join(lathe(body), hoops)
 
 
 BOXES = [
-    Family("milk_carton", carton),
-    Family("cereal_box", partial(packet, size=(0.16, 0.06, 0.23)), 1),
-    Family("parcel", partial(packet, size=(0.36, 0.27, 0.22)), 1),
-    Family("open_box", open_box),
-    Family("laundry_basket", basket),
-    Family("bucket", bucket),
-    Family("waste_bin", partial(waste_bin, lid=False), 1),
-    Family("trash_can", partial(waste_bin, lid=True), 1),
-    Family("wheelie_bin", wheelie_bin),
-    Family("tray", tray),
-    Family("barrel", barrel),
+    family("milk_carton", carton),
+    family("cereal_box", packet, size=(0.16, 0.06, 0.23)),
+    family("parcel", packet, size=(0.36, 0.27, 0.22)),
+    family("open_box", open_box),
+    family("laundry_basket", basket),
+    family("bucket", bucket),
+    family("waste_bin", waste_bin, lid=False),
+    family("trash_can", waste_bin, lid=True),
+    family("wheelie_bin", wheelie_bin),
+    family("tray", tray),
+    family("barrel", barrel),
 ]

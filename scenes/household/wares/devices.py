@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import beam, box, circle, cushion, join, lathe, loft, prism, shift, sweep, tube, turn
+from ..parts.family import family
+from ..parts.outlines import arch, circle
+from ..parts.solids import beam, box, cushion, join, lathe, prism, shift, stacked, sweep, tube, turn
 from .cups import handle
 
 
-def screen(rng, *, width: float = 1.0):
+def screen(rng: Generator, *, width: float = 1.0):
     """Return a television or monitor on a foot; ``width`` is its middle width, metres."""
     width = width * rng.uniform(0.85, 1.15)
     height, gap = 0.58 * width, 0.06 + 0.05 * rng.uniform()
@@ -20,14 +20,14 @@ def screen(rng, *, width: float = 1.0):
     return join(panel, foot, box(0.12 * width, 0.04, gap + 0.2 * height, y=0.03))
 
 
-def laptop(rng):
+def laptop(rng: Generator):
     """Return an open laptop."""
     width, depth = rng.uniform(0.3, 0.38), rng.uniform(0.21, 0.26)
     lid = turn(box(width, depth, 0.008, y=depth / 2), "x", rng.uniform(65, 80))
     return join(box(width, depth, 0.018), shift(lid, y=depth / 2, z=0.012))
 
 
-def keyboard(rng):
+def keyboard(rng: Generator):
     """Return a keyboard with rows of keys."""
     width, depth = rng.uniform(0.38, 0.46), rng.uniform(0.13, 0.16)
     parts = [cushion(width, depth, 0.018, rounding=0.006, corner=0.01)]
@@ -36,7 +36,7 @@ def keyboard(rng):
     return join(parts)
 
 
-def telephone(rng):
+def telephone(rng: Generator):
     """Return a desk telephone with its handset on the cradle."""
     width, depth = rng.uniform(0.16, 0.2), rng.uniform(0.18, 0.22)
     wedge = sweep(
@@ -48,53 +48,36 @@ def telephone(rng):
     return join(wedge, receiver, beam([x, -0.4 * depth, 0.08], [x, 0.4 * depth, 0.095], 0.035, 0.02))
 
 
-def radio(rng):
+def radio(rng: Generator):
     """Return a portable radio with a handle and an aerial."""
     width, depth, height = rng.uniform(0.24, 0.34), rng.uniform(0.08, 0.12), rng.uniform(0.15, 0.2)
-    grip = [
-        [-0.4 * width, 0, height - 0.01],
-        [-0.38 * width, 0, height + 0.05],
-        [0.38 * width, 0, height + 0.05],
-        [0.4 * width, 0, height - 0.01],
-    ]
+    grip = arch([[-0.4 * width, 0, height - 0.01], [-0.38 * width, 0, height + 0.05]], rounds=0)
     dial = turn(lathe([(0, 0), (0.022, 0), (0.02, 0.015), (0, 0.015)], sections=16), "x", 90)
     aerial = tube(
-        [[0.42 * width, 0.3 * depth, height - 0.01], [0.3 * width, 0.3 * depth, height + 0.2]],
-        0.003,
-        sections=6,
+        [[0.42 * width, 0.3 * depth, height - 0.01], [0.3 * width, 0.3 * depth, height + 0.2]], 0.003, sections=6
     )
     body = cushion(width, depth, height, rounding=0.012, corner=0.015)
-    return join(
-        body,
-        tube(grip, 0.007, sections=6),
-        aerial,
-        shift(dial, 0.3 * width, -depth / 2 + 0.003, 0.6 * height),
-    )
+    return join(body, tube(grip, 0.007, sections=6), aerial, shift(dial, 0.3 * width, -depth / 2 + 0.003, 0.6 * height))
 
 
-def speaker(rng):
+def speaker(rng: Generator):
     """Return a loudspeaker: a bookshelf box or a floor-standing tower."""
     height = rng.choice([rng.uniform(0.28, 0.4), rng.uniform(0.85, 1.1)])
     width, depth = 0.2 * rng.uniform(0.85, 1.2), 0.26 * rng.uniform(0.85, 1.2)
     cone = turn(
-        lathe(
-            [(0, -0.01), (0.07, -0.01), (0.075, 0.006), (0.06, 0.006), (0.02, -0.006), (0, -0.004)],
-            sections=20,
-        ),
+        lathe([(0, -0.01), (0.07, -0.01), (0.075, 0.006), (0.06, 0.006), (0.02, -0.006), (0, -0.004)], sections=20),
         "x",
         90,
     )
     return join(box(width, depth, height), [shift(cone, 0, -depth / 2, height - drop) for drop in (0.1, 0.2)])
 
 
-def fan(rng):
+def fan(rng: Generator):
     """Return a standing fan: a caged propeller on a column."""
     height, reach = rng.uniform(0.9, 1.25), rng.uniform(0.18, 0.23)
     parts = [lathe([(0, 0), (0.19, 0), (0.19, 0.02), (0.02, 0.05), (0.015, height), (0, height)])]
     parts.append(cushion(0.1, 0.2, 0.11, z=height - 0.03, rounding=0.03))
-    ring = np.column_stack(
-        [circle(reach, 24)[:, 0], np.full(24, -0.13), circle(reach, 24)[:, 1] + height + 0.025]
-    )
+    ring = np.column_stack([circle(reach, 24)[:, 0], np.full(24, -0.13), circle(reach, 24)[:, 1] + height + 0.025])
     parts.append(tube(ring, 0.006, loop=True, sections=6))
     hub = np.array([0, -0.16, height + 0.025])
     parts += [tube([hub, rim], 0.002, sections=4) for rim in ring]
@@ -102,12 +85,10 @@ def fan(rng):
     for angle in np.radians([20, 140, 260]):
         tip = hub + [0.85 * reach * np.cos(angle), 0.03, 0.85 * reach * np.sin(angle)]
         parts.append(beam(hub + [0, 0.03, 0], tip, 0.05, 0.004, taper=2.0))
-    return join(
-        parts, turn(prism(circle(0.03, 12), 0.09), "x", 90).apply_translation([0, -0.08, height + 0.025])
-    )
+    return join(parts, turn(prism(circle(0.03, 12), 0.09), "x", 90).apply_translation([0, -0.08, height + 0.025]))
 
 
-def printer(rng):
+def printer(rng: Generator):
     """Return an office printer with a paper tray at the back and one in front."""
     width, depth, height = rng.uniform(0.38, 0.46), rng.uniform(0.32, 0.4), rng.uniform(0.18, 0.28)
     parts = [
@@ -117,12 +98,10 @@ def printer(rng):
     return join(parts, beam([0, 0.38 * depth, height - 0.02], [0, 0.55 * depth, height + 0.16], 0.25, 0.01))
 
 
-def coffee_maker(rng):
+def coffee_maker(rng: Generator):
     """Return a filter machine with its jug under the brewer."""
     width, depth, height = rng.uniform(0.16, 0.2), rng.uniform(0.2, 0.26), rng.uniform(0.28, 0.35)
-    jug = lathe(
-        [(0, 0.03), (0.055, 0.03), (0.062, 0.08), (0.045, 0.14), (0.045, 0.15), (0, 0.15)], sections=20
-    )
+    jug = lathe([(0, 0.03), (0.055, 0.03), (0.062, 0.08), (0.045, 0.14), (0.045, 0.15), (0, 0.15)], sections=20)
     parts = [
         box(width, depth, 0.035),
         box(width, 0.08, height, y=depth / 2 - 0.04),
@@ -132,59 +111,40 @@ def coffee_maker(rng):
     return join(parts, shift(jug, y=-0.2 * depth), shift(ear, y=-0.2 * depth))
 
 
-def blender(rng):
+def blender(rng: Generator):
     """Return a kitchen blender with its lid on."""
     height = rng.uniform(0.34, 0.42)
     base = lathe([(0, 0), (0.085, 0), (0.08, 0.05), (0.055, 0.14), (0, 0.14)], sections=24)
     jug = lathe(
-        [
-            (0, 0.135),
-            (0.045, 0.135),
-            (0.07, height - 0.03),
-            (0.072, height - 0.01),
-            (0.03, height),
-            (0, height),
-        ],
+        [(0, 0.135), (0.045, 0.135), (0.07, height - 0.03), (0.072, height - 0.01), (0.03, height), (0, height)],
         sections=16,
     )
     return join(base, jug, handle(0.055, 0.068, 0.18, height - 0.05, 0.05, 0.008))
 
 
-def iron(rng):
+def iron(rng: Generator):
     """Return a clothes iron lying on its sole."""
     length = rng.uniform(0.24, 0.29)
     t = np.linspace(0, 1, 12)
     half = 0.055 * np.sqrt(1 - t**2) ** 0.9
-    outline = np.concatenate(
-        [np.column_stack([half, t * length]), np.column_stack([-half, t * length])[-2::-1]]
-    )
+    outline = np.concatenate([np.column_stack([half, t * length]), np.column_stack([-half, t * length])[-2::-1]])
     outline -= [0, 0.4 * length]
-    body = loft(
-        [
-            np.column_stack([outline * s, np.full(len(outline), z)])
-            for s, z in ((1, 0), (1, 0.015), (0.9, 0.03), (0.55, 0.07))
-        ]
-    )
-    grip = [
-        [0, -0.28 * length, 0.05],
-        [0, -0.3 * length, 0.12],
-        [0, 0.15 * length, 0.12],
-        [0, 0.24 * length, 0.06],
-    ]
+    body = stacked(outline, [(1, 0), (1, 0.015), (0.9, 0.03), (0.55, 0.07)])
+    grip = [[0, -0.28 * length, 0.05], [0, -0.3 * length, 0.12], [0, 0.15 * length, 0.12], [0, 0.24 * length, 0.06]]
     return join(body, tube(grip, 0.015))
 
 
 DEVICES = [
-    Family("tv", partial(screen, width=1.0), 1),
-    Family("monitor", partial(screen, width=0.52), 1),
-    Family("laptop", laptop),
-    Family("keyboard", keyboard),
-    Family("telephone", telephone),
-    Family("radio", radio),
-    Family("speaker", speaker),
-    Family("fan", fan),
-    Family("printer", printer),
-    Family("coffee_maker", coffee_maker),
-    Family("blender", blender),
-    Family("iron", iron),
+    family("tv", screen, width=1.0),
+    family("monitor", screen, width=0.52),
+    family("laptop", laptop),
+    family("keyboard", keyboard),
+    family("telephone", telephone),
+    family("radio", radio),
+    family("speaker", speaker),
+    family("fan", fan),
+    family("printer", printer),
+    family("coffee_maker", coffee_maker),
+    family("blender", blender),
+    family("iron", iron),
 ]

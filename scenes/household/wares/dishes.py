@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
+from ..parts.family import family
 from ..parts.solids import cushion, join, lathe, shift, tube, turn
 from .cups import handle, vessel, wall_profile
 
 
-def utensil_pot(rng):
+def utensil_pot(rng: Generator):
     """Return a pot crowded with spoons and spatulas."""
     radius, height = rng.uniform(0.05, 0.065), rng.uniform(0.13, 0.16)
     parts = [vessel(wall_profile(radius, radius, height), 0.005, 0.008)]
@@ -23,25 +22,17 @@ def utensil_pot(rng):
     return join(parts)
 
 
-def kettle(rng, *, tea: bool = False):
+def kettle(rng: Generator, *, tea: bool = False):
     """Return a kettle or teapot with its lid on, a spout and a handle."""
     radius, height = rng.uniform(0.07, 0.09), rng.uniform(0.15, 0.2) * (0.75 if tea else 1)
     t = np.linspace(0, 1, 9)
     belly = radius * (np.sin(np.pi * (0.2 + 0.7 * t)) if tea else 1 - 0.3 * t**2)
     profile = [
-        (0, 0),
-        *zip(belly, 0.004 + t * 0.85 * height, strict=True),
-        (0.3 * radius, 0.92 * height),
-        (0.015, 0.94 * height),
-        (0.018, height),
-        (0, height + 0.004),
+        (0, 0), *zip(belly, 0.004 + t * 0.85 * height, strict=True), (0.3 * radius, 0.92 * height),
+        (0.015, 0.94 * height), (0.018, height), (0, height + 0.004),
     ]
     spout = tube(
-        [
-            [-0.8 * radius, 0, 0.35 * height],
-            [-1.3 * radius, 0, 0.55 * height],
-            [-1.7 * radius, 0, 0.85 * height],
-        ],
+        [[-0.8 * radius, 0, 0.35 * height], [-1.3 * radius, 0, 0.55 * height], [-1.7 * radius, 0, 0.85 * height]],
         0.018,
         scale=[1.2, 0.9, 0.6],
     )
@@ -49,7 +40,7 @@ def kettle(rng, *, tea: bool = False):
     return join(lathe(profile), spout, ear)
 
 
-def pan(rng, *, deep: bool = False, lid: bool = False):
+def pan(rng: Generator, *, deep: bool = False, lid: bool = False):
     """Return a frying pan, or a pot, with a long handle or two ears; a lid closes it."""
     radius = rng.uniform(0.1, 0.15)
     height = rng.uniform(0.11, 0.15) if deep else rng.uniform(0.035, 0.05)
@@ -59,46 +50,33 @@ def pan(rng, *, deep: bool = False, lid: bool = False):
         parts.append(
             lathe(
                 [
-                    (0, height - 0.003),
-                    (1.02 * radius, height - 0.003),
-                    (1.02 * radius, height + 0.002),
-                    (0.6 * radius, height + 0.02),
-                    (0.02, height + 0.028),
-                    (0.022, height + 0.05),
-                    (0, height + 0.052),
+                    (0, height - 0.003), (1.02 * radius, height - 0.003), (1.02 * radius, height + 0.002),
+                    (0.6 * radius, height + 0.02), (0.02, height + 0.028), (0.022, height + 0.05), (0, height + 0.052),
                 ]
             )
         )
         ear = handle(radius, radius, 0.7 * height, 0.85 * height, 0.04, 0.006)
         return join(parts, ear, turn(ear, "z", 180))
-    return join(
-        parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011)
-    )
+    return join(parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011))
 
 
-def plate(rng, *, oval: bool = False):
+def plate(rng: Generator, *, oval: bool = False):
     """Return a dinner plate with a raised rim."""
     reach, rise = rng.uniform(0.09, 0.14), rng.uniform(0.016, 0.026)
     profile = [
-        (0, 0),
-        (0.55 * reach, 0),
-        (0.68 * reach, 0.005),
-        (reach, rise),
-        (reach, rise + 0.003),
-        (0.66 * reach, 0.01),
-        (0.55 * reach, 0.005),
-        (0, 0.005),
+        (0, 0), (0.55 * reach, 0), (0.68 * reach, 0.005), (reach, rise), (reach, rise + 0.003), (0.66 * reach, 0.01),
+        (0.55 * reach, 0.005), (0, 0.005),
     ]
     dish = lathe(profile, sections=40)
     return dish.apply_scale([1.0, 0.72 if oval else 1.0, 1.0])
 
 
 DISHES = [
-    Family("utensil_pot", utensil_pot),
-    Family("kettle", partial(kettle, tea=False), 1),
-    Family("teapot", partial(kettle, tea=True), 1),
-    Family("frying_pan", partial(pan, deep=False), 1),
-    Family("cooking_pot", partial(pan, deep=True, lid=True), 1),
-    Family("plate", partial(plate, oval=False), 1),
-    Family("plate", partial(plate, oval=True), 1),
+    family("utensil_pot", utensil_pot),
+    family("kettle", kettle, tea=False),
+    family("teapot", kettle, tea=True),
+    family("frying_pan", pan, deep=False),
+    family("cooking_pot", pan, deep=True, lid=True),
+    family("plate", plate, oval=False),
+    family("plate", plate, oval=True),
 ]

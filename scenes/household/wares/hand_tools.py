@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import arc, beam, box, join, lathe, rounded, shift, sweep, tube, turn
+from ..parts.family import family
+from ..parts.outlines import arc, at_height, rectangle, rounded
+from ..parts.solids import beam, box, join, lathe, shift, sweep, tube, turn
 
 
-def hammer(rng):
+def hammer(rng: Generator):
     """Return a hammer lying on its side."""
     length = rng.uniform(0.28, 0.34)
     head = [
@@ -16,30 +18,27 @@ def hammer(rng):
         beam([0.03, length / 2, 0.015], [0.09, length / 2, 0.014], 0.026, 0.02, taper=0.3),
     ]
     return join(
-        head,
-        tube(
-            [[0, -length / 2, 0.015], [0, 0.1, 0.015], [0, length / 2, 0.015]], 0.014, scale=[1.1, 0.8, 0.8]
-        ),
+        head, tube([[0, -length / 2, 0.015], [0, 0.1, 0.015], [0, length / 2, 0.015]], 0.014, scale=[1.1, 0.8, 0.8])
     )
 
 
-def wrench(rng):
+def wrench(rng: Generator):
     """Return an open-ended wrench lying flat."""
     length = rng.uniform(0.18, 0.28)
     jaws = []
     for y in (-1, 1):
         hook = arc(0.02, -60, 240, 12) if y < 0 else arc(0.02, 120, 420, 12)
-        path = np.column_stack([hook[:, 0], hook[:, 1] + y * (length / 2 + 0.014), np.full(13, 0.005)])
-        jaws.append(sweep(path, [[-0.006, -0.005], [0.006, -0.005], [0.006, 0.005], [-0.006, 0.005]]))
+        path = at_height(hook + [0, y * (length / 2 + 0.014)], 0.005)
+        jaws.append(sweep(path, rectangle(0.012, 0.01)))
     return join(jaws, box(0.02, length, 0.01))
 
 
-def fork(rng):
+def fork(rng: Generator):
     """Return a table fork."""
     length = rng.uniform(0.17, 0.2)
     stem = sweep(
         rounded([[0, -length / 2, 0.003], [0, 0, 0.005], [0, 0.2 * length, 0.01], [0, 0.27 * length, 0.006]]),
-        [[-0.007, -0.0012], [0.007, -0.0012], [0.007, 0.0012], [-0.007, 0.0012]],
+        rectangle(0.014, 0.0024),
     )
     tines = [
         tube(
@@ -52,32 +51,24 @@ def fork(rng):
     return join(stem, box(0.023, 0.012, 0.0025, y=0.27 * length, z=0.0045), tines)
 
 
-def flashlight(rng):
+def flashlight(rng: Generator):
     """Return a flashlight lying down."""
     length = rng.uniform(0.14, 0.2)
     body = lathe(
-        [(0, 0), (0.014, 0), (0.014, 0.7 * length), (0.024, 0.8 * length), (0.024, length), (0, length)],
-        sections=20,
+        [(0, 0), (0.014, 0), (0.014, 0.7 * length), (0.024, 0.8 * length), (0.024, length), (0, length)], sections=20
     )
     return turn(body, "x", 90)
 
 
-def drill(rng):
+def drill(rng: Generator):
     """Return a cordless drill standing on its battery."""
     grip = beam([0, 0.04, 0.04], [0, 0.01, 0.16], 0.036, 0.05)
     body = shift(
         turn(
             lathe(
                 [
-                    (0, -0.09),
-                    (0.03, -0.09),
-                    (0.034, -0.02),
-                    (0.032, 0.06),
-                    (0.02, 0.08),
-                    (0.018, 0.12),
-                    (0.004, 0.125),
-                    (0.004, 0.19),
-                    (0, 0.19),
+                    (0, -0.09), (0.03, -0.09), (0.034, -0.02), (0.032, 0.06), (0.02, 0.08), (0.018, 0.12),
+                    (0.004, 0.125), (0.004, 0.19), (0, 0.19),
                 ],
                 sections=18,
             ),
@@ -90,9 +81,9 @@ def drill(rng):
 
 
 TOOLS = [
-    Family("hammer", hammer),
-    Family("wrench", wrench),
-    Family("fork", fork),
-    Family("flashlight", flashlight),
-    Family("drill", drill),
+    family("hammer", hammer),
+    family("wrench", wrench),
+    family("fork", fork),
+    family("flashlight", flashlight),
+    family("drill", drill),
 ]

@@ -3,68 +3,49 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.random import Generator
 
-from ..parts.family import Family
-from ..parts.solids import beam, circle, ellipsoid, join, lathe, loft, prism, shift, tube, turn
+from ..parts.family import family
+from ..parts.outlines import circle
+from ..parts.solids import beam, ellipsoid, join, lathe, prism, shift, tube, turn
 
 
 def shade(low: float, high: float, bottom: float, top: float):
     """Return a lampshade: an open cone 3 mm thick, its radii at heights ``bottom`` and ``top``, metres."""
     rings = [(low, bottom), (high, top), (high - 0.003, top), (low - 0.003, bottom)]
-    return loft([np.column_stack([circle(r, 32), np.full(32, z)]) for r, z in rings], loop=True)
+    return lathe(rings, loop=True)
 
 
-def floor_lamp(rng):
+def floor_lamp(rng: Generator):
     """Return a floor lamp with a shade."""
     height, radius = rng.uniform(1.4, 1.75), rng.uniform(0.16, 0.24)
-    post = lathe(
-        [(0, 0), (0.15, 0), (0.15, 0.02), (0.012, 0.035), (0.012, height - 0.05), (0, height - 0.05)]
-    )
-    spokes = [
-        beam([0, 0, height - 0.1], [x * (radius - 0.03), 0, height - 0.1], 0.006, 0.006) for x in (-1, 1)
-    ]
+    post = lathe([(0, 0), (0.15, 0), (0.15, 0.02), (0.012, 0.035), (0.012, height - 0.05), (0, height - 0.05)])
+    spokes = [beam([0, 0, height - 0.1], [x * (radius - 0.03), 0, height - 0.1], 0.006, 0.006) for x in (-1, 1)]
     return join(
-        post,
-        shade(radius, 0.75 * radius, height - 0.28, height),
-        spokes,
-        ellipsoid(0.06, 0.06, 0.1, z=height - 0.06),
+        post, shade(radius, 0.75 * radius, height - 0.28, height), spokes, ellipsoid(0.06, 0.06, 0.1, z=height - 0.06)
     )
 
 
-def table_lamp(rng):
+def table_lamp(rng: Generator):
     """Return a table lamp: a bellied foot and a shade."""
     height, radius = rng.uniform(0.38, 0.6), rng.uniform(0.12, 0.17)
     foot = lathe(
         [
-            (0, 0),
-            (0.06, 0),
-            (0.065, 0.02),
-            (0.075, 0.3 * height),
-            (0.03, 0.5 * height),
-            (0.012, 0.55 * height),
-            (0.012, 0.85 * height),
-            (0, 0.85 * height),
+            (0, 0), (0.06, 0), (0.065, 0.02), (0.075, 0.3 * height), (0.03, 0.5 * height), (0.012, 0.55 * height),
+            (0.012, 0.85 * height), (0, 0.85 * height),
         ]
     )
-    spokes = [
-        beam([0, 0, 0.8 * height], [x * (0.8 * radius), 0, 0.8 * height], 0.005, 0.005) for x in (-1, 1)
-    ]
+    spokes = [beam([0, 0, 0.8 * height], [x * (0.8 * radius), 0, 0.8 * height], 0.005, 0.005) for x in (-1, 1)]
     return join(foot, shade(radius, 0.65 * radius, 0.55 * height, height), spokes)
 
 
-def desk_lamp(rng):
+def desk_lamp(rng: Generator):
     """Return a jointed desk lamp."""
     lower, upper = rng.uniform(0.28, 0.36), rng.uniform(0.26, 0.34)
     knee = np.array([0, 0.45 * lower, 0.9 * lower])
     head = knee + [0, -0.85 * upper, 0.5 * upper]
     base = lathe([(0, 0), (0.085, 0), (0.085, 0.015), (0.02, 0.03), (0, 0.03)])
-    cone = loft(
-        [
-            np.column_stack([circle(r, 24), np.full(24, z)])
-            for r, z in ((0.07, -0.1), (0.03, 0), (0.027, 0), (0.067, -0.1))
-        ],
-        loop=True,
-    )
+    cone = lathe([(0.07, -0.1), (0.03, 0), (0.027, 0), (0.067, -0.1)], sections=24, loop=True)
     lid = prism(circle(0.03, 24), 0.02, -0.01)
     return join(
         base,
@@ -74,8 +55,4 @@ def desk_lamp(rng):
     )
 
 
-LAMPS = [
-    Family("floor_lamp", floor_lamp),
-    Family("table_lamp", table_lamp),
-    Family("desk_lamp", desk_lamp),
-]
+LAMPS = [family("floor_lamp", floor_lamp), family("table_lamp", table_lamp), family("desk_lamp", desk_lamp)]

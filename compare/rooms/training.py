@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
-from spherefunc_bullet.datasets.dataset import Dataset
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.recognition.recognition import LARGE
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import Furnishing, furnish
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
-from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.settling.settling import Settled, settle
 from spherefunc_bullet.simulator import Simulator
 
-from .trials import Condition, Fold, halves
+from .trials import Fold, split_in_halves
 
 EXAMPLES = ("whole", "views", "both", "both-large")
+VIEWS, NOISE = 3, 1.0  # of the scans that partial views are cut out of
 OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
 
 
 @dataclass(frozen=True, kw_only=True)
-class Lesson:
+class Training:
     """What is learnt from, and how."""
 
     simulator: Simulator
     radii: tuple[float, ...]  # metres
     examples: str = "whole"  # one of EXAMPLES
-    scanned: Condition = Condition(views=3, noise=1.0)  # how partial views come about
     completion: tuple[str, ...] = ()
     method: str = "default"
     seed: int = 0
 
+    def __post_init__(self):
+        if self.examples not in EXAMPLES:
+            raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
 
-def folds(dataset: Dataset, lesson: Lesson, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
+
+def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
 
     Parameters
@@ -47,17 +51,16 @@ def folds(dataset: Dataset, lesson: Lesson, failed: Callable[[InputError], None]
         Is given the error of each file that cannot be used; the rest goes on.
     """
     simulated = simulate_dataset(
-        dataset, lesson.simulator, lesson.radii, seed=lesson.seed, jobs=jobs, failed=failed
+        dataset, training.simulator, training.radii, seed=training.seed, jobs=jobs, failed=failed
     )
-    usable = Dataset(dataset.name, simulated.objects)
-    one, other = halves(usable, lesson.seed)
+    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
-        Fold(dataset=tested, model=learnt_model(learnt, simulated, lesson, failed), jobs=jobs)
+        Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
         for tested, learnt in ((one, other), (other, one))
     ]
 
 
-def told_by(model: Path, dataset: Dataset, jobs: int) -> Fold:
+def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
     """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
     classifier = load_model(model)
     learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
@@ -66,36 +69,37 @@ def told_by(model: Path, dataset: Dataset, jobs: int) -> Fold:
     return Fold(dataset=dataset, model=classifier, jobs=jobs)
 
 
-def learnt_model(
-    dataset: Dataset, simulated: Simulated, lesson: Lesson, failed: Callable[[InputError], None]
+def trained_classifier(
+    dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
 ) -> FunctionClassifier:
     """Return a classifier that has learnt a data set's objects as whole models, partial views, or both.
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
     """
     settled, labels, names = [], [], []
-    if lesson.examples != "views":
+    if training.examples != "views":
         by_path = {record.path: record.settled for record in simulated.records}
         settled += [by_path[item.path] for item in dataset.objects]
         labels += [item.functions for item in dataset.objects]
         names += [item.path.name for item in dataset.objects]
-    if lesson.examples != "whole":
-        for item, name, centers in seen_examples(dataset, lesson, failed):
-            settled.append(centers)
+    if training.examples != "whole":
+        for item, name, spheres in partial_examples(dataset, training, failed):
+            settled.append(spheres)
             labels.append(item.functions)
             names.append(name)
-    model = FunctionClassifier(lesson.simulator, radii=lesson.radii, method=lesson.method, seed=lesson.seed)
+    model = FunctionClassifier(training.simulator, radii=training.radii, method=training.method, seed=training.seed)
     return model.fit_settled(settled, labels, names)
 
 
-def seen_examples(dataset: Dataset, lesson: Lesson, failed) -> Sequence[tuple]:
+def partial_examples(
+    dataset: Dataset, training: Training, failed: Callable[[InputError], None]
+) -> Iterator[tuple[DatasetObject, str, Settled]]:
     """Yield object, name and settled centres of what scans of rooms show of a data set's objects."""
-    settings = Furnishing()
-    rooms = -(-len(dataset) // (settings.tables + settings.on_floor + settings.on_tops))
-    for room in furnish(dataset, rooms, seed=lesson.seed + OTHER_ROOMS, failed=failed):
-        scan = scan_room(room, lesson.scanned.views, lesson.scanned.noise, lesson.seed)
-        for number, cloud in partial_views(scan, lesson.completion):
-            if lesson.examples == "both-large" and cloud.size.max() < LARGE:
+    rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
+    for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
+        scan = scan_room(room, VIEWS, NOISE, training.seed)
+        for number, cloud in partial_views(scan, training.completion):
+            if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
             name = f"{room.objects[number].item.path.stem} in {room.name}"
-            yield room.objects[number].item, name, settle(cloud, lesson.simulator, lesson.radii, lesson.seed)
+            yield room.objects[number].item, name, settle(cloud, training.simulator, training.radii, training.seed)
