@@ -56,7 +56,9 @@ def compare(
     given |= {"seed": seed, "repeated": repeated, "up": up, "units": units}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
-        refuse_options(data, given)
+        if given:  # which would make it another experiment
+            options = " or --".join(given)
+            raise InputError(f"{data}: expected no --{options} beside an experiment; write it into the file")
         experiment = read_experiment(Path(data))
     else:
         experiment = experiment_of(data, given)
@@ -74,12 +76,6 @@ def compare(
     else:
         print_report(figures)
     failures.exit()
-
-
-def refuse_options(data: str, given: Mapping[str, Any]):
-    """Raise InputError if an experiment's file is given options as well, which would make it another experiment."""
-    if given:
-        raise InputError(f"{data}: expected no --{' or --'.join(given)} beside an experiment; write it into the file")
 
 
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
