@@ -170,22 +170,15 @@ def measure(chosen: list[Case], backend: str, repeats: int) -> BackendBench:
     return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
 
 
-def arguments() -> argparse.Namespace:
-    """Return the command's options."""
-    parser = argparse.ArgumentParser(
-        prog="python -m spherefunc_bullet.compare.bench", description=__doc__.splitlines()[0]
-    )
+def main():
+    """Measure and print."""
+    parser = argparse.ArgumentParser("python -m spherefunc_bullet.compare.bench", description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="one run of each, without the sofa and the peer")
     parser.add_argument("--backends", default="fast,bullet", help="which simulators are measured")
     parser.add_argument("--file", type=Path, help="measure this file instead")
     parser.add_argument("--radius", default="5mm", help="of the spheres on --file")
     parser.add_argument("--json", action="store_true", help="print JSON on stdout instead of tables")
-    return parser.parse_args()
-
-
-def main():
-    """Measure and print."""
-    options = arguments()
+    options = parser.parse_args()
     use_one_core()
     repeats = 1 if options.quick else 3
     measured: dict[str, BackendBench] = {}

@@ -6,20 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import (
-    DEFAULT_RADII,
-    Backend,
-    Jobs,
-    Json,
-    Method,
-    Radii,
-    RunDir,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    simulator_options,
-)
+from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
 from spherefunc_bullet.quantities import parse_lengths
 
@@ -37,16 +24,16 @@ def evaluate(
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
-    backend: Backend = "fast",
-    shape: Shape = None,
-    method: Method = "default",
-    radii: Radii = DEFAULT_RADII,
-    seed: Seed = 0,
-    up: Up = "z",
-    units: Units = "m",
-    jobs: Jobs = -1,
-    run: RunDir = None,
-    json: Json = False,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    method: options.Method = "default",
+    radii: options.Radii = options.DEFAULT_RADII,
+    seed: options.Seed = 0,
+    up: options.Up = "z",
+    units: options.Units = "m",
+    jobs: options.Jobs = -1,
+    run: options.RunDir = None,
+    json: options.Json = False,
 ):
     """Measure how well functions are told, beside baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
@@ -61,15 +48,12 @@ def evaluate(
 
     failures = Failures()
     lengths, chosen = parse_lengths(radii), find_method(method)
-    simulator = make_simulator(backend, **simulator_options(shape))
+    simulator = make_simulator(backend, **options.simulator_options(shape))
 
     def simulated(name: str) -> Simulated:
         """Return a data set by name, simulated."""
-        loading = Loading(up=up, units=units)
-        dataset = open_dataset(name)
-        return simulate_dataset(
-            dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
-        )
+        how = {"seed": seed, "loading": Loading(up=up, units=units), "jobs": jobs, "run": run}
+        return simulate_dataset(open_dataset(name), simulator, lengths, failed=failures.add, **how)
 
     learnt = simulated(data)
     if alternatives:
@@ -82,12 +66,8 @@ def evaluate(
         results = [transfer_result(learnt, simulated(test), lengths, chosen)]
     else:
         sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
-        protocol = Protocol(
-            train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups
-        )
+        protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
         results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
-    about = About(
-        backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths
-    )
+    about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     print_results(about, results, json)
     failures.exit()

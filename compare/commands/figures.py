@@ -8,19 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import (
-    DEFAULT_RADII,
-    Backend,
-    Jobs,
-    Json,
-    Method,
-    Radii,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    simulator_options,
-)
+from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, progress, say
 from spherefunc_bullet.quantities import parse_lengths
 
@@ -38,15 +26,15 @@ def figures(
     out: Annotated[Path, typer.Option(help="Folder for the figures.")] = Path("figures"),
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
     train_sizes: Annotated[str, typer.Option(help="Training examples of the confusion matrices.")] = SIZES,
-    backend: Backend = "fast",
-    shape: Shape = None,
-    method: Method = "default",
-    radii: Radii = DEFAULT_RADII,
-    seed: Seed = 0,
-    up: Up = "z",
-    units: Units = "m",
-    jobs: Jobs = -1,
-    json: Json = False,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    method: options.Method = "default",
+    radii: options.Radii = options.DEFAULT_RADII,
+    seed: options.Seed = 0,
+    up: options.Up = "z",
+    units: options.Units = "m",
+    jobs: options.Jobs = -1,
+    json: options.Json = False,
 ):
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
@@ -61,13 +49,12 @@ def figures(
 
     failures = Failures()
     lengths, chosen, loading = parse_lengths(radii), find_method(method), Loading(up=up, units=units)
-    simulator = make_simulator(backend, **simulator_options(shape))
+    simulator = make_simulator(backend, **options.simulator_options(shape))
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
     prepare_folder(out)
-    simulated = simulate_dataset(
-        dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, failed=failures.add
-    )
+    how = {"seed": seed, "loading": loading, "jobs": jobs}
+    simulated = simulate_dataset(dataset, simulator, lengths, failed=failures.add, **how)
     protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
     evaluated = evaluate_data(simulated, lengths, chosen, loading, protocol)
     written = write_figures(evaluated, out, simulator, failures.count)

@@ -208,9 +208,8 @@ def compare_some(out: Path, jobs: int) -> Report:
     """
     folder = out / "objects"
     write_catalogue(evenly(make_catalogue(DATA), OBJECTS), folder, f"{OBJECTS} of {DATA}")
-    experiment = Experiment(
-        data=str(folder), backends=usable_backends(BACKENDS), radii={"all": RADII}, repeated=AGAIN
-    )
+    backends = usable_backends(BACKENDS)
+    experiment = Experiment(data=str(folder), backends=backends, radii={"all": RADII}, repeated=AGAIN)
     comparison = simulate_candidates(open_dataset(folder), candidates(experiment), experiment, jobs, Failures())
     experiment = repeatable(experiment, comparison)
     report = compare_entries(comparison, experiment)
@@ -220,9 +219,7 @@ def compare_some(out: Path, jobs: int) -> Report:
 
 def main():
     """Run the demo and say where the page is."""
-    parser = argparse.ArgumentParser(
-        prog="python -m spherefunc_bullet.compare.demo", description=__doc__.splitlines()[0]
-    )
+    parser = argparse.ArgumentParser("python -m spherefunc_bullet.compare.demo", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("demo"), help="folder for everything that is written")
     parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
     parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")

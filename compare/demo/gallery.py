@@ -101,9 +101,8 @@ def write_png(image: Image.Image, path: Path) -> Path:
 
 def main():
     """Write the pictures and say where they are."""
-    parser = argparse.ArgumentParser(
-        prog="python -m spherefunc_bullet.compare.demo.gallery", description=__doc__.splitlines()[0]
-    )
+    program = "python -m spherefunc_bullet.compare.demo.gallery"
+    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG files")
     parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
     parser.add_argument("--beside", default="bullet", help="which one is shown beside it")

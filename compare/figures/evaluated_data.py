@@ -70,9 +70,7 @@ def evaluate_data(
         trials |= evaluate(distances, labels, method, splits).trials
     alone = replace(protocol, train_sizes=(), leave_one_out=True).splits(labels)
     evaluation = replace(evaluate(distances, labels, method, alone), trials=trials)
-    return EvaluatedData(
-        simulated=simulated, radii=radii, loading=loading, protocol=protocol, evaluation=evaluation
-    )
+    return EvaluatedData(simulated=simulated, radii=radii, loading=loading, protocol=protocol, evaluation=evaluation)
 
 
 def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:
