@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -20,8 +20,13 @@ def machine() -> dict[str, str]:
     return {
         "processor": f"{processor()}, {os.cpu_count()} cores",
         "system": f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
-        "versions": ", ".join(f"{name} {found}" for name, found in versions().items()),
+        "versions": ", ".join(f"{name} {number}" for name, number in versions().items()),
     }
+
+
+def options_text(options: Mapping[str, object]) -> str:
+    """Return a simulator's options as words."""
+    return ", ".join(f"{name} = {value}" for name, value in options.items()) or "none"
 
 
 def processor() -> str:
@@ -36,23 +41,23 @@ def processor() -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions of the packages that results depend on, those that are installed."""
-    found = {}
+    numbers = {}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            numbers[name] = version(name)
         except PackageNotFoundError:
             continue  # PyBullet is optional
-    return found
+    return numbers
 
 
 def usable_backends(names: Iterable[str]) -> tuple[str, ...]:
     """Return the backends that can run here; those that cannot are said."""
-    found = []
+    usable = []
     for name in names:
         try:
             make_simulator(name)
         except InputError as error:
             say(f"left out: {error}")
             continue
-        found.append(name)
-    return tuple(found)
+        usable.append(name)
+    return tuple(usable)

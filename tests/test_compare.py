@@ -17,12 +17,12 @@ import spherefunc_bullet.compare.comparison.experiment as experiments
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
-from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated
+from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated_count
 from spherefunc_bullet.compare.comparison.experiment import (
-    Contestant,
+    Candidate,
     Experiment,
     as_toml,
-    contestants,
+    candidates,
     parse_radii,
     read_experiment,
 )
@@ -272,7 +272,7 @@ def test_smallest_experiment(tmp_path):
     (tmp_path / "small.toml").write_text('data = "household"\nbackends = ["fast"]\nradii = ["2cm", 0.03]\nseeds = [4]')
     found = read_experiment(tmp_path / "small.toml")
     assert found.data == "household" and found.seeds == (4, 5) and found.radii == {"all": (0.02, 0.03)}
-    [fast] = contestants(found)
+    [fast] = candidates(found)
     assert fast.name == "fast" and fast.radii == (0.02, 0.03)
 
 
@@ -306,8 +306,8 @@ def entry(name: str, settled, again) -> Entry:
         objects = tuple(DatasetObject(path=path, functions=frozenset()) for path in paths)
         return Simulated("set", objects, tuple(records))
 
-    contestant = Contestant(name=name, backend=name, simulator=Layer(), radii=(0.02,))
-    return Entry(contestant=contestant, simulated=simulated(settled), again=simulated(again), failed=())
+    candidate = Candidate(name=name, backend=name, simulator=Layer(), radii=(0.02,))
+    return Entry(candidate=candidate, simulated=simulated(settled), again=simulated(again), failed=())
 
 
 def test_histograms_by_hand():
@@ -332,8 +332,8 @@ def test_objects_without_spheres_say_nothing():
 
 def test_second_seed_is_for_all_where_it_is_cheap():
     cheap = [entry("A", [[]] * 90, [[]]).simulated]  # one second each
-    assert repeated(cheap, None) == 90 and repeated(cheap, 7) == 7 and repeated(cheap, 700) == 90
-    assert repeated([entry("A", [[]] * 130, [[]]).simulated], None) == 40
+    assert repeated_count(cheap, None) == 90 and repeated_count(cheap, 7) == 7 and repeated_count(cheap, 700) == 90
+    assert repeated_count([entry("A", [[]] * 130, [[]]).simulated], None) == 40
     chosen = [int(each.path.stem) for each in evenly(cheap[0].objects, 4)]
     assert chosen[0] == 0 and chosen[-1] == 89 and len(chosen) == 4
 
@@ -377,7 +377,7 @@ def test_answer_for_three_backends_for_one_and_for_one_trial():
     assert "b is better" in three and "; c is level" in three and three.count(".") >= 1
     assert "compared with no other" in answered(a=backend(1, cup=STEADY))
     assert "too few to tell" in answered(a=backend(1, cup=[0.5]), b=backend(2, cup=[0.7]))
-    assert "at 2.0 s against 0.0 ms an object" in answered(a=backend(0, cup=STEADY), b=backend(2, cup=STEADY))
+    assert "at 2.0 s against 0 ms an object" in answered(a=backend(0, cup=STEADY), b=backend(2, cup=STEADY))
 
 
 def test_margin_by_hand():

@@ -12,9 +12,9 @@ import pytest
 from browser import draw, needs_browser
 
 from spherefunc_bullet.compare.commands.compare import compare
-from spherefunc_bullet.compare.comparison.advice import advice, prices, recommendation
 from spherefunc_bullet.compare.comparison.charts import Mark, front, median_line
-from spherefunc_bullet.compare.comparison.disagreements import chosen, disagreements
+from spherefunc_bullet.compare.comparison.disagreements import clearest, disagreements
+from spherefunc_bullet.compare.comparison.recommendation import prices, recommendation_sentence, recommendations
 
 STEADY, HIGHER, ASTRAY = [0.80, 0.81, 0.79, 0.80, 0.80], [0.90, 0.91, 0.89, 0.90, 0.91], [0.70, 0.92, 0.75, 0.85, 0.80]
 BYTES = 8_000_000  # that a report may have
@@ -38,20 +38,20 @@ def test_the_cheapest_stands_unless_another_is_better():
     cheap = backend(0.1, cup=STEADY, table=HIGHER, sittable=STEADY)
     dear = backend(3.0, cup=HIGHER, table=STEADY, sittable=ASTRAY)
     found = report(fast=cheap, bullet=dear)
-    assert [(each.function, each.backend) for each in advice(found)] == [
+    assert [(each.function, each.backend) for each in recommendations(found)] == [
         ("cup", "bullet"),
         ("table", "fast"),
         ("sittable", "fast"),
     ]
-    assert recommendation(found) == "Use bullet for cup, and fast for table and sittable."
-    better, worse, level = [each.reason for each in advice(found)]
+    assert recommendation_sentence(found) == "Use bullet for cup, and fast for table and sittable."
+    better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±") and worse.startswith("bullet is dearer and worse (-0.102 ±")
     assert level.startswith("bullet is dearer and level (+0.004 ±")
 
 
 def test_advice_for_one_backend_and_for_one_trial():
-    assert [each.reason for each in advice(report(fast=backend(1, cup=STEADY)))] == ["the only one compared"]
-    [one] = advice(report(fast=backend(1, cup=[0.5]), bullet=backend(2, cup=[0.7])))
+    assert [each.reason for each in recommendations(report(fast=backend(1, cup=STEADY)))] == ["the only one compared"]
+    [one] = recommendations(report(fast=backend(1, cup=[0.5]), bullet=backend(2, cup=[0.7])))
     assert one.backend == "fast" and one.reason.endswith("+0.200 in one trial, too few to tell")
 
 
@@ -93,7 +93,7 @@ def test_different_labels_come_before_different_scores():
 def test_functions_take_turns():
     cups = [item(a={"cup": 0.9 - i / 100}, b={"cup": 0.1}) for i in range(5)]
     tables = [item(a={"table": 0.6}, b={"table": 0.4})]
-    rows = [each.row for each in chosen(disagreements(cups + tables), 3)]
+    rows = [each.row for each in clearest(disagreements(cups + tables), 3)]
     assert rows == [0, 5, 1]
 
 

@@ -15,11 +15,12 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.compare.evaluation.protocol import Labels, Run
+from spherefunc_bullet.compare.evaluation.confusion import count_confusion
+from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial
+from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
 from spherefunc_bullet.compare.evaluation.sizes import fitting_sizes
-from spherefunc_bullet.compare.figures.confusion_matrices import pooled_confusion
+from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder
 from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
-from spherefunc_bullet.compare.figures.study import Protocol, Study, ladder
 from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -194,8 +195,11 @@ def test_the_ladder_ends_at_half_and_holds_the_papers_sizes():
 
 def test_an_object_said_to_have_two_functions_counts_in_each():
     labels = Labels(("cup", "table"), np.array([[1, 0], [0, 0]], bool), np.zeros((2, 2), bool), np.array(["", ""]))
-    both, neither = Run(np.array([[0.9, 0.8]]), [], np.array([0])), Run(np.array([[0.1, 0.2]]), [], np.array([1]))
-    confusion = pooled_confusion(labels, [both, neither, neither])
+    both, neither = (
+        Trial(learnt=1, rows=np.array([row]), scores=np.array([scores]), weights=[])
+        for row, scores in enumerate(([0.9, 0.8], [0.1, 0.2]))
+    )
+    confusion = count_confusion(labels, both, neither, neither)
     assert confusion.labels == ("cup", "table", "none")
     assert confusion.counts.tolist() == [[1, 1, 0], [0, 0, 0], [0, 0, 2]]
     assert confusion.objects.tolist() == [1, 0, 2]
@@ -211,16 +215,14 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     record = ObjectRecord(
         path=Path("x"), size=np.full(3, 0.5), voxels=np.empty((0, 3)), settled={0.01: centers}, seconds={}, drops={}
     )
-    study = Study(
+    labels = Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""]))
+    evaluated = EvaluatedData(
         simulated=Simulated("one", open_dataset(data).objects[:1], (record,)),
-        labels=Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""])),
         radii=(0.01,),
-        method=find_method("default"),
         loading=Loading(),
-        protocol=Protocol(sizes=(2,)),
-        runs={},
-        left_out=np.empty((1, 0)),
+        protocol=Protocol(train_sizes=(2,)),
+        evaluation=Evaluation(labels=labels, method=find_method("default"), trials={}, left_out={}),
     )
-    cut = cut_slice(study, 0, axis=0)
+    cut = cut_slice(evaluated, 0, axis=0)
     counted = {tuple(cube): count for cube, count in zip(cut.cubes.tolist(), cut.counts.tolist(), strict=True)}
     assert counted == {(0, 0): 3, (0, 1): 1, (1, 0): 1}

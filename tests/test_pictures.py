@@ -50,7 +50,8 @@ def coloured(image) -> np.ndarray:
 
 def pixel(point, view: View, low, high) -> tuple[int, int]:
     """Return row and column of the ray that passes nearest to a point."""
-    origins, directions = camera_rays(view, low, high)
+    rays = camera_rays(view, low, high)
+    origins, directions = rays.origins, rays.directions
     offsets = point - origins
     along = (offsets * directions).sum(-1, keepdims=True)
     return np.unravel_index(np.argmin(np.linalg.norm(offsets - along * directions, axis=-1)), origins.shape[:2])
@@ -69,7 +70,7 @@ def test_a_sphere_on_a_plate_is_where_its_centre_projects(at):
 def test_a_sphere_covers_its_disc():
     center, radius = np.array([[0.0, 0.0, 0.05]]), 0.03
     low, high = scene_box(plate().vertices, center, radius)
-    origins, _ = camera_rays(FROM_ABOVE, low, high)
+    origins = camera_rays(FROM_ABOVE, low, high).origins
     side = np.linalg.norm(origins[0, 1] - origins[0, 0])
     covered = dark_blue(render(plate().vertices, plate().faces, center, radius, FROM_ABOVE)).sum() * side**2
     assert covered == pytest.approx(np.pi * radius**2, rel=0.08)  # about 200 pixels, of which 40 lie on the rim

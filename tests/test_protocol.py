@@ -9,28 +9,28 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation.baselines import (
+from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, evaluate, run_trial
+from spherefunc_bullet.compare.evaluation.features import (
+    Distances,
     baseline_distances,
     bounding_box_distances,
-    height_map,
+    cubes_and_heights,
     voxel_centers,
 )
-from spherefunc_bullet.compare.evaluation.evaluation import labels_of
 from spherefunc_bullet.compare.evaluation.protocol import (
     Labels,
     Split,
+    Splits,
+    labels_of,
     leave_one_group_out,
     leave_one_out,
-    pooled_measured,
     random_splits,
-    split_scores,
-    trials_measured,
 )
 from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices
-from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.method import METHODS, Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 PAPER = replace(METHODS["paper"], neighbors=(1,))  # answers known by hand
@@ -47,6 +47,17 @@ def on_a_line(places) -> dict:
     """Return the distances between objects that lie on a line, at one radius."""
     places = np.array(places, float)
     return {0.02: np.abs(places[:, None] - places)}
+
+
+def trials_quality(distances: Distances, labels: Labels, splits: list[Split], method: Method) -> FunctionQuality:
+    """Return how well cups are told over trials."""
+    return evaluate(distances, labels, method, Splits(halves={1: splits})).quality(1)["cup"]
+
+
+def pooled_quality(distances: Distances, labels: Labels, splits: list[Split]) -> FunctionQuality:
+    """Return how well cups are told, every object tested once."""
+    alone = Splits(halves={}, left_out={"all": splits})
+    return evaluate(distances, labels, PAPER, alone).left_out_quality("all")["cup"]
 
 
 def test_halves_are_disjoint_and_equal():
@@ -104,17 +115,15 @@ def test_figures_known_by_hand():
     # nearer to the others (a miss), the vase at 3 nearer to the cups (a false find).
     distances = on_a_line([0, 1, 9, 10, 2, 7, 3, 8])
     labels = line_labels([1, 1, 0, 0, 1, 1, 0, 0])
-    row = trials_measured(distances, labels, [Split(np.arange(4), np.arange(4, 8))], PAPER)["cup"]
+    row = trials_quality(distances, labels, [Split(np.arange(4), np.arange(4, 8))], PAPER)
     assert (row["precision"], row["recall"], row["f_measure"], row["accuracy"]) == (0.5, 0.5, 0.5, 0.5)
     assert row["radius"] == 0.02 and row["f_measure_std"] is None
 
 
 def test_scores_are_those_of_inverse_distances():
     distances = on_a_line([0, 1, 9, 10, 2])
-    scores, weights = split_scores(
-        distances, line_labels([1, 1, 0, 0, 1]), Split(np.arange(4), np.array([4])), PAPER
-    )
-    assert scores.tolist() == [[pytest.approx((1 / 1) / (1 / 1 + 1 / 7))]] and weights == [{0.02: 1.0}]
+    trial = run_trial(distances, line_labels([1, 1, 0, 0, 1]), Split(np.arange(4), np.array([4])), PAPER)
+    assert trial.scores.tolist() == [[pytest.approx((1 / 1) / (1 / 1 + 1 / 7))]] and trial.weights == [[{0.02: 1.0}]]
 
 
 def test_fair_score_leaves_out_what_is_true_as_well():
@@ -122,7 +131,7 @@ def test_fair_score_leaves_out_what_is_true_as_well():
     # Precision 1, recall 1/2.
     distances = on_a_line([0, 1, 9, 10, 2, 7, 3, 8])
     labels = line_labels([1, 1, 0, 0, 1, 1, 0, 0], also=[0, 0, 0, 0, 0, 0, 1, 0])
-    row = trials_measured(distances, labels, [Split(np.arange(4), np.arange(4, 8))], PAPER)["cup"]
+    row = trials_quality(distances, labels, [Split(np.arange(4), np.arange(4, 8))], PAPER)
     assert row["f_measure"] == 0.5 and row["f_measure_fair"] == pytest.approx(2 / 3, abs=5e-5)
 
 
@@ -130,7 +139,7 @@ def test_trials_are_averaged():
     distances = on_a_line([0, 1, 9, 10, 2, 7])
     labels = line_labels([1, 1, 0, 0, 1, 1])
     splits = [Split(np.arange(4), np.array([4])), Split(np.arange(4), np.array([5]))]  # F is 1, then 0
-    row = trials_measured(distances, labels, splits, PAPER)["cup"]
+    row = trials_quality(distances, labels, splits, PAPER)
     assert (row["f_measure"], row["f_measure_std"]) == (0.5, 0.5)
 
 
@@ -139,7 +148,7 @@ def test_pooled_counts_all_objects_together():
     # nearest cup, but the next other is nearer.
     distances = on_a_line([0, 1, 2, 3, 20, 21, 22, 23, 30])
     labels = line_labels([1, 1, 1, 1, 0, 0, 0, 0, 1])
-    row = pooled_measured(distances, labels, leave_one_out(9, 0), PAPER)["cup"]
+    row = pooled_quality(distances, labels, leave_one_out(9, 0))
     assert (row["precision"], row["recall"]) == (1, 0.8)
     assert row["f_measure"] == pytest.approx(2 * 0.8 / 1.8, abs=5e-5) and row["f_measure_std"] is None
 
@@ -147,7 +156,7 @@ def test_pooled_counts_all_objects_together():
 def test_groups_pool_too():
     distances = on_a_line([0, 10, 1, 11])
     labels = line_labels([1, 0, 1, 0], groups=["a", "a", "b", "b"])
-    row = pooled_measured(distances, labels, leave_one_group_out(labels.groups), PAPER)["cup"]
+    row = pooled_quality(distances, labels, leave_one_group_out(labels.groups))
     assert row["f_measure"] == row["accuracy"] == 1
 
 
@@ -157,10 +166,8 @@ def test_shuffled_labels_fall_to_chance(method):
     members = np.arange(60) < 20
     places = np.where(members, 0, 10) + random.normal(0, 1, 60)
     distances, splits = on_a_line(places), random_splits(60, 30, 10, 0)
-    true = trials_measured(distances, line_labels(members), splits, METHODS[method])["cup"]
-    shuffled = trials_measured(distances, line_labels(random.permutation(members)), splits, METHODS[method])[
-        "cup"
-    ]
+    true = trials_quality(distances, line_labels(members), splits, METHODS[method])
+    shuffled = trials_quality(distances, line_labels(random.permutation(members)), splits, METHODS[method])
     # A third of the objects are cups. One nearest of either side makes half of all members, so chance is
     # F = 2 (1/3) (1/2) / (1/3 + 1/2) = 0.4; ten trials on 30 objects stray from it by 0.05 or so.
     assert true["f_measure"] == 1 and shuffled["f_measure"] < 0.55
@@ -182,7 +189,7 @@ def test_bounding_box_distances_by_hand():
 def test_height_map_by_hand():
     side = 0.14  # of a square at r = 2 cm, which holds 28 voxels of 5 mm
     low, high = record([1, 1, 1], [(0, 0, 0), (0, 0, 9), (40, 0, 3)]), record([1, 1, 1], [(0, 0, 19)])
-    squares, heights = height_map(voxel_centers(low), side)
+    _, (squares, heights) = cubes_and_heights(voxel_centers(low), side)
     assert cube_indices(squares).tolist() == [[0, 0, 0], [1, 0, 0]]
     assert heights == pytest.approx([9.5 * VOXEL, 3.5 * VOXEL])
     distances = baseline_distances([low, high], (0.02,))["height_map"][0.02]

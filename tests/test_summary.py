@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page, standing
+from spherefunc_bullet.compare.demo.page import ClassifiedObject, Summary, page, rank_sentence
 from spherefunc_bullet.compare.evaluation.confusion import count_confusion
+from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 
 PICTURE = Image.fromarray(np.random.default_rng(0).integers(0, 255, (280, 320, 3), dtype=np.uint8))
@@ -71,7 +72,7 @@ def html() -> str:
         data="household",
         objects=200,
         results=[result(20, 0.7311, 0.61), result(100, 0.8457, 0.7923)],
-        confusion=count_confusion(LABELS, SCORES),
+        confusion=count_confusion(LABELS, Trial(learnt=3, rows=np.arange(4), scores=SCORES, weights=())),
         classified=[classified("mug <02>", ["cup"], predicted=["cup"]), classified("vase", predicted=["cup"])] * 4,
         figure=PICTURE,
         comparison=comparison(),
@@ -119,11 +120,11 @@ def test_verdicts_are_words(html):
     ],
 )
 def test_what_is_true_as_well_may_be_said_or_not(functions, also, predicted, verdict):
-    assert classified("object", functions, also, predicted).verdict == verdict
+    assert classified("object", functions, also, predicted).correctness == verdict
 
 
 def test_confusion_counts_every_function_said():
-    confusion = count_confusion(LABELS, SCORES)
+    confusion = count_confusion(LABELS, Trial(learnt=3, rows=np.arange(4), scores=SCORES, weights=()))
     assert confusion.labels == ("cup", "table", "none")
     assert confusion.objects.tolist() == [2, 1, 1]
     assert confusion.counts.tolist() == [[1, 0, 1], [1, 1, 0], [0, 0, 1]]
@@ -131,4 +132,4 @@ def test_confusion_counts_every_function_said():
 
 @pytest.mark.parametrize(("spheres", "said"), [(0.9, "cup ahead"), (0.5, "cup not ahead")])
 def test_the_page_says_where_a_baseline_is_ahead(spheres, said):
-    assert said in standing({"spheres": {"cup": figures(spheres)}, "bounding_box": {"cup": figures(0.7)}})
+    assert said in rank_sentence({"spheres": {"cup": figures(spheres)}, "bounding_box": {"cup": figures(0.7)}})

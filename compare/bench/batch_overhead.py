@@ -28,19 +28,21 @@ from spherefunc_bullet.simulator import Simulator, make_simulator
 
 from ..machine import machine
 
+Radii = Sequence[float]  # metres
 
-def plain_loop(dataset: Dataset, simulator: Simulator, radii) -> tuple[float, float]:
+
+def plain_loop(dataset: Dataset, simulator: Simulator, radii: Radii) -> tuple[float, float]:
     """Return the seconds of the loop, compilation excluded, and those of the simulations in it."""
     warm_up(simulator)
     load_cloud(dataset.objects[0].path)
     started, simulated = time.perf_counter(), 0.0
-    for each in dataset.objects:
-        cloud = load_cloud(each.path)
+    for item in dataset.objects:
+        cloud = load_cloud(item.path)
         simulated += sum(simulator.drop(cloud, drop_settings(simulator, radius), 0).seconds for radius in radii)
     return time.perf_counter() - started, simulated
 
 
-def batch_seconds(dataset: Dataset, simulator: Simulator, radii, jobs: int) -> tuple[float, float]:
+def batch_seconds(dataset: Dataset, simulator: Simulator, radii: Radii, jobs: int) -> tuple[float, float]:
     """Return the seconds of a batch: all of it, and from its first object's end to its last's.
 
     The latter is without the start of the processes, some seconds however long the run, and scaled to all objects.
@@ -53,7 +55,7 @@ def batch_seconds(dataset: Dataset, simulator: Simulator, radii, jobs: int) -> t
     return ends[-1] - started, (ends[-1] - ends[jobs - 1]) * len(ends) / max(len(ends) - jobs, 1)
 
 
-def processor_seconds(dataset: Dataset, simulator: Simulator, radii) -> tuple[float, float]:
+def processor_seconds(dataset: Dataset, simulator: Simulator, radii: Radii) -> tuple[float, float]:
     """Return the processor seconds of the plain loop, and of a batch's work on the same objects in this process."""
     started = time.process_time()
     plain_loop(dataset, simulator, radii)
@@ -70,11 +72,11 @@ def in_this_process(tasks: Sequence[Task], folder: RunFolder) -> Outcomes:
         yield index, settled_rows(task.path, task, folder)
 
 
-def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, radii, rounds: int):
+def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, radii: Radii, rounds: int):
     """Print processor seconds, best of the rounds, and what a batch adds."""
     plain_loop(shard_of(dataset, (1, len(dataset))), simulator, radii)  # compiles and loads
     measured = [processor_seconds(dataset, simulator, radii) for _ in range(rounds)]
-    loop, batch = (min(each) for each in zip(*measured, strict=True))
+    loop, batch = map(min, zip(*measured, strict=True))
     seconds = f"plain loop {loop:.2f} s, batch {batch:.2f} s of processor time"
     print(f"{title}: {seconds}; a batch adds {batch / loop - 1:.1%}")
 
@@ -101,7 +103,7 @@ def main():
         one.append(batch_seconds(dataset, simulator, radii, 1))
         two.append(batch_seconds(dataset, simulator, radii, 2))
     loop, simulated = min(loops)
-    (whole, steady), (whole_two, steady_two) = (map(min, zip(*each, strict=True)) for each in (one, two))
+    (whole, steady), (whole_two, steady_two) = (map(min, zip(*pairs, strict=True)) for pairs in (one, two))
     rows = [["plain loop", f"{loop:.2f}", f"{simulated:.2f}"], ["batch, 1 process", f"{whole:.2f}", f"{steady:.2f}"]]
     rows += [["batch, 2 processes", f"{whole_two:.2f}", f"{steady_two:.2f}"]]
     print_table(title, ["", "seconds", "of them simulation, or without the start"], rows)

@@ -9,30 +9,23 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TypeVar
 
 from spherefunc_bullet.console import print_json, print_table, progress, say
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.quantities import format_length, parse_length
 
 from ..machine import machine, usable_backends
-from .peer import peer_mug
-from .timing import (
-    Growth,
-    PeerTiming,
-    StageTiming,
-    Timing,
-    time_growth,
-    time_peer,
-    time_simulation,
-    time_stages,
-)
+from .peer import NaiveRun, peer_mug, run_naively
+from .timing import Case, Growth, StageTiming, Timing, time_growth, time_simulation, time_stages
 
+Made = TypeVar("Made")
 OBJECTS = {  # of the catalogue: title, name, radius
     "fast": [
         ("mug", "mug_01", "5mm"),
@@ -47,15 +40,6 @@ STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
 PEER_RADIUS = parse_length("5mm")
 TABLE_RADIUS = parse_length("1cm")
 PEER_SECONDS = 30.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Case:
-    """One object to be measured."""
-
-    title: str
-    path: Path
-    radius: float  # metres
 
 
 def cases(backend: str, table: Path, quick: bool) -> list[Case]:
@@ -81,7 +65,7 @@ def write_plain_table(folder: Path) -> Path:
     return path
 
 
-def apart(function, *arguments):
+def apart(function: Callable[..., Made], *arguments: object) -> Made:
     """Return what a function returns in a fresh process."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         return pool.submit(function, *arguments).result()
@@ -95,27 +79,14 @@ def use_one_core():
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
-def measure(chosen: list[Case], backend: str, repeats: int) -> list[Timing]:
-    """Return the simulation's timing of every case."""
-    doing = progress(chosen, len(chosen), f"timing {backend}")
-    return [apart(time_simulation, each.title, each.path, each.radius, backend, repeats) for each in doing]
-
-
-def measure_stages(chosen: list[Case], backend: str, repeats: int) -> list[StageTiming]:
-    """Return the timing of sampling, simulation and histogram, each file once."""
-    doing = progress(chosen, len(chosen), "timing the stages")
-    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
-    return [apart(time_stages, each.title, each.path, radius, backend, repeats) for each in doing]
-
-
-def measure_peer() -> PeerTiming | None:
-    """Return the naive script's timing on PyBullet's mug, or None where PyBullet is not installed."""
+def measure_peer() -> NaiveRun | None:
+    """Return what the naive script does on PyBullet's mug, or None where PyBullet is not installed."""
     mug = peer_mug()
     if mug is None:
         say("The naive PyBullet script is left out: PyBullet is not installed (pip install spherefunc-bullet[bullet]).")
         return None
     say(f"Running the naive PyBullet script for up to {PEER_SECONDS:g} s …")
-    return apart(time_peer, mug, PEER_RADIUS, PEER_SECONDS)
+    return apart(run_naively, mug, PEER_RADIUS, PEER_SECONDS)
 
 
 def print_timings(timings: Iterable[Timing], backend: str):
@@ -123,14 +94,14 @@ def print_timings(timings: Iterable[Timing], backend: str):
     head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
     rows = [
         [
-            each.title,
-            format_length(each.radius),
-            *(f"{count:,}" for count in (each.points, each.settled, each.drops)),
-            *(f"{seconds:.3f}" for seconds in (each.best, each.median)),
-            *(f"{rate:,.0f}" for rate in (each.drops / each.best, each.settled / each.best)),
-            f"{each.peak_bytes / 2**20:,.0f}",
+            timing.title,
+            format_length(timing.radius),
+            *(f"{count:,}" for count in (timing.points, timing.settled, timing.drops)),
+            *(f"{seconds:.3f}" for seconds in (timing.best, timing.median)),
+            *(f"{count / timing.best:,.0f}" for count in (timing.drops, timing.settled)),
+            "" if timing.peak_bytes is None else f"{timing.peak_bytes / 2**20:,.0f}",
         ]
-        for each in timings
+        for timing in timings
     ]
     print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
 
@@ -139,12 +110,12 @@ def print_stages(stages: Iterable[StageTiming], backend: str):
     """Print what an object costs before and after its simulation."""
     rows = [
         [
-            each.title,
-            f"{each.points:,}",
-            *(f"{1000 * seconds:.1f}" for seconds in (each.sampling, each.simulation, each.histogram)),
-            f"{(each.sampling + each.histogram) / each.simulation:.2f}" if each.simulation else "",
+            stage.title,
+            f"{stage.points:,}",
+            *(f"{1000 * seconds:.1f}" for seconds in (stage.sampling, stage.simulation, stage.histogram)),
+            f"{(stage.sampling + stage.histogram) / stage.simulation:.2f}" if stage.simulation else "",
         ]
-        for each in stages
+        for stage in stages
     ]
     head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
     radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
@@ -159,28 +130,17 @@ def print_growth(growth: Growth, backend: str):
     )
 
 
-def print_peer(peer: PeerTiming, ours: dict[str, Timing]):
+def print_peer(peer: NaiveRun, ours: Mapping[str, Timing]):
     """Print the naive script beside the same mesh in the backends."""
-    end = "to the miss limit" if peer.finished else "stopped by the clock"
-    naive = peer.drops / peer.seconds
-    rows = [
-        [
-            "naive PyBullet script",
-            f"{peer.drops:,}",
-            f"{peer.settled:,}",
-            f"{peer.seconds:.1f}",
-            f"{naive:,.1f}",
-            "1",
-            end,
-        ]
-    ]
+    naive, end = peer.drops / peer.seconds, "to the miss limit" if peer.finished else "stopped by the clock"
+    start = ["naive PyBullet script", f"{peer.drops:,}", f"{peer.settled:,}"]
+    rows = [[*start, f"{peer.seconds:.1f}", f"{naive:,.1f}", "1", end]]
     for backend, timing in ours.items():
         rate = timing.drops / timing.best
-        rows.append([backend, f"{timing.drops:,}", f"{timing.settled:,}", f"{timing.best:.4f}", f"{rate:,.0f}"])
-        rows[-1] += [f"{rate / naive:,.0f}", "to the miss limit"]
-    radius = format_length(PEER_RADIUS)
-    head = [f"the same mug, r = {radius}", "drops", "settled", "seconds", "drops/s", "times naive", "ended"]
-    print_table("\nThe peer", head, rows)
+        start = [backend, f"{timing.drops:,}", f"{timing.settled:,}"]
+        rows.append([*start, f"{timing.best:.4f}", f"{rate:,.0f}", f"{rate / naive:,.0f}", "to the miss limit"])
+    head = [f"the same mug, r = {format_length(PEER_RADIUS)}", "drops", "settled", "seconds", "drops/s", "times naive"]
+    print_table("\nThe peer", [*head, "ended"], rows)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,12 +159,14 @@ class BackendBench:
             print_growth(self.growth, backend)
 
 
-def bench(backend: str, chosen: list[Case], repeats: int) -> BackendBench:
-    """Measure one backend."""
-    simulation = measure(chosen, backend, repeats)
-    stages = measure_stages(chosen, backend, repeats)
-    tables = [each for each in chosen if each.title == PLAIN_TABLE]
-    growth = [apart(time_growth, each.title, each.path, each.radius, backend, repeats) for each in tables]
+def measure(chosen: list[Case], backend: str, repeats: int) -> BackendBench:
+    """Measure one backend, each object in a process of its own."""
+    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    timed = progress(chosen, len(chosen), f"timing {backend}")
+    simulation = [apart(time_simulation, case, backend, repeats) for case in timed]
+    staged = progress(chosen, len(chosen), "timing the stages")
+    stages = [apart(time_stages, replace(case, radius=radius), backend, repeats) for case in staged]
+    growth = [apart(time_growth, case, backend, repeats) for case in chosen if case.title == PLAIN_TABLE]
     return BackendBench(simulation=simulation, stages=stages, growth=growth[0] if growth else None)
 
 
@@ -226,27 +188,22 @@ def main():
     options = arguments()
     use_one_core()
     repeats = 1 if options.quick else 3
-    found = {}
+    measured: dict[str, BackendBench] = {}
     with TemporaryDirectory() as folder:
         table = write_plain_table(Path(folder))
         for backend in usable_backends(options.backends.split(",")):
             chosen = cases(backend, table, options.quick)
             if options.file is not None:
                 chosen = [Case(title=options.file.name, path=options.file, radius=parse_length(options.radius))]
-            found[backend] = bench(backend, chosen, repeats)
+            measured[backend] = measure(chosen, backend, repeats)
     peer = None if options.quick or options.file is not None else measure_peer()
     if options.json:
-        print_json(
-            {
-                "machine": machine(),
-                "repeats": repeats,
-                "backends": {name: asdict(each) for name, each in found.items()},
-                "peer": None if peer is None else asdict(peer),
-            }
-        )
+        backends = {name: asdict(of_backend) for name, of_backend in measured.items()}
+        about = {"machine": machine(), "repeats": repeats, "backends": backends}
+        print_json(about | {"peer": None if peer is None else asdict(peer)})
         return
-    for backend, each in found.items():
-        each.print(backend)
+    for name, of_backend in measured.items():
+        of_backend.print(name)
     if peer is not None:
-        print_peer(peer, {backend: each.simulation[0] for backend, each in found.items()})
+        print_peer(peer, {name: of_backend.simulation[0] for name, of_backend in measured.items()})
     print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

@@ -47,16 +47,16 @@ def bytes_per_row(ledger: Ledger) -> float:
     return pages * size / max(rows, 1)
 
 
-def cost_rows(found: Iterable[Cost]) -> list[list[str]]:
+def cost_rows(measured: Iterable[Cost]) -> list[list[str]]:
     """Return the table of measured costs."""
     return [
-        [each.backend, format_length(each.radius), str(each.objects), f"{each.seconds:.3f}", f"{each.drops:,.0f}"]
-        + [format_memory(each.bytes)]
-        for each in found
+        [cost.backend, format_length(cost.radius), str(cost.objects), f"{cost.seconds:.3f}", f"{cost.drops:,.0f}"]
+        + [format_memory(cost.bytes)]
+        for cost in measured
     ]
 
 
-def extrapolated(found: list[Cost], overhead: float, row_bytes: float) -> list[list[str]]:
+def extrapolated(measured: list[Cost], overhead: float, row_bytes: float) -> list[list[str]]:
     """Return the table of larger collections, by backend, all radii of the run together.
 
     Parameters
@@ -65,13 +65,13 @@ def extrapolated(found: list[Cost], overhead: float, row_bytes: float) -> list[l
         Seconds an object takes beside its simulations: reading, sampling, hashing.
     """
     rows = []
-    for backend in dict.fromkeys(each.backend for each in found):
-        mine = [each for each in found if each.backend == backend]
-        seconds, size = sum(each.seconds for each in mine) + overhead, sum(each.bytes for each in mine)
+    for backend in dict.fromkeys(cost.backend for cost in measured):
+        own = [cost for cost in measured if cost.backend == backend]
+        seconds, size = sum(cost.seconds for cost in own) + overhead, sum(cost.bytes for cost in own)
         for name, count in COLLECTIONS.items():
             times = [format_duration(count * seconds / cores) for cores in CORES]
-            files, ledger = format_memory(count * size), format_memory(count * len(mine) * row_bytes)
-            rows.append([f"{backend}, {name}", f"{count:,}", *times, files, f"{count * len(mine):,}", ledger])
+            files, ledger = format_memory(count * size), format_memory(count * len(own) * row_bytes)
+            rows.append([f"{backend}, {name}", f"{count:,}", *times, files, f"{count * len(own):,}", ledger])
     return rows
 
 
@@ -81,16 +81,16 @@ def main():
     parser.add_argument("--run", type=Path, required=True, action="append", help="may be repeated")
     parser.add_argument("--overhead", type=float, default=0.0, help="seconds an object takes beside its simulations")
     given = parser.parse_args()
-    found, sizes = [], []
+    measured, sizes = [], []
     for run in given.run:
         with RunFolder(run).ledger() as ledger:
-            found += costs(ledger)
+            measured += costs(ledger)
             sizes.append(bytes_per_row(ledger))
     columns = ["backend", "radius", "objects", "s/object", "drops", "file"]
-    print_table("Measured, the mean of an object", columns, cost_rows(found))
+    print_table("Measured, the mean of an object", columns, cost_rows(measured))
     cores = [f"{count:,} core{'s' * (count > 1)}" for count in CORES]
     columns = ["collection", "objects", *cores, "centres", "files", "ledger"]
-    larger = extrapolated(found, given.overhead, max(sizes))
+    larger = extrapolated(measured, given.overhead, max(sizes))
     print_table(f"\nExtrapolated, {max(sizes):.0f} bytes a ledger row", columns, larger)
 
 

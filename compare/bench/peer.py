@@ -6,12 +6,22 @@ measured, not used; the ``bullet`` backend does better.
 
 from __future__ import annotations
 
+import os
+import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+from spherefunc_bullet.clouds.cloud import placed
+from spherefunc_bullet.formats.reading import read_geometry
+
+if TYPE_CHECKING:
+    from pybullet_utils.bullet_client import BulletClient
 
 GRAVITY = -9.81  # m/s^2
 MASS = 0.01  # kg, of a sphere
@@ -29,56 +39,49 @@ def peer_mug() -> Path | None:
     return Path(pybullet_data.getDataPath()) / "objects" / "mug.obj"
 
 
-@dataclass
+@dataclass(frozen=True, kw_only=True)
 class NaiveRun:
     """What came of the script, as far as it got."""
 
-    settled: int = 0
-    missed: int = 0
-    misses: int = 0  # in a row
-    seconds: float = 0.0
-    finished: bool = False  # by the miss limit; otherwise the time was up
-
-    @property
-    def drops(self) -> int:
-        return self.settled + self.missed
+    drops: int
+    settled: int
+    seconds: float
+    finished: bool  # by the miss limit; otherwise the time was up
 
 
-def run_naively(vertices, faces, radius: float, *, seconds: float, miss_limit: int = 50, seed: int = 0) -> NaiveRun:
-    """Drop spheres on a mesh until the miss limit, or until the time is up.
+def run_naively(path: Path, radius: float, seconds: float, miss_limit: int = 50, seed: int = 0) -> NaiveRun:
+    """Drop spheres of a radius in metres on a mesh until the miss limit, or until so many seconds are over.
 
-    Parameters
-    ----------
-    vertices, faces : (N, 3) float, (M, 3) int
-        Metres, z up, standing on z = 0.
-    radius : float, metres
-    seconds : float
-        Wall time at which to stop.
+    For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
     """
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     import pybullet as p
     from pybullet_utils.bullet_client import BulletClient
 
+    geometry = read_geometry(path)
+    vertices = placed(geometry.vertices)  # where the simulator has it
     client = BulletClient(connection_mode=p.DIRECT)
     client.setGravity(0, 0, GRAVITY)
-    add_object(client, vertices, faces)
+    add_object(client, vertices, geometry.faces)
     sphere = client.createCollisionShape(p.GEOM_SPHERE, radius=radius)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    columns, run, top = np.random.default_rng(seed), NaiveRun(), high[2]
-    started = time.perf_counter()
-    while run.misses < miss_limit and run.seconds < seconds:
+    columns, top = np.random.default_rng(seed), high[2]
+    drops = settled = misses = 0  # misses in a row
+    started, spent = time.perf_counter(), 0.0
+    while misses < miss_limit and spent < seconds:
         x, y = columns.uniform(low[:2], high[:2])
         height = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
-        run.misses = run.misses + 1 if height is None else 0
-        run.missed += height is None
-        run.settled += height is not None
-        top = top if height is None else max(top, height + radius)
-        run.seconds = time.perf_counter() - started
-    run.finished = run.misses >= miss_limit
+        drops += 1
+        if height is None:
+            misses += 1
+        else:
+            misses, settled, top = 0, settled + 1, max(top, height + radius)
+        spent = time.perf_counter() - started
     client.disconnect()
-    return run
+    return NaiveRun(drops=drops, settled=settled, seconds=spent, finished=misses >= miss_limit)
 
 
-def add_object(client, vertices, faces):
+def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
     """Add a mesh as a static body, hollows and all."""
     import pybullet as p
     import trimesh
@@ -90,7 +93,7 @@ def add_object(client, vertices, faces):
     client.createMultiBody(0, shape)
 
 
-def drop_naively(client, sphere: int, start, radius: float) -> float | None:
+def drop_naively(client: BulletClient, sphere: int, start: Sequence[float], radius: float) -> float | None:
     """Return the height in metres at which one sphere comes to rest, or None if it misses or never does."""
     body = client.createMultiBody(MASS, sphere, basePosition=start)
     slow = 0

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-import os
 import statistics
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
-from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud, placed
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.learning.histogram import CubeHistogram
+from spherefunc_bullet.processes.memory import peak_bytes
+from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
+
+SPAN = 500  # settled spheres, at the beginning and at the end
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One object to be measured."""
+
+    title: str
+    path: Path
+    radius: float  # metres
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +40,7 @@ class Timing:
     drops: int
     best: float  # seconds
     median: float  # seconds
-    peak_bytes: int  # of the whole process, interpreter and libraries included
+    peak_bytes: int | None  # of the whole process, interpreter and libraries included
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,25 +64,13 @@ class Growth:
     last: float  # a drop, while the last ones settle
 
 
-@dataclass(frozen=True, kw_only=True)
-class PeerTiming:
-    """The naive script on one object."""
-
-    drops: int
-    settled: int
-    seconds: float
-    finished: bool
-
-
-def time_simulation(title: str, path: Path, radius: float, backend: str, repeats: int) -> Timing:
+def time_simulation(case: Case, backend: str, repeats: int) -> Timing:
     """Return one object's timing; loading and compilation are not in it."""
-    simulator, cloud = make_simulator(backend), load_cloud(path)
-    warm_up(simulator)
-    settings = DropSettings(radius=radius)
-    seconds, result = timed(lambda: simulator.drop(cloud, settings, 0), repeats)
+    simulator, cloud = warm(case, backend)
+    seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
     return Timing(
-        title=title,
-        radius=radius,
+        title=case.title,
+        radius=case.radius,
         points=len(cloud),
         settled=result.settled,
         drops=result.drops,
@@ -79,80 +80,48 @@ def time_simulation(title: str, path: Path, radius: float, backend: str, repeats
     )
 
 
-def time_growth(title: str, path: Path, radius: float, backend: str, repeats: int, span: int = 500) -> Growth:
+def time_growth(case: Case, backend: str, repeats: int) -> Growth:
     """Return what a drop costs during the first and the last so many settled spheres.
 
     From runs that stop early, which are the beginnings of the whole one; the one that stops at the first sphere holds
     what comes before any drop.
     """
-    simulator, cloud = make_simulator(backend), load_cloud(path)
-    warm_up(simulator)
-    whole = simulator.drop(cloud, DropSettings(radius=radius), 0)
-    span = min(span, whole.settled // 2)
-    stops = [1, span, whole.settled - span, whole.settled]
-    runs = [
-        min(
-            (simulator.drop(cloud, DropSettings(radius=radius, max_spheres=stop), 0) for _ in range(repeats)),
-            key=lambda run: run.seconds,
-        )
-        for stop in stops
-    ]
+    simulator, cloud = warm(case, backend)
+    settled = simulator.drop(cloud, DropSettings(radius=case.radius), 0).settled
+    span = min(SPAN, settled // 2)
+    runs = []
+    for stop in (1, span, settled - span, settled):
+        settings = DropSettings(radius=case.radius, max_spheres=stop)
+        runs.append(min((simulator.drop(cloud, settings, 0) for _ in range(repeats)), key=lambda run: run.seconds))
     first, last = (
-        (after.seconds - before.seconds) / (after.drops - before.drops)
-        for before, after in ((runs[0], runs[1]), (runs[2], runs[3]))
+        (after.seconds - before.seconds) / (after.drops - before.drops) for before, after in (runs[:2], runs[2:])
     )
-    return Growth(title=title, settled=whole.settled, first=first, last=last)
+    return Growth(title=case.title, settled=settled, first=first, last=last)
 
 
-def time_stages(title: str, path: Path, radius: float, backend: str, repeats: int) -> StageTiming:
+def time_stages(case: Case, backend: str, repeats: int) -> StageTiming:
     """Return what sampling, simulation and histogram of one object cost; a cloud is not sampled."""
-    simulator, geometry = make_simulator(backend), read_geometry(path)
-    warm_up(simulator)
-    sampling, cloud = [0.0], load_cloud(path)
+    geometry, (simulator, cloud), sampling = read_geometry(case.path), warm(case, backend), [0.0]
     if len(geometry.faces):
         sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), repeats)
-    simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=radius), 0), repeats)
-    histogram, _ = timed(lambda: CubeHistogram(radius).fit_transform([result.centers]), repeats)
+    simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
+    histogram, _ = timed(lambda: CubeHistogram(case.radius).fit_transform([result.centers]), repeats)
     stages = {"sampling": min(sampling), "simulation": min(simulation), "histogram": min(histogram)}
-    return StageTiming(title=title, points=len(cloud), **stages)
+    return StageTiming(title=case.title, points=len(cloud), **stages)
 
 
-def time_peer(path: Path, radius: float, seconds: float) -> PeerTiming:
-    """Return the naive script's timing on a mesh, moved to where the simulator has it.
-
-    For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
-    """
-    from .peer import run_naively
-
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    geometry = read_geometry(path)
-    run = run_naively(placed(geometry.vertices), geometry.faces, radius, seconds=seconds)
-    return PeerTiming(drops=run.drops, settled=run.settled, seconds=run.seconds, finished=run.finished)
+def warm(case: Case, backend: str) -> tuple[Simulator, Cloud]:
+    """Return a simulator and an object's cloud, all that has to be compiled for them compiled."""
+    simulator, cloud = make_simulator(backend), load_cloud(case.path)
+    warm_up(simulator)
+    return simulator, cloud
 
 
-def warm_up(simulator: Simulator):
-    """Compile everything: sampling, simulation and histogram of a small box."""
-    import trimesh
-
-    box = trimesh.creation.box((0.1, 0.1, 0.1))
-    cloud: Cloud = cloud_from_mesh(box.vertices, box.faces, "box")
-    result = simulator.drop(cloud, DropSettings(radius=0.01), 0)
-    CubeHistogram(0.01).fit_transform([result.centers])
-
-
-def timed(run: Callable, repeats: int) -> tuple[list[float], object]:
+def timed(make: Callable[[], Made], repeats: int) -> tuple[list[float], Made]:
     """Return the seconds of every run, and what the last returned."""
-    seconds, found = [], None
+    seconds = []
     for _ in range(repeats):
         started = time.perf_counter()
-        found = run()
+        made = make()
         seconds.append(time.perf_counter() - started)
-    return seconds, found
-
-
-def peak_bytes() -> int:
-    """Return the most memory that this process has had."""
-    import resource
-
-    unit = 1 if sys.platform == "darwin" else 1024  # macOS counts bytes, Linux kibibytes
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    return seconds, made

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from spherefunc_bullet.commands.options import Jobs, Json, RunDir
 from spherefunc_bullet.console import Failures, print_json, print_table
 from spherefunc_bullet.errors import InputError
+
+if TYPE_CHECKING:
+    from ..comparison.experiment import Experiment
+    from ..comparison.report import Report
 
 
 def compare(
@@ -43,8 +48,8 @@ def compare(
     from spherefunc_bullet.formats.writing import prepare_folder
 
     from ..comparison.comparison import compare_entries
-    from ..comparison.entries import hold, require_splittable, settled_experiment
-    from ..comparison.experiment import contestants, read_experiment
+    from ..comparison.entries import repeatable, require_splittable, simulate_candidates
+    from ..comparison.experiment import candidates, read_experiment
     from ..comparison.files import write_report
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
@@ -55,26 +60,29 @@ def compare(
         experiment = read_experiment(Path(data))
     else:
         experiment = experiment_of(data, given)
-    compared, dataset = contestants(experiment), open_dataset(experiment.data)
+    compared, dataset = candidates(experiment), open_dataset(experiment.data)
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    contest = hold(dataset, compared, experiment, jobs, failures, run)
-    experiment = settled_experiment(experiment, contest)
-    found = compare_entries(contest, experiment)
+    comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
+    experiment = repeatable(experiment, comparison)
+    figures = compare_entries(comparison, experiment)
     if report is not None:
-        write_report(report, found, contest, experiment)
-    print_json({name: value for name, value in found.items() if name != "per_object"}) if json else show(found)
+        write_report(report, figures, comparison, experiment)
+    if json:
+        print_json({name: value for name, value in figures.items() if name != "per_object"})
+    else:
+        print_report(figures)
     failures.exit()
 
 
-def refuse_options(data: str, given: dict):
+def refuse_options(data: str, given: Mapping[str, Any]):
     """Raise InputError if an experiment's file is given options as well, which would make it another experiment."""
     if given:
         raise InputError(f"{data}: expected no --{' or --'.join(given)} beside an experiment; write it into the file")
 
 
-def experiment_of(data: str, given: dict):
+def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     """Return the experiment that options describe.
 
     A backend that is named has to be installed; of the default ones those that are not are said and left out.
@@ -98,18 +106,18 @@ def experiment_of(data: str, given: dict):
 
 def names(option: str, text: str) -> tuple[str, ...]:
     """Return the different names of a comma-separated list."""
-    found = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
-    if not found:
+    given = tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+    if not given:
         raise InputError(f"--{option} {text!r}: expected at least one name")
-    return found
+    return given
 
 
-def show(found: dict):
+def print_report(report: Report):
     """Print the tables and the answer."""
     from ..comparison.tables import tables
 
-    for table in tables(found):
+    for table in tables(report):
         print_table(f"{table.title}\n", table.columns, table.rows)
         print()
-    print("\n".join(f"{name}: {value}" for name, value in found["machine"].items()))
-    print(f"\n{found['answer']}")
+    print("\n".join(f"{name}: {value}" for name, value in report["machine"].items()))
+    print(f"\n{report['answer']}")

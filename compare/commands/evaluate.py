@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,11 +20,13 @@ from spherefunc_bullet.commands.options import (
     Up,
     simulator_options,
 )
-from spherefunc_bullet.console import Failures, say
+from spherefunc_bullet.console import Failures
 from spherefunc_bullet.quantities import parse_lengths
 
 from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
-from ..evaluation.tables import report
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.batch.simulated import Simulated
 
 
 def evaluate(
@@ -53,13 +55,15 @@ def evaluate(
     from spherefunc_bullet.settling.records import Loading
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..evaluation.evaluation import Options
+    from ..evaluation.protocol import Protocol
+    from ..evaluation.results import evaluate_features, results_of, transfer_result
+    from ..evaluation.tables import About, print_results
 
     failures = Failures()
     lengths, chosen = parse_lengths(radii), find_method(method)
     simulator = make_simulator(backend, **simulator_options(shape))
 
-    def simulated(name):
+    def simulated(name: str) -> Simulated:
         """Return a data set by name, simulated."""
         loading = Loading(up=up, units=units)
         dataset = open_dataset(name)
@@ -67,48 +71,23 @@ def evaluate(
             dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
         )
 
-    objects = simulated(data)
+    learnt = simulated(data)
     if alternatives:
         from ..evaluation.alternatives import print_alternatives
 
-        print_alternatives(objects, lengths, trials, seed, json)
+        print_alternatives(learnt, lengths, trials, seed, json)
         failures.exit()
         return
     if test is not None:
-        results, count = transfer(objects, simulated(test), lengths, chosen), len(objects.objects)
+        results = [transfer_result(learnt, simulated(test), lengths, chosen)]
     else:
-        sizes = wanted_sizes(train_sizes, len(objects.objects))
-        options = Options(sizes, trials, seed, leave_one_out, groups)
-        results, count = measured(objects, lengths, chosen, options), len(objects.objects)
-    about = {"backend": backend, "method": chosen.name, "data": objects.name, "objects": count, "radii": lengths}
-    report(about, results, json)
+        sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
+        protocol = Protocol(
+            train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups
+        )
+        results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
+    about = About(
+        backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths
+    )
+    print_results(about, results, json)
     failures.exit()
-
-
-def measured(objects, radii, method, options) -> list[dict]:
-    """Return the results of the protocols that were asked for."""
-    from ..evaluation.evaluation import all_features, labels_of, protocols
-
-    labels = labels_of(objects)
-    features, methods = all_features(objects, radii, method)
-    return protocols(features, labels, options, methods)
-
-
-def transfer(learnt, tested, radii, method) -> list[dict]:
-    """Return the result of learning on one data set and testing on another."""
-    from spherefunc_bullet.batch.simulated import Simulated
-
-    from ..evaluation.evaluation import all_features, evaluate_transfer, labels_of
-
-    unknown = set().union(*(each.functions for each in tested.objects)) - labels_of_names(learnt)
-    if unknown:
-        say(f"{tested.name}: no training object is labelled {', '.join(sorted(unknown))}; those can't be found")
-    both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
-    labels_of(learnt)  # refuses a training set of one label only
-    features, methods = all_features(both, radii, method)
-    return [evaluate_transfer(features, labels_of(both), len(learnt.objects), methods)]
-
-
-def labels_of_names(simulated) -> set[str]:
-    """Return the functions that a data set's objects have."""
-    return set().union(*(each.functions for each in simulated.objects))

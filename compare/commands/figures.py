@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,8 +22,13 @@ from spherefunc_bullet.commands.options import (
     simulator_options,
 )
 from spherefunc_bullet.console import Failures, print_json, progress, say
-from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import parse_lengths
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.datasets.dataset import Dataset
+    from spherefunc_bullet.simulator import Simulator
+
+    from ..figures.evaluated_data import EvaluatedData
 
 SIZES = "20,45,85"  # the paper's
 
@@ -46,34 +51,35 @@ def figures(
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.formats.writing import prepare_folder
     from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.settling.records import Loading
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..figures.study import Protocol, run_study
+    from ..evaluation.protocol import Protocol
+    from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
     lengths, chosen, loading = parse_lengths(radii), find_method(method), Loading(up=up, units=units)
     simulator = make_simulator(backend, **simulator_options(shape))
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
-    make_folder(out)
+    prepare_folder(out)
     simulated = simulate_dataset(
         dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, failed=failures.add
     )
-    sizes = told_sizes(train_sizes, len(simulated.objects))
-    protocol = Protocol(sizes=sizes, trials=trials, seed=seed)
-    study = run_study(simulated, lengths, chosen, loading, protocol)
-    written = write_figures(study, out, simulator, failures.count)
+    protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
+    evaluated = evaluate_data(simulated, lengths, chosen, loading, protocol)
+    written = write_figures(evaluated, out, simulator, failures.count)
     print_json([str(path) for path in written]) if json else print(*written, sep="\n")
     failures.exit()
 
 
-def require_splittable(dataset, train_sizes: str):
+def require_splittable(dataset: Dataset, train_sizes: str):
     """Raise InputError before the spheres fall, which may take hours, if no figure could be drawn from them."""
     from spherefunc_bullet.batch.simulated import Simulated
 
-    from ..evaluation.evaluation import labels_of
+    from ..evaluation.protocol import labels_of
     from ..evaluation.sizes import fitting_sizes, require_enough
 
     labels_of(Simulated(dataset.name, dataset.objects, ()))
@@ -81,15 +87,7 @@ def require_splittable(dataset, train_sizes: str):
     fitting_sizes(train_sizes, len(dataset))
 
 
-def make_folder(out: Path):
-    """Make the folder for the figures."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: expected a folder that can be made; {error.strerror}") from error
-
-
-def told_sizes(train_sizes: str, count: int) -> tuple[int, ...]:
+def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
     """Return the training sizes that fit, and say what stands in for those that do not."""
     from ..evaluation.sizes import fitting_sizes
 
@@ -100,8 +98,10 @@ def told_sizes(train_sizes: str, count: int) -> tuple[int, ...]:
     return sizes
 
 
-def write_figures(study, out: Path, simulator, left_out: int) -> list[Path]:
+def write_figures(data: EvaluatedData, out: Path, simulator: Simulator, left_out: int) -> list[Path]:
     """Write all figures, their captions, and how they were made; return the paths."""
+    from spherefunc_bullet.formats.writing import write_text
+
     from ..figures.confusion_matrices import confusion_matrices
     from ..figures.function_quality import function_quality
     from ..figures.histogram_slice import histogram_slice
@@ -113,38 +113,30 @@ def write_figures(study, out: Path, simulator, left_out: int) -> list[Path]:
     kinds = (typical_objects, histogram_slice, learning_curve, function_quality, confusion_matrices, membership)
     paths, captions = [], []
     for kind in progress(kinds, len(kinds), "drawing"):
-        plate = kind(study)
+        plate = kind(data)
         paths += write_plate(plate, out)
         captions.append(f"**{plate.stem}.** {plate.caption}\n")
-    about = json_format.dumps(configuration(study, simulator, left_out), indent=2)
-    return [*paths, write_text(out / "captions.md", "\n".join(captions)), write_text(out / "figures.json", about)]
+    about = json_format.dumps(configuration(data, simulator, left_out), indent=2)
+    paths.append(write_text(out / "captions.md", "\n".join(captions) + "\n"))
+    return [*paths, write_text(out / "figures.json", about + "\n")]
 
 
-def configuration(study, simulator, left_out: int) -> dict:
+def configuration(data: EvaluatedData, simulator: Simulator, left_out: int) -> dict[str, Any]:
     """Return what decides the figures."""
     from ..machine import versions
 
     return {
-        "data": study.simulated.name,
-        "objects": len(study.simulated.objects),
+        "data": data.name,
+        "objects": len(data.simulated.objects),
         "files_left_out": left_out,
-        "functions": study.labels.functions,
+        "functions": data.labels.functions,
         "backend": simulator.name,
         "backend_version": simulator.version,
         "backend_options": simulator.options(),
-        "method": study.method.name,
-        "radii": study.radii,
-        "seed": study.protocol.seed,
-        "trials": study.protocol.trials,
-        "train_sizes": list(study.runs),
+        "method": data.method.name,
+        "radii": data.radii,
+        "seed": data.protocol.seed,
+        "trials": data.protocol.trials,
+        "train_sizes": list(data.evaluation.trials),
         "versions": versions(),
     }
-
-
-def write_text(path: Path, text: str) -> Path:
-    """Write a text file and return its path."""
-    try:
-        path.write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
-    return path

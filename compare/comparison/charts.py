@@ -7,10 +7,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import EngFormatter, LogLocator
 
 from ..evaluation.protocol import PAPER
 from ..pages.plates import GREY, INK, PALE, STYLE, look
-from .entries import Contest, Entry
+from .entries import Comparison, Entry
+from .report import Report
 
 ACROSS = 3  # functions in a row
 WIDE, HIGH = 8.4, 3.2  # inches of a row
@@ -30,12 +35,12 @@ class Mark:
     spread: float | None
 
 
-def accuracy_chart(report: dict) -> str:
+def accuracy_chart(report: Report) -> str:
     """Return F-measures against seconds per object, one panel a function, with the Pareto front, as SVG."""
     functions = list(report["functions"])
     rows = -(-len(functions) // ACROSS)
 
-    def draw(figure):
+    def draw(figure: Figure):
         """Draw the panels and what the marks mean."""
         panels = figure.subplots(rows, min(ACROSS, len(functions)), sharex=True, sharey=True, squeeze=False)
         for axes in panels.flat[len(functions) :]:
@@ -50,74 +55,47 @@ def accuracy_chart(report: dict) -> str:
     return svg((WIDE * min(ACROSS, len(functions)) / ACROSS, HIGH * rows), draw)
 
 
-def marks(report: dict, function: str) -> list[Mark]:
+def marks(report: Report, function: str) -> list[Mark]:
     """Return all marks of one function."""
-    found = []
-    for place, each in enumerate(report["backends"].values()):
-        rows = [(f"{100 * row['radius']:g}", row) for row in each["by_radius"]]
-        for label, row in [*(rows if len(rows) > 1 else []), ("", each)]:
-            quality = row["functions"][function]
-            seconds = max(row["seconds_per_object"], SHORTEST)
-            found.append(
-                Mark(
-                    backend=place,
-                    label=label,
-                    seconds=seconds,
-                    f_measure=quality["f_measure"],
-                    spread=quality["f_measure_std"],
-                )
-            )
-    return found
+    drawn = []
+    for place, backend in enumerate(report["backends"].values()):
+        alone = [(f"{100 * row['radius']:g}", row) for row in backend["by_radius"]]
+        for label, row in [*(alone if len(alone) > 1 else []), ("", backend)]:
+            quality, seconds = row["functions"][function], max(row["seconds_per_object"], SHORTEST)
+            figures = {"f_measure": quality["f_measure"], "spread": quality["f_measure_std"]}
+            drawn.append(Mark(backend=place, label=label, seconds=seconds, **figures))
+    return drawn
 
 
-def front(found: Sequence[Mark]) -> list[Mark]:
+def front(drawn: Sequence[Mark]) -> list[Mark]:
     """Return the marks that no other beats in both time and F-measure, the quickest first."""
     best: list[Mark] = []
-    for mark in sorted(found, key=lambda each: (each.seconds, -each.f_measure)):
+    for mark in sorted(drawn, key=lambda mark: (mark.seconds, -mark.f_measure)):
         if not best or mark.f_measure > best[-1].f_measure:
             best.append(mark)
     return best
 
 
-def draw_function(axes, report: dict, function: str):
+def draw_function(axes: Axes, report: Report, function: str):
     """Draw one function's marks, front, best baseline and the paper's number."""
-    from matplotlib.ticker import FuncFormatter, LogLocator
-
-    found = marks(report, function)
+    drawn = marks(report, function)
     axes.set(xscale="log", ylim=(0, 1.02))
     axes.xaxis.set_major_locator(LogLocator())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: spoken_tick(seconds)))
-    edge = front(found)
-    last = max(each.seconds for each in found) * 3
-    axes.step(
-        [each.seconds for each in edge] + [last],
-        [each.f_measure for each in edge] + [edge[-1].f_measure],
-        where="post",
-        color=PALE,
-        linewidth=4,
-        zorder=1,
-    )
+    axes.xaxis.set_major_formatter(EngFormatter(unit="s"))
+    edge = front(drawn)
+    seconds = [mark.seconds for mark in edge] + [3 * max(mark.seconds for mark in drawn)]
+    f_measures = [mark.f_measure for mark in edge] + [edge[-1].f_measure]
+    axes.step(seconds, f_measures, where="post", color=PALE, linewidth=4, zorder=1)
     axes.axhline(best_baseline(report, function), color=GREY, linestyle="--", linewidth=1, zorder=2)
     if function in PAPER:
         axes.axhline(PAPER[function], color=INK, linestyle=":", linewidth=1, zorder=2)
-    for each in found:
-        draw_mark(axes, each)
+    for mark in drawn:
+        draw_mark(axes, mark)
     axes.set_title(f"{function} ({report['functions'][function]} of {report['objects']})", fontweight="bold")
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
 
 
-def spoken_tick(seconds: float) -> str:
-    """Return a power of ten of seconds as a label.
-
-    Examples
-    --------
-    >>> spoken_tick(0.01), spoken_tick(10)
-    ('10 ms', '10 s')
-    """
-    return f"{1000 * seconds:g} ms" if seconds < 1 else f"{seconds:g} s"
-
-
-def draw_mark(axes, mark: Mark):
+def draw_mark(axes: Axes, mark: Mark):
     """Draw one mark: all radii together filled and with their spread, one radius open and with its number."""
     style = {"color": look(mark.backend)["color"], "linestyle": "none", "clip_on": False}
     if not mark.label:
@@ -131,41 +109,40 @@ def draw_mark(axes, mark: Mark):
     axes.text(mark.seconds, mark.f_measure, mark.label, color=style["color"], zorder=3, **at)
 
 
-def best_baseline(report: dict, function: str) -> float:
+def best_baseline(report: Report, function: str) -> float:
     """Return the F-measure of the baseline that tells a function best."""
-    return max(each["functions"][function]["f_measure"] for each in report["baselines"].values())
+    return max(baseline["functions"][function]["f_measure"] for baseline in report["baselines"].values())
 
 
-def keys(report: dict) -> list:
+def keys(report: Report) -> list:
     """Return what the marks and lines mean."""
-    from matplotlib.lines import Line2D
-
-    plain = {"linestyle": "none"}
-    found = [
+    plain = {"linestyle": "none", "color": INK}
+    lines = [
         Line2D([], [], **plain | {key: look(place)[key] for key in ("color", "marker")}, markersize=8, label=name)
         for place, name in enumerate(report["backends"])
     ]
-    circle = {"marker": "o", "markersize": 10, "markerfacecolor": "white", "color": INK}
-    found.append(Line2D([], [], **plain, **circle, label="one radius alone, cm"))
-    found.append(Line2D([], [], color=PALE, linewidth=4, label="Pareto front"))
-    found.append(Line2D([], [], color=GREY, linestyle="--", linewidth=1, label="best baseline, no spheres"))
+    lines += [
+        Line2D([], [], **plain, marker="o", markersize=10, markerfacecolor="white", label="one radius alone, cm"),
+        Line2D([], [], color=PALE, linewidth=4, label="Pareto front"),
+        Line2D([], [], color=GREY, linestyle="--", linewidth=1, label="best baseline, no spheres"),
+    ]
     if PAPER.keys() & report["functions"].keys():
-        found.append(Line2D([], [], color=INK, linestyle=":", linewidth=1, label="the paper, its own models"))
-    return found
+        lines.append(Line2D([], [], color=INK, linestyle=":", linewidth=1, label="the paper, its own models"))
+    return lines
 
 
-def cost_chart(contest: Contest) -> str:
+def cost_chart(comparison: Comparison) -> str:
     """Return the seconds of every run against its drops, with each simulator's median, as SVG."""
 
-    def draw(figure):
+    def draw(figure: Figure):
         """Draw the points and lines of every simulator."""
         axes = figure.add_subplot()
-        for place, entry in enumerate(contest.entries):
+        for place, entry in enumerate(comparison.entries):
             drops, seconds = runs(entry)
             style = {"color": look(place)["color"], "marker": look(place)["marker"]}
             points = {"linestyle": "none", "markersize": 2.5, "alpha": 0.35, "markeredgewidth": 0}
             axes.plot(drops, seconds, **style, **points, rasterized=True)  # thousands of shapes would weigh megabytes
-            axes.plot(*median_line(drops, seconds), color=style["color"], linewidth=2, label=entry.contestant.name)
+            axes.plot(*median_line(drops, seconds), color=style["color"], linewidth=2, label=entry.name)
         axes.set(xscale="log", yscale="log", xlabel="spheres dropped in one run", ylabel="seconds of the run")
         axes.grid(linewidth=0.3, color="#dddddd")
         figure.legend(loc="outside upper left", ncols=4)
@@ -177,8 +154,8 @@ def runs(entry: Entry) -> tuple[np.ndarray, np.ndarray]:
     """Return the drops and the seconds of each run in which spheres were dropped, of all objects and radii."""
     pairs = [
         (record.drops[radius], max(record.seconds[radius], SHORTEST))
-        for record in entry.simulated.records
-        for radius in entry.contestant.radii
+        for record in entry.records
+        for radius in entry.radii
         if record.drops[radius]
     ]
     drops, seconds = np.array(pairs, float).reshape(-1, 2).T
@@ -188,16 +165,13 @@ def runs(entry: Entry) -> tuple[np.ndarray, np.ndarray]:
 def median_line(drops: np.ndarray, seconds: np.ndarray) -> tuple[list[float], list[float]]:
     """Return the medians of drops and of seconds in bins of half a power of ten, where there are enough runs."""
     bins = np.floor(2 * np.log10(drops))
-    held = [bins == each for each in np.unique(bins)]
-    held = [each for each in held if each.sum() >= FEWEST_RUNS]
-    return [float(np.median(drops[each])) for each in held], [float(np.median(seconds[each])) for each in held]
+    full = [bins == number for number in np.unique(bins) if np.sum(bins == number) >= FEWEST_RUNS]
+    return [float(np.median(drops[runs])) for runs in full], [float(np.median(seconds[runs])) for runs in full]
 
 
 def svg(size: tuple[float, float], draw: Callable) -> str:
     """Return a drawing of a size in inches as SVG; letters as paths, since a reader's machine may lack the font."""
     import matplotlib
-    from matplotlib.figure import Figure
-
     with matplotlib.rc_context(STYLE | {"svg.fonttype": "path"}):
         figure = Figure(figsize=size, layout="constrained")
         draw(figure)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from spherefunc_bullet.learning.method import Method, find_method
 from spherefunc_bullet.simulator import sphere_limit
 
-from ..evaluation.baselines import Distances, baseline_distances
-from ..evaluation.evaluation import labels_of, sphere_distances
-from ..evaluation.protocol import Judgement, Labels, Split, always_no, judge, random_splits, trials_measured
+from ..evaluation.evaluation import Evaluation, evaluate
+from ..evaluation.features import baseline_distances, distances_again, sphere_distances
+from ..evaluation.protocol import Labels, Protocol, Splits, labels_of
 from ..machine import machine
 from .agreement import agreements
-from .costs import costs, object_seconds, settled_share, timing
-from .entries import Contest, Entry
+from .costs import Runs
+from .entries import Comparison, Entry
 from .experiment import Experiment
+from .report import BackendReport, FeatureReport, ObjectReport, RadiusReport, Report
 from .significance import answer
 
 ALWAYS_NO = "always_no"
@@ -25,107 +27,112 @@ TIMING = (
 )
 
 
-def compare_entries(contest: Contest, experiment: Experiment) -> dict:
-    """Return the report of a contest, ready for JSON."""
-    labels = labels_of(contest.entries[0].simulated)
-    count = len(labels.members)
-    splits = random_splits(count, count // 2, experiment.trials, experiment.seeds[0])
-    judged = {name: judge_all(contest, labels, splits, experiment, find_method(name)) for name in experiment.methods}
-    method, main = find_method(experiment.methods[0]), judged[experiment.methods[0]]
-    names = [each.contestant.name for each in contest.entries]
-    report = {
-        "objects": count,
-        "backends": {each.contestant.name: backend_row(each, main, labels, splits, method) for each in contest.entries},
-        "agreement": agreements(contest, main, labels, splits[0], method),
-        "baselines": {name: quality_row(each) for name, each in main.items() if name not in names},
+def compare_entries(comparison: Comparison, experiment: Experiment) -> Report:
+    """Return the report of a comparison, ready for JSON."""
+    labels = labels_of(comparison.simulated)
+    half = len(labels) // 2
+    protocol = Protocol(train_sizes=(half,), trials=experiment.trials, seed=experiment.seeds[0], leave_one_out=True)
+    splits = protocol.splits(labels)
+    methods = {name: evaluate_features(comparison, labels, find_method(name), splits) for name in experiment.methods}
+    features = methods[experiment.methods[0]]
+    reports = {name: feature_report(evaluation) for name, evaluation in features.items()}
+    backends = {
+        entry.name: backend_report(entry, reports.pop(entry.name), features[entry.name].by_radius)
+        for entry in comparison.entries
+    }
+    report: Report = {
+        "objects": len(labels),
+        "backends": backends,
+        "agreement": agreements(comparison, features, backends),
+        "baselines": reports,
         "methods": {
-            name: {feature: each.functions for feature, each in every.items()} for name, every in judged.items()
+            method: {name: evaluation.quality(half, True) for name, evaluation in by_name.items()}
+            for method, by_name in methods.items()
         },
-        "data": contest.entries[0].simulated.name,
+        "data": comparison.simulated.name,
         "functions": dict(zip(labels.functions, labels.members.sum(axis=0).tolist(), strict=True)),
-        "train_size": len(splits[0].train),
-        "test_size": len(splits[0].test),
-        "left_out": [each.path.name for each in contest.left_out],
-        "objects_again": contest.repeated,
+        "train_size": half,
+        "test_size": len(labels) - half,
+        "left_out": [item.path.name for item in comparison.left_out],
+        "objects_again": comparison.repeated,
         "experiment": asdict(experiment),
         "machine": machine(),
         "timing": TIMING,
+        "per_object": object_reports(comparison, features),
     }
-    report["per_object"] = [object_row(contest, main, labels, row) for row in range(count)]
     return {"answer": answer(report)} | report
 
 
-def judge_all(contest: Contest, labels: Labels, splits, experiment: Experiment, method: Method) -> dict[str, Judgement]:
-    """Return the judgement of every simulator and every baseline, all by one method."""
-    features = {
-        each.contestant.name: sphere_distances(each.simulated, each.contestant.radii, method)
-        for each in contest.entries
+def evaluate_features(
+    comparison: Comparison, labels: Labels, method: Method, splits: Splits
+) -> dict[str, Evaluation]:
+    """Return the evaluation of every simulator and every baseline, all by one method.
+
+    Baselines may choose from the radii of all simulators together.
+    """
+    evaluations = {entry.name: evaluate_entry(entry, labels, method, splits) for entry in comparison.entries}
+    radii = sorted(set().union(*(entry.radii for entry in comparison.entries)))
+    baselines = baseline_distances(comparison.simulated.records, radii)
+    evaluations |= {name: evaluate(distances, labels, method, splits) for name, distances in baselines.items()}
+    return evaluations | {ALWAYS_NO: evaluations["bounding_box"].saying_no()}
+
+
+def evaluate_entry(entry: Entry, labels: Labels, method: Method, splits: Splits) -> Evaluation:
+    """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
+    distances = sphere_distances(entry.simulated, entry.radii, method)
+    again = distances_again(entry.simulated, entry.again, entry.radii, method) if entry.again.objects else None
+    return evaluate(distances, labels, method, splits, again=again, each_radius=True)
+
+
+def feature_report(evaluation: Evaluation) -> FeatureReport:
+    """Return a feature's quality, over trials and with each object left out: there, no radius and no spread."""
+    [half] = evaluation.trials
+    alone = {
+        name: {key: value for key, value in row.items() if key not in ("radius", "f_measure_std")}
+        for name, row in evaluation.left_out_quality().items()
     }
-    features |= baselines(contest)
-    judged = {name: judge(each, labels, splits, experiment.seeds[0], method) for name, each in features.items()}
-    return judged | {ALWAYS_NO: always_no(labels, splits)}
+    return {"functions": evaluation.quality(half, True), "leave_one_out": alone}
 
 
-def baselines(contest: Contest) -> dict[str, Distances]:
-    """Return the baselines' distances; they may choose from the radii of all simulators together."""
-    radii = sorted(set().union(*(each.contestant.radii for each in contest.entries)))
-    return baseline_distances(contest.entries[0].simulated.records, radii)
-
-
-def quality_row(judged: Judgement) -> dict:
-    """Return a feature's quality, over trials and with each object left out."""
-    return {"functions": judged.functions, "leave_one_out": judged.left_out}
-
-
-def backend_row(entry: Entry, judged, labels: Labels, splits: list[Split], method: Method) -> dict:
+def backend_report(entry: Entry, quality: FeatureReport, by_radius: Mapping[float, Evaluation]) -> BackendReport:
     """Return everything of one simulator."""
-    contestant = entry.contestant
+    memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
+    simulator = entry.candidate.simulator
     return (
-        quality_row(judged[contestant.name])
-        | costs(entry)
+        quality
+        | entry.runs.timing()
         | {
+            "settled_share": entry.runs.settled_share,
+            "peak_memory": max(memory, default=None),
+            "peak_memory_runs": len(memory),
+            "failed": len(entry.failed),
             "reasons": list(entry.failed),
-            "radii": list(contestant.radii),
-            "by_radius": [radius_row(entry, radius, labels, splits, method) for radius in contestant.radii],
-            "backend": contestant.backend,
-            "version": contestant.simulator.version,
-            "options": contestant.simulator.options(),
-            "sphere_limit": sphere_limit(contestant.simulator),  # settled spheres at which a run ends
+            "radii": list(entry.radii),
+            "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
+            "backend": entry.candidate.backend,
+            "version": simulator.version,
+            "options": simulator.options(),
+            "sphere_limit": sphere_limit(simulator),
         }
     )
 
 
-def radius_row(entry: Entry, radius: float, labels: Labels, splits: list[Split], method: Method) -> dict:
+def radius_report(radius: float, runs: Runs, alone: Evaluation) -> RadiusReport:
     """Return what one radius alone gives and costs."""
-    distances = sphere_distances(entry.simulated, [radius], method)
-    functions = trials_measured(distances, labels, splits, method)
-    share = {"settled_share": settled_share(entry.simulated.records, [radius])}
-    return {"radius": radius, "functions": functions} | timing(entry.simulated.records, [radius]) | share
+    [functions] = map(alone.quality, alone.trials)
+    return {"radius": radius, "functions": functions} | runs.timing() | {"settled_share": runs.settled_share}
 
 
-def object_row(contest: Contest, judged: dict[str, Judgement], labels: Labels, row: int) -> dict:
-    """Return what every simulator made of one object, with all others learnt."""
-    item = contest.objects[row]
-    return {
-        "file": item.path.name,
-        "functions": sorted(item.functions),
-        "also": sorted(item.also),
-        "group": item.group,
-        "backends": {
-            each.contestant.name: object_figures(each, judged[each.contestant.name], labels, row)
-            for each in contest.entries
-        },
-    }
-
-
-def object_figures(entry: Entry, judged: Judgement, labels: Labels, row: int) -> dict:
-    """Return one object's seconds, drops, settled spheres and scores by one simulator."""
-    record, radii = entry.simulated.records[row], entry.contestant.radii
-    return {
-        "seconds": round(object_seconds(record, radii), 6),
-        "drops": sum(record.drops[radius] for radius in radii),
-        "settled": sum(len(record.settled[radius]) for radius in radii),
-        "scores": {
-            name: round(float(score), 4) for name, score in zip(labels.functions, judged.scores[row], strict=True)
-        },
-    }
+def object_reports(comparison: Comparison, features: Mapping[str, Evaluation]) -> list[ObjectReport]:
+    """Return what every simulator made of each object, with all others learnt."""
+    figures = {entry.name: entry.object_figures(features[entry.name]) for entry in comparison.entries}
+    return [
+        {
+            "file": item.path.name,
+            "functions": sorted(item.functions),
+            "also": sorted(item.also),
+            "group": item.group,
+            "backends": {name: rows[index] for name, rows in figures.items()},
+        }
+        for index, item in enumerate(comparison.simulated.objects)
+    ]

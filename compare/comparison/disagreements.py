@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
-from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.quantities import format_length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.viewer.data import Layer, Panel, histogram_cubes, scene
 
-from .entries import Contest, Entry
+from ..pages.pictures import fitting_radius
+from .entries import Comparison, Entry
+from .report import ObjectReport
 
-SHOWN = 6  # objects, so that the page stays small
+MOST = 6  # objects, so that the page stays small
 MAX_SPHERES = 4000  # of one run that are drawn: the first to settle
+Scene = dict[str, Any]  # for the viewer, see `viewer.data.scene`
 SPHERES_ACROSS = 24  # radii along the longest side, about, of the spheres shown at first
 
 
@@ -30,70 +34,58 @@ class Disagreement:
     labels_differ: bool
 
 
-@dataclass(frozen=True, kw_only=True)
-class Shown:
-    """A disagreement to look at."""
-
-    disagreement: Disagreement
-    scene: dict = field(repr=False)  # for the viewer
-
-
-def disagreements(per_object: Sequence[dict]) -> list[Disagreement]:
+def disagreements(per_object: Sequence[ObjectReport]) -> list[Disagreement]:
     """Return where simulators differ about an object, those with different labels first, then by scores."""
-    found = [each for row, item in enumerate(per_object) for each in differences(row, item)]
-    return sorted(found, key=lambda each: (not each.labels_differ, -each.difference, each.row))
+    greatest = [greatest_difference(row, item) for row, item in enumerate(per_object) if len(item["backends"]) > 1]
+    return sorted(greatest, key=lambda case: (not case.labels_differ, -case.difference, case.row))
 
 
-def differences(row: int, item: dict) -> list[Disagreement]:
+def greatest_difference(row: int, item: ObjectReport) -> Disagreement:
     """Return one object's greatest difference, one with different labels before one without."""
-    every = [each["scores"] for each in item["backends"].values()]
-    found = [
+    cases = [
         Disagreement(
             row=row,
             function=function,
             difference=round(abs(first[function] - second[function]), 4),
             labels_differ=(first[function] > THRESHOLD) != (second[function] > THRESHOLD),
         )
-        for first, second in combinations(every, 2)
+        for first, second in combinations([figures["scores"] for figures in item["backends"].values()], 2)
         for function in first
     ]
-    return [max(found, key=lambda each: (each.labels_differ, each.difference))] if found else []
+    return max(cases, key=lambda case: (case.labels_differ, case.difference))
 
 
-def chosen(found: Sequence[Disagreement], count: int = SHOWN) -> list[Disagreement]:
+def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreement]:
     """Return the greatest disagreements, in turn about each function, those with different labels before others."""
     about: dict[str, list[Disagreement]] = {}
-    for each in found:
-        about.setdefault(each.function, []).append(each)
-    turns = [(place, each) for own in about.values() for place, each in enumerate(own)]
+    for case in cases:
+        about.setdefault(case.function, []).append(case)
+    turns = [(place, case) for own in about.values() for place, case in enumerate(own)]
     order = sorted(turns, key=lambda turn: (not turn[1].labels_differ, turn[0], -turn[1].difference))
-    return [each for _, each in order[:count]]
+    return [case for _, case in order[:count]]
 
 
-def shown(contest: Contest, found: Sequence[Disagreement], loading: Loading) -> list[Shown]:
-    """Return the scenes of some disagreements; a file that has gone since it was simulated is left out."""
+def scenes_of(
+    comparison: Comparison, cases: Sequence[Disagreement], loading: Loading
+) -> list[tuple[Disagreement, Scene]]:
+    """Return some disagreements with what the viewer draws; a file that has gone since it fell is left out."""
     scenes = []
-    for each in found:
+    for case in cases:
         try:
-            cloud = load_cloud(contest.objects[each.row].path, up=loading.up, units=loading.units)
+            cloud = load_cloud(comparison.simulated.objects[case.row].path, up=loading.up, units=loading.units)
         except InputError:
             continue
-        about = scene(cloud, panels(contest, each.row), first_radius(contest, cloud))
-        scenes.append(Shown(disagreement=each, scene=about))
+        panels = [
+            Panel(title=entry.name, layers=[layer(entry, case.row, radius) for radius in entry.radii])
+            for entry in comparison.entries
+        ]
+        scenes.append((case, scene(cloud, panels, first_radius(comparison, cloud))))
     return scenes
-
-
-def panels(contest: Contest, row: int) -> list[Panel]:
-    """Return a panel for each simulator."""
-    return [
-        Panel(title=each.contestant.name, layers=[layer(each, row, radius) for radius in each.contestant.radii])
-        for each in contest.entries
-    ]
 
 
 def layer(entry: Entry, row: int, radius: float) -> Layer:
     """Return what one simulator's spheres of one radius did on one object."""
-    record = entry.simulated.records[row]
+    record = entry.records[row]
     centers = record.settled[radius][:MAX_SPHERES]
     settled = len(record.settled[radius])
     note = f"Spheres of radius {format_length(radius)}: {settled:,} of {record.drops[radius]:,} settled"
@@ -102,9 +94,8 @@ def layer(entry: Entry, row: int, radius: float) -> Layer:
     return Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note)
 
 
-def first_radius(contest: Contest, cloud) -> float:
+def first_radius(comparison: Comparison, cloud: Cloud) -> float:
     """Return the radius at which spheres are seen best, of those that most simulators have, metres."""
-    radii = [radius for each in contest.entries for radius in each.contestant.radii]
-    common = max(map(radii.count, radii))
-    wanted = cloud.size.max() / SPHERES_ACROSS
-    return min((each for each in radii if radii.count(each) == common), key=lambda each: abs(each - wanted))
+    radii = [radius for entry in comparison.entries for radius in entry.radii]
+    most = max(map(radii.count, radii))
+    return fitting_radius([radius for radius in radii if radii.count(radius) == most], cloud.size, SPHERES_ACROSS)

@@ -1,10 +1,11 @@
-"""The contest: every simulator on the same objects, and on some of them again with another seed."""
+"""The entries of a comparison: every simulator on the same objects, and on some of them again with another seed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -12,35 +13,72 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.settling.records import ObjectRecord
 
-from ..evaluation.evaluation import labels_of
-from ..evaluation.sizes import FEWEST
-from .experiment import Contestant, Experiment
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.protocol import labels_of
+from ..evaluation.sizes import require_enough
+from .costs import Runs
+from .experiment import Candidate, Experiment
+from .report import ObjectFigures
 
 CHEAP = 120.0  # seconds that all simulators together may have taken for everything to be dropped again
 SOME = 40  # objects that are dropped on again where that is not cheap
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
     """What one simulator did: the objects that every other one did as well."""
 
-    contestant: Contestant
+    candidate: Candidate
     simulated: Simulated
     again: Simulated  # some of the same objects, with the second seed
     failed: tuple[str, ...]  # why objects could not be simulated
 
+    @property
+    def name(self) -> str:
+        return self.candidate.name
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Metres, ascending."""
+        return self.candidate.radii
+
+    @property
+    def records(self) -> tuple[ObjectRecord, ...]:
+        return self.simulated.records
+
+    @property
+    def runs(self) -> Runs:
+        return Runs(records=self.records, radii=self.radii)
+
+    def object_figures(self, evaluation: Evaluation) -> list[ObjectFigures]:
+        """Return each object's seconds, drops, settled spheres and scores."""
+        functions, runs = evaluation.labels.functions, self.runs
+        columns = zip(runs.seconds, runs.drops, runs.settled, evaluation.scores.tolist(), strict=True)
+        return [
+            {
+                "seconds": round(seconds, 6),
+                "drops": drops,
+                "settled": settled,
+                "scores": {name: round(score, 4) for name, score in zip(functions, scores, strict=True)},
+            }
+            for seconds, drops, settled, scores in columns
+        ]
+
 
 @dataclass(frozen=True, kw_only=True)
-class Contest:
+class Comparison:
     """The same objects by every simulator."""
 
     entries: tuple[Entry, ...]
     left_out: tuple[DatasetObject, ...]  # failed in one simulator at least
 
     @property
-    def objects(self) -> tuple[DatasetObject, ...]:
-        return self.entries[0].simulated.objects
+    def simulated(self) -> Simulated:
+        """The objects, with the first simulator's records."""
+        return self.entries[0].simulated
 
     @property
     def repeated(self) -> int:
@@ -54,7 +92,7 @@ class Complaints:
 
     failures: Failures
     consequence: str
-    said: set[str] = field(default_factory=set)
+    known: set[str] = field(default_factory=set)
     of: dict[str, list[str]] = field(default_factory=dict)
 
     def by(self, name: str) -> Callable[[InputError], None]:
@@ -63,16 +101,21 @@ class Complaints:
         def failed(error: InputError):
             """Keep a failure, and say it unless another simulator's was the same."""
             self.of.setdefault(name, []).append(str(error))
-            if str(error) not in self.said:
-                self.said.add(str(error))
+            if str(error) not in self.known:
+                self.known.add(str(error))
                 self.failures.add(InputError(f"{error} ({name}; {self.consequence})"))
 
         return failed
 
 
-def hold(
-    dataset: Dataset, contestants: Sequence[Contestant], experiment: Experiment, jobs, failures, run=None
-) -> Contest:
+def simulate_candidates(
+    dataset: Dataset,
+    candidates: Sequence[Candidate],
+    experiment: Experiment,
+    jobs: int,
+    failures: Failures,
+    run: Path | None = None,
+) -> Comparison:
     """Drop spheres on every object by every simulator, from the cache what it has, and keep what all of them did.
 
     A comparison that was cut off goes on where it stopped, since every finished run is in the cache, or in the run
@@ -84,70 +127,55 @@ def hold(
         If too few objects are left to split, or all of one label.
     """
     complaints = Complaints(failures=failures, consequence="left out of every backend")
-    first = drop_all(contestants, dataset, experiment.seeds[0], experiment.loading, jobs, complaints, run)
+    options = {"loading": experiment.loading, "jobs": jobs, "run": run}
+    first = drop_all(candidates, dataset, complaints, seed=experiment.seeds[0], **options)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
-    again = drop_again(contestants, dataset, first, experiment, jobs, failures, run)
-    kept = {each.path for each in first[0].objects}
-    return Contest(
+    if len(candidates) == 1:  # nobody to agree with
+        again = [subset(first[0], ())]
+    else:
+        chosen = evenly(first[0].objects, repeated_count(first, experiment.repeated))
+        say(f"seed {experiment.seeds[1]}, for the agreement: {len(chosen)} of {len(first[0].objects)} objects")
+        fewer = Complaints(failures=failures, consequence="left out of the agreement of histograms")
+        again = drop_all(candidates, replace(dataset, objects=chosen), fewer, seed=experiment.seeds[1], **options)
+    kept = {item.path for item in first[0].objects}
+    return Comparison(
         entries=tuple(
-            Entry(contestant=each, simulated=one, again=two, failed=tuple(complaints.of.get(each.name, ())))
-            for each, one, two in zip(contestants, first, again, strict=True)
+            Entry(candidate=candidate, simulated=one, again=two, failed=tuple(complaints.of.get(candidate.name, ())))
+            for candidate, one, two in zip(candidates, first, again, strict=True)
         ),
-        left_out=tuple(each for each in dataset.objects if each.path not in kept),
+        left_out=tuple(item for item in dataset.objects if item.path not in kept),
     )
 
 
 def drop_all(
-    contestants, dataset: Dataset, seed: int, loading, jobs: int, complaints: Complaints, run=None
+    candidates: Sequence[Candidate], dataset: Dataset, complaints: Complaints, **options: Any
 ) -> list[Simulated]:
-    """Return a data set simulated by every contestant, those objects that none of them failed at."""
+    """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
     done = []
-    for each in contestants:
-        options = {"seed": seed, "loading": loading, "jobs": jobs, "run": run, "failed": complaints.by(each.name)}
+    for candidate in candidates:
+        failed = complaints.by(candidate.name)
         try:
-            done.append(simulate_dataset(dataset, each.simulator, each.radii, **options))
+            done.append(simulate_dataset(dataset, candidate.simulator, candidate.radii, failed=failed, **options))
         except InputError as error:
-            raise InputError(f"{each.name}: {error}") from error
-    return shared(done)
-
-
-def drop_again(
-    contestants, dataset: Dataset, first: Sequence[Simulated], experiment: Experiment, jobs, failures, run
-) -> list[Simulated]:
-    """Return some of the objects simulated with the second seed; none where there is nobody to agree with."""
-    if len(contestants) == 1:
-        return [only(first[0], ())]
-    objects = first[0].objects
-    chosen = replace(dataset, objects=evenly(objects, repeated(first, experiment.repeated)))
-    say(f"seed {experiment.seeds[1]}, for the agreement: {len(chosen)} of {len(objects)} objects")
-    complaints = Complaints(failures=failures, consequence="left out of the agreement of histograms")
-    return drop_all(contestants, chosen, experiment.seeds[1], experiment.loading, jobs, complaints, run)
+            raise InputError(f"{candidate.name}: {error}") from error
+    paths = set.intersection(*({item.path for item in simulated.objects} for simulated in done))
+    return [subset(simulated, paths) for simulated in done]
 
 
 def require_splittable(name: str, objects: Sequence[DatasetObject], which: str = ""):
     """Raise InputError if objects cannot be split, or have one label only."""
-    if len(objects) < FEWEST:
-        raise InputError(
-            f"{name}: expected at least {FEWEST} objects{which}, half to learn and half to test, got {len(objects)}"
-        )
+    require_enough(name, len(objects), which)
     labels_of(Simulated(name, tuple(objects), ()))
 
 
-def shared(all_simulated: Sequence[Simulated]) -> list[Simulated]:
-    """Return what every simulator did of the objects that none of them failed at."""
-    paths = set.intersection(*({each.path for each in simulated.objects} for simulated in all_simulated))
-    return [only(simulated, paths) for simulated in all_simulated]
-
-
-def only(simulated: Simulated, paths: Iterable) -> Simulated:
+def subset(simulated: Simulated, paths: Collection[Path]) -> Simulated:
     """Return the objects of these paths alone."""
-    kept = [i for i, each in enumerate(simulated.objects) if each.path in paths]
-    return Simulated(
-        simulated.name, tuple(simulated.objects[i] for i in kept), tuple(simulated.records[i] for i in kept)
-    )
+    kept = [i for i, item in enumerate(simulated.objects) if item.path in paths]
+    objects, records = (tuple(column[i] for i in kept) for column in (simulated.objects, simulated.records))
+    return Simulated(simulated.name, objects, records)
 
 
-def repeated(first: Sequence[Simulated], asked: int | None) -> int:
+def repeated_count(first: Sequence[Simulated], asked: int | None) -> int:
     """Return how many objects to drop on again: as asked, or all where that costs little, or `SOME`."""
     count = len(first[0].objects)
     if asked is not None:
@@ -156,20 +184,18 @@ def repeated(first: Sequence[Simulated], asked: int | None) -> int:
     return count if spent <= CHEAP else min(SOME, count)
 
 
-def evenly(objects: Sequence[DatasetObject], count: int) -> tuple[DatasetObject, ...]:
-    """Return so many objects, evenly spread over the order of the manifest."""
+def evenly(objects: Sequence[Item], count: int) -> tuple[Item, ...]:
+    """Return so many objects, evenly spread over their order."""
     chosen = np.linspace(0, len(objects) - 1, count).round().astype(int)
     return tuple(objects[i] for i in np.unique(chosen))
 
 
-def settled_experiment(experiment, contest):
+def repeatable(experiment: Experiment, comparison: Comparison) -> Experiment:
     """Return the experiment with everything that was left open settled, so that it repeats exactly."""
-    from dataclasses import replace
-
     path = Path(experiment.data)
     return replace(
         experiment,
         data=str(path.resolve()) if path.exists() else experiment.data,
-        radii={each.contestant.name: each.contestant.radii for each in contest.entries},
-        repeated=contest.repeated or None,
+        radii={entry.name: entry.radii for entry in comparison.entries},
+        repeated=comparison.repeated or None,
     )

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any, TypeVar
 
 from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
@@ -31,10 +32,11 @@ KINDS = {
     "units": "m, cm, mm, in or auto",
 }
 BACKENDS = ("fast", "bullet")
+Kind = TypeVar("Kind")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contestant:
+class Candidate:
     """One simulator in the comparison."""
 
     name: str  # in the tables: the backend, and its shape where several are compared
@@ -51,7 +53,7 @@ class Experiment:
     backends: tuple[str, ...]
     shapes: tuple[str, ...] = ()  # for backends that have such an option
     radii: Mapping[str, tuple[float, ...]] = field(default_factory=lambda: RADII)  # metres, by backend or ALL
-    options: Mapping[str, dict] = field(default_factory=dict)  # of the simulators, by backend
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of the simulators, by backend
     methods: tuple[str, ...] = ("default",)
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
@@ -64,7 +66,7 @@ class Experiment:
         return Loading(up=self.up, units=self.units)
 
 
-def contestants(experiment: Experiment) -> list[Contestant]:
+def candidates(experiment: Experiment) -> list[Candidate]:
     """Return the simulators that an experiment compares.
 
     Raises
@@ -73,15 +75,15 @@ def contestants(experiment: Experiment) -> list[Contestant]:
         If a backend is unknown or not installed, or something is given for one that is not compared or has no use
         for it.
     """
-    made = [each for backend in experiment.backends for each in simulators(experiment, backend)]
-    names = {each for name, backend, _ in made for each in (name, backend)}
+    made = [triple for backend in experiment.backends for triple in simulators(experiment, backend)]
+    names = {name for triple in made for name in triple[:2]}
     for what, keys in (("radii", set(experiment.radii) - {ALL}), ("options", set(experiment.options))):
         if unknown := sorted(keys - names):
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
     if experiment.shapes and not any("shape" in simulator.options() for _, _, simulator in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
     return [
-        Contestant(name=name, backend=backend, simulator=simulator, radii=radii_of(experiment, name, backend))
+        Candidate(name=name, backend=backend, simulator=simulator, radii=radii_of(experiment, name, backend))
         for name, backend, simulator in made
     ]
 
@@ -100,7 +102,7 @@ def simulators(experiment: Experiment, backend: str) -> list[tuple[str, str, Sim
 
 
 def radii_of(experiment: Experiment, name: str, backend: str) -> tuple[float, ...]:
-    """Return a contestant's radii in metres: its own, its backend's, those for all, or the default."""
+    """Return a candidate's radii in metres: its own, its backend's, those for all, or the default."""
     given = [experiment.radii[key] for key in (name, backend, ALL) if key in experiment.radii]
     return given[0] if given else RADII[ALL]
 
@@ -120,8 +122,8 @@ def parse_radii(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
     """
     radii: dict[str, tuple[float, ...]] = {}
     for text in texts:
-        name, found, lengths = text.rpartition("=")
-        key = name.strip() if found else ALL
+        name, given, lengths = text.rpartition("=")
+        key = name.strip() if given else ALL
         if key in radii:
             raise InputError(f"--radii {text}: expected radii for {key} once, got them twice")
         radii[key] = parse_lengths(lengths)
@@ -137,15 +139,15 @@ def read_experiment(path: Path) -> Experiment:
         If it is not readable, no TOML, or something in it is unknown, missing or of another kind.
     """
     try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: expected an experiment in TOML; {error}") from error
-    if unknown := sorted(set(found) - set(KINDS)):
+    if unknown := sorted(set(given) - set(KINDS)):
         raise InputError(f"{path}: expected the keys {', '.join(KINDS)}; got {', '.join(unknown)}")
-    if missing := [name for name in ("data", "backends") if name not in found]:
+    if missing := [name for name in ("data", "backends") if name not in given]:
         raise InputError(f"{path}: expected the keys data and backends; {', '.join(missing)} missing")
     values = {}
-    for name, value in found.items():
+    for name, value in given.items():
         try:
             values[name] = READERS[name](value)
         except (TypeError, ValueError, AttributeError) as error:
@@ -160,56 +162,52 @@ def data_beside(data: str, folder: Path) -> str:
     return str(beside) if beside.exists() or data not in catalogue_entry_points() else data
 
 
-def text(value) -> str:
+def text(value: object) -> str:
     """Return a text as it is."""
     if not isinstance(value, str) or not value:
         raise ValueError
     return value
 
 
-def texts(value) -> tuple[str, ...]:
+def texts(value: object) -> tuple[str, ...]:
     """Return a list of different texts."""
-    found = tuple(text(each) for each in require(value, list))
-    if not found or len(set(found)) < len(found):
+    listed = tuple(map(text, require(value, list)))
+    if not listed or len(set(listed)) < len(listed):
         raise ValueError
-    return found
+    return listed
 
 
-def whole(value, least: int = 1) -> int:
+def whole(value: object, least: int = 1) -> int:
     """Return a whole number."""
     if isinstance(value, bool) or require(value, int) < least:
         raise ValueError
     return value
 
 
-def require(value, kind: type):
+def require(value: object, kind: type[Kind]) -> Kind:
     """Return a value of a kind."""
     if not isinstance(value, kind):
         raise TypeError
     return value
 
 
-def lengths(value) -> tuple[float, ...]:
-    """Return lengths in metres."""
-    return parse_lengths(",".join(str(each) for each in require(value, list)))
+def read_radii(value: object) -> dict[str, tuple[float, ...]]:
+    """Return radii in metres by backend, from a table of lists or one list for all."""
+    lists = value.items() if isinstance(value, dict) else [(ALL, value)]
+    return {name: parse_lengths(",".join(map(str, require(lengths, list)))) for name, lengths in lists}
 
 
-def read_radii(value) -> dict[str, tuple[float, ...]]:
-    """Return radii in metres by backend."""
-    return {name: lengths(each) for name, each in (value.items() if isinstance(value, dict) else [(ALL, value)])}
-
-
-def read_seeds(value) -> tuple[int, int]:
+def read_seeds(value: object) -> tuple[int, int]:
     """Return two different seeds; of one alone the next is the second."""
-    found = tuple(whole(each, 0) for each in require(value, list))
-    if not 1 <= len(set(found)) == len(found) <= 2:
+    seeds = tuple(whole(seed, 0) for seed in require(value, list))
+    if not 1 <= len(set(seeds)) == len(seeds) <= 2:
         raise ValueError
-    return (found[0], found[-1] if len(found) == 2 else found[0] + 1)
+    return (seeds[0], seeds[-1] if len(seeds) == 2 else seeds[0] + 1)
 
 
-def read_methods(value) -> tuple[str, ...]:
+def read_methods(value: object) -> tuple[str, ...]:
     """Return the names of methods that there are."""
-    return tuple(find_method(each).name for each in texts(value))
+    return tuple(find_method(name).name for name in texts(value))
 
 
 READERS = {
@@ -217,7 +215,7 @@ READERS = {
     "backends": texts,
     "shapes": texts,
     "radii": read_radii,
-    "options": lambda value: {name: require(each, dict) for name, each in require(value, dict).items()},
+    "options": lambda value: {name: require(options, dict) for name, options in require(value, dict).items()},
     "methods": read_methods,
     "seeds": read_seeds,
     "trials": whole,
@@ -233,7 +231,7 @@ def as_toml(experiment: Experiment) -> str:
     return "".join(f"{name} = {toml_value(value)}\n" for name, value in values.items())
 
 
-def toml_value(value) -> str:
+def toml_value(value: object) -> str:
     """Return a value as TOML.
 
     Examples
@@ -242,8 +240,8 @@ def toml_value(value) -> str:
     '{"bullet voxel" = [0.02, 0.03], "on" = true}'
     """
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml_value(each)}" for key, each in value.items()) + "}"
+        return "{" + ", ".join(f"{json.dumps(key)} = {toml_value(item)}" for key, item in value.items()) + "}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(toml_value(each) for each in value) + "]"
+        return "[" + ", ".join(toml_value(item) for item in value) + "]"
     # TOML writes texts, numbers and booleans as JSON does.
     return json.dumps(value, ensure_ascii=False)

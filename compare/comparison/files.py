@@ -6,10 +6,14 @@ import json as json_format
 from pathlib import Path
 
 from spherefunc_bullet.console import say
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import write_text
+
+from .entries import Comparison
+from .experiment import Experiment
+from .report import Report
 
 
-def write_report(folder: Path, found: dict, contest, experiment):
+def write_report(folder: Path, report: Report, comparison: Comparison, experiment: Experiment):
     """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
     from .charts import accuracy_chart, cost_chart
     from .experiment import as_toml
@@ -18,16 +22,13 @@ def write_report(folder: Path, found: dict, contest, experiment):
 
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
     files = {
-        "report.html": comparison_page(found, contest, experiment),
-        "accuracy.svg": accuracy_chart(found),
-        "cost.svg": cost_chart(contest),
-        "report.json": json_format.dumps(found, indent=1) + "\n",
-        "report.md": markdown(found),
+        "report.html": comparison_page(report, comparison, experiment),
+        "accuracy.svg": accuracy_chart(report),
+        "cost.svg": cost_chart(comparison),
+        "report.json": json_format.dumps(report, indent=1) + "\n",
+        "report.md": markdown(report),
         "experiment.toml": about + as_toml(experiment),
     }
-    for name, text in files.items():
-        try:
-            (folder / name).write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{folder / name}: expected a file that can be written; {error.strerror}") from error
+    for name, content in files.items():
+        write_text(folder / name, content)
     say(f"wrote {', '.join(files)} in {folder}")

@@ -1,6 +1,6 @@
 """The comparison as one page of HTML: which simulator to use for what, and everything that the answer rests on.
 
-Every number on it comes from the report (`comparison.compare_entries`) and the contest that it is given.
+Every number on it comes from the report (`comparison.compare_entries`) and the comparison that it is given.
 """
 
 from __future__ import annotations
@@ -8,77 +8,71 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from spherefunc_bullet.datasets.dataset import NONE
+from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.viewer.page import scene_html, table_html
 
+from ..machine import options_text
 from ..pages.html import drawing, report_page
-from .advice import advice, advice_table, prices, recommendation
 from .charts import accuracy_chart, cost_chart
-from .disagreements import Disagreement, Shown, chosen, disagreements, shown
-from .entries import Contest
+from .disagreements import Disagreement, Scene, clearest, disagreements, scenes_of
+from .entries import Comparison
 from .experiment import Experiment, as_toml
-from .significance import listed
+from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
+from .report import ObjectReport, Report
+from .significance import enumeration
 from .tables import Table, cost_table, histogram_table, label_table, quality_table, radius_table
 
 COARSE = 0.1  # a difference of F-measures that readers expect to be told of
-LISTED = 60  # disagreements in the list; all are in report.json
+LONGEST = 60  # disagreements in the list; all are in report.json
 
 
-def comparison_page(report: dict, contest: Contest, experiment: Experiment) -> str:
+def comparison_page(report: Report, comparison: Comparison, experiment: Experiment) -> str:
     """Return the page."""
     names = list(report["backends"])
+    several = len(names) > 1
     parts = [
         introduction(report, names),
         accuracy_section(report),
-        cost_section(report, contest),
-        *([agreement_section(report), disagreement_section(report, contest, experiment)] if len(names) > 1 else []),
+        cost_section(report, comparison),
+        *([agreement_section(report), disagreement_section(report, comparison, experiment)] if several else []),
         quality_section(report),
         making_section(report, experiment),
     ]
-    title = f"{' or '.join(names)}? Simulators compared on {report['data']}"
-    return report_page(title, parts, scenes=len(names) > 1)
+    return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts, scenes=several)
 
 
-def introduction(report: dict, names: Sequence[str]) -> str:
+def introduction(report: Report, names: Sequence[str]) -> str:
     """Return the answer, what was done, and which simulator to use for what."""
     left = f" {len(report['left_out'])} more were left out: see below." if report["left_out"] else ""
     title = f"{' or '.join(names)}?" if len(names) > 1 else f"What {names[0]} can tell"
+    counts = ", ".join(f"{count} {name}" for name, count in report["functions"].items())
+    times = enumeration([f"{time} by {name}" for name, time in prices(report).items()])
     return f"""<header><h1>{escape(title)}</h1>
-<p class="lead"><b>{escape(recommendation(report))}</b> {escape(report["answer"])}</p>
+<p class="lead"><b>{escape(recommendation_sentence(report))}</b> {escape(report["answer"])}</p>
 <p>Small spheres are dropped on a 3D object. Where they come to rest, counted in cubes of space, tells what the object
 is for: a cup fills up, a table collects one flat layer, a chair holds a slope. Who drops them is a choice between
 simulators: <b>fast</b> rolls spheres over the points by geometry, one at a time; <b>bullet</b> moves rigid bodies by
 the laws of physics. Here they did it on the same {report["objects"]} objects of <b>{escape(report["data"])}</b>
-({escape(counted(report))}), with the same classifier, splits and seeds.{left}</p>
-{advice_table(report)}
+({escape(counts)}), with the same classifier, splits and seeds.{left}</p>
+{recommendation_table(report)}
 <p class="note">The cheapest simulator stands unless another is better by more than the trials spread (95 %, corrected
 for trials that share objects). F-measure: 1 is perfect, 0 is useless.{escape(blind_spot(report))}
-{escape(price_note(report))}</p></header>"""
+A thousand such objects take {escape(times)}, on one core.</p></header>"""
 
 
-def counted(report: dict) -> str:
-    """Return how many objects have each function."""
-    return ", ".join(f"{count} {name}" for name, count in report["functions"].items())
-
-
-def price_note(report: dict) -> str:
-    """Return what a thousand objects take by each simulator."""
-    said = listed([f"{time} by {name}" for name, time in prices(report).items()])
-    return f"A thousand such objects take {said}, on one core."
-
-
-def blind_spot(report: dict) -> str:
+def blind_spot(report: Report) -> str:
     """Return how large a difference would not show, where that is much."""
     margins = [row["margin"] or 0.0 for pair in report["agreement"] for row in pair["f_measures"].values()]
     widest = max(margins, default=0.0)
     return f" With so few objects, differences of up to {widest:.2f} do not show." if widest > COARSE else ""
 
 
-def accuracy_section(report: dict) -> str:
+def accuracy_section(report: Report) -> str:
     """Return F-measures against seconds, and in words where spheres are not worth their time."""
-    behind = [each.function for each in advice(report) if each.baseline_f >= each.f_measure]
-    words = f" For {listed(behind)} the best baseline, which takes no spheres at all, is not beaten." if behind else ""
+    behind = [row.function for row in recommendations(report) if row.baseline_f >= row.f_measure]
+    beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is not beaten."
+    words = beaten if behind else ""
     return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
 together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres.
 Nothing beats what lies on the grey line in both.{escape(words)}</p>
@@ -86,10 +80,10 @@ Nothing beats what lies on the grey line in both.{escape(words)}</p>
 <details><summary>The numbers: each radius alone</summary>{html_table(radius_table(report))}</details></section>"""
 
 
-def cost_section(report: dict, contest: Contest) -> str:
+def cost_section(report: Report, comparison: Comparison) -> str:
     """Return what each simulator costs."""
     return f"""<section><h2>What it costs</h2><div class="columns">
-{drawing(cost_chart(contest), "Seconds of a run against the spheres dropped")}
+{drawing(cost_chart(comparison), "Seconds of a run against the spheres dropped")}
 <p>Each point is one run: one object, one radius. Lines join medians. A simulator whose line is steeper than the
 number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>
 {html_table(cost_table(report))}
@@ -97,7 +91,7 @@ number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>
 whole process with interpreter and libraries.</p></section>"""
 
 
-def agreement_section(report: dict) -> str:
+def agreement_section(report: Report) -> str:
     """Return whether simulators say the same, beside two seeds of one."""
     return f"""<section><h2>Do they agree?</h2><p>Each object is judged with all others learnt. <b>Same label</b>: the
 share of objects of which both say the same; the share for two seeds of one simulator says how much of the rest is
@@ -108,64 +102,63 @@ simulator is no more than changing the seed. <b>Settled</b>: the share of all sp
 limit of settled spheres lacks the last ones, which miss.</p>{html_table(histogram_table(report))}</section>"""
 
 
-def disagreement_section(report: dict, contest: Contest, experiment: Experiment) -> str:
+def disagreement_section(report: Report, comparison: Comparison, experiment: Experiment) -> str:
     """Return the objects of which simulators say different things, with their spheres side by side."""
-    found = disagreements(report["per_object"])
-    differ = [each for each in found if each.labels_differ]
-    scenes = shown(contest, chosen(differ or found), experiment.loading)
+    cases = disagreements(report["per_object"])
+    differ = [case for case in cases if case.labels_differ]
+    scenes = scenes_of(comparison, clearest(differ or cases), experiment.loading)
     lead = (
         f"They differ about {len(differ)} of {report['objects']} objects."
         if differ
         else "They give every object the same labels; these are the largest differences of scores."
     )
-    parts = "\n".join(scene_part(each, report) for each in scenes)
+    parts = "\n".join(scene_part(case, scene, report) for case, scene in scenes)
     return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(scenes)} of the clearest, with the spheres
 of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
 {listing(differ, report)}</section>"""
 
 
-def scene_part(each: Shown, report: dict) -> str:
+def scene_part(case: Disagreement, scene: Scene, report: Report) -> str:
     """Return one object with its label, what was said of it, and its spheres."""
-    item, function = report["per_object"][each.disagreement.row], each.disagreement.function
-    said = "; ".join(f"{name} says {said_of(scores['scores'])}" for name, scores in item["backends"].items())
+    item, function = report["per_object"][case.row], case.function
+    answers = "; ".join(f"{name} says {predicted(row['scores'])}" for name, row in item["backends"].items())
     scores = ", ".join(f"{name} {row['scores'][function]:.2f}" for name, row in item["backends"].items())
-    return f"""<article><h3>{escape(item["file"])} <span class="label">labelled {escape(labelled(item))}</span></h3>
-<p>{escape(said)}. Scores of {escape(function)}: {escape(scores)}; above {THRESHOLD} it is.</p>
-{scene_html(each.scene)}</article>"""
+    return f"""<article><h3>{escape(item["file"])} <span class="label">labelled {escape(labels(item))}</span></h3>
+<p>{escape(answers)}. Scores of {escape(function)}: {escape(scores)}; above {THRESHOLD} it is.</p>
+{scene_html(scene)}</article>"""
 
 
-def said_of(scores: dict[str, float]) -> str:
+def predicted(scores: dict[str, float]) -> str:
     """Return the functions that scores amount to."""
-    return ", ".join(name for name, score in scores.items() if score > THRESHOLD) or NONE
+    return ", ".join(name for name, score in scores.items() if score > THRESHOLD) or label_text(())
 
 
-def labelled(item: dict) -> str:
+def labels(item: ObjectReport) -> str:
     """Return an object's label, and what is true of it as well."""
-    also = f" (also {', '.join(item['also'])})" if item["also"] else ""
-    return (", ".join(item["functions"]) or NONE) + also
+    return label_text(item["functions"], ", ") + (f" (also {', '.join(item['also'])})" if item["also"] else "")
 
 
-def listing(differ: Sequence[Disagreement], report: dict) -> str:
+def listing(differ: Sequence[Disagreement], report: Report) -> str:
     """Return all objects of which simulators say different things, as a table to open."""
     if not differ:
         return ""
-    items = [report["per_object"][each.row] for each in differ[:LISTED]]
+    items = [report["per_object"][case.row] for case in differ[:LONGEST]]
     rows = [
-        [item["file"], labelled(item), *(said_with_scores(row["scores"]) for row in item["backends"].values())]
+        [item["file"], labels(item), *(with_scores(row["scores"]) for row in item["backends"].values())]
         for item in items
     ]
-    more = f", the first {LISTED}" if len(differ) > LISTED else ""
+    more = f", the first {LONGEST}" if len(differ) > LONGEST else ""
     head = ["file", "label", *(f"{name} says" for name in report["backends"])]
     summary = f"<summary>All {len(differ)} in a list{more}</summary>"
     return f"<details>{summary}{table_html(head, rows, texts=None)}</details>"
 
 
-def said_with_scores(scores: dict[str, float]) -> str:
-    """Return what scores amount to, and the highest."""
-    return f"{said_of(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
+def with_scores(scores: dict[str, float]) -> str:
+    """Return what scores amount to, and each of them."""
+    return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
 
 
-def quality_section(report: dict) -> str:
+def quality_section(report: Report) -> str:
     """Return one table per function, simulators and baselines."""
     whole = quality_table(report)
     place = whole.columns.index("function")
@@ -181,33 +174,29 @@ well. The paper's numbers are its authors' on their own 200 models, half of them
 {"".join(parts)}</section>"""
 
 
-def making_section(report: dict, experiment: Experiment) -> str:
+def making_section(report: Report, experiment: Experiment) -> str:
     """Return the configuration, versions, the machine, and what was left out."""
-    options = [
-        [name, f"{each['backend']} {each['version']}", f"{each['sphere_limit']:,}", options_said(each["options"])]
-        for name, each in report["backends"].items()
+    head = ["simulator", "version", "settled spheres at most", "options"]
+    rows = [
+        [name, f"{row['backend']} {row['version']}", f"{row['sphere_limit']:,}", options_text(row["options"])]
+        for name, row in report["backends"].items()
     ]
     return f"""<section><h2>How this was made</h2>{left_out(report)}
 {table_html(["on", ""], list(report["machine"].items()), texts=None)}
-{table_html(["simulator", "version", "settled spheres at most", "options"], options, texts=None)}
+{table_html(head, rows, texts=None)}
 <p>This file repeats it, from the cache where it can: <code>spherefunc compare experiment.toml</code></p>
 <pre>{escape(as_toml(experiment))}</pre></section>"""
 
 
-def options_said(options: dict) -> str:
-    """Return a simulator's options as words."""
-    return ", ".join(f"{name} = {value}" for name, value in options.items()) or "none"
-
-
-def left_out(report: dict) -> str:
+def left_out(report: Report) -> str:
     """Return which objects no mean is over, and why."""
-    reasons = [f"{name}: {reason}" for name, each in report["backends"].items() for reason in each["reasons"]]
+    reasons = [f"{name}: {reason}" for name, row in report["backends"].items() for reason in row["reasons"]]
     if not reasons:
         return "<p>No object failed.</p>"
-    rows = "".join(f"<li>{escape(each)}</li>" for each in reasons)
+    rows = "".join(f"<li>{escape(reason)}</li>" for reason in reasons)
     return f"<p>Failed, and left out of every simulator's figures:</p><ul>{rows}</ul>"
 
 
-def html_table(each: Table) -> str:
+def html_table(table: Table) -> str:
     """Return a table of the report as HTML."""
-    return table_html(each.columns, each.rows)
+    return table_html(table.columns, table.rows)

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from spherefunc_bullet.quantities import format_duration
+
+from .report import BackendReport, Difference, Qualities, Report
 
 BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
 CONFIDENCE = 0.95
 
 
-def paired_differences(first: dict[str, dict], second: dict[str, dict], train: int, test: int) -> dict[str, dict]:
+def paired_differences(first: Qualities, second: Qualities, train: int, test: int) -> dict[str, Difference]:
     """Return, per function, how much better the second tells it than the first, over the same trials."""
     return {
         name: paired_difference(first[name]["f_measures"], second[name]["f_measures"], train, test) for name in first
     }
 
 
-def paired_difference(first: Sequence[float], second: Sequence[float], train: int, test: int) -> dict:
+def paired_difference(first: Sequence[float], second: Sequence[float], train: int, test: int) -> Difference:
     """Return the mean of second minus first, its margin, and whether the second is better, worse or level.
 
     The trials share objects, so they are not independent, and the more of them there were the surer an ordinary
@@ -39,91 +43,81 @@ def paired_difference(first: Sequence[float], second: Sequence[float], train: in
     return {"difference": round(mean, 4), "margin": round(margin, 4), "verdict": verdict}
 
 
-def answer(report: dict) -> str:
+def cheapest(report: Report) -> str:
+    """Return the simulator that takes the fewest seconds."""
+    return min(report["backends"], key=lambda name: report["backends"][name]["seconds_per_object"])
+
+
+def beside_cheapest(report: Report) -> dict[str, dict[str, Difference]]:
+    """Return, for each of the other simulators and each function, how much better it is, from the quickest on."""
+    backends, sizes = report["backends"], (report["train_size"], report["test_size"])
+    cheap, *others = sorted(backends, key=lambda name: backends[name]["seconds_per_object"])
+    own = backends[cheap]["functions"]
+    return {name: paired_differences(own, backends[name]["functions"], *sizes) for name in others}
+
+
+def answer(report: Report) -> str:
     """Return in one sentence which simulator is how much better or worse at telling functions, at what price.
 
-    Parameters
-    ----------
-    report : dict
-        As `spherefunc compare` writes it, of which ``backends`` (their ``functions`` with ``f_measures``,
-        ``seconds_per_object`` and ``radii``), ``train_size`` and ``test_size`` are looked at. All are compared with
-        the one that takes the fewest seconds.
+    All are compared with the one that takes the fewest seconds.
     """
-    backends = report["backends"]
-    cheap, *others = sorted(backends, key=lambda name: backends[name]["seconds_per_object"])
+    cheap, backends = cheapest(report), report["backends"]
+    others = beside_cheapest(report)
     if not others:
-        return f"{cheap} was compared with no other backend: {alone(backends[cheap])}."
-    sizes = report["train_size"], report["test_size"]
-    said_of = [clause(name, backends[name], cheap, backends[cheap], sizes) for name in others]
-    return f"Beside {cheap}, {'; '.join(said_of)}."
+        row = backends[cheap]
+        figures = enumeration([f"{name} {quality['f_measure']:.2f}" for name, quality in row["functions"].items()])
+        price = f"{format_duration(row['seconds_per_object'])} an object"
+        return f"{cheap} was compared with no other backend: F-measures of {figures} at {price}."
+    parts = [
+        f"{quality_words(name, differences)}, {price_words(backends[name], backends[cheap])}"
+        for name, differences in others.items()
+    ]
+    return f"Beside {cheap}, {'; '.join(parts)}."
 
 
-def alone(backend: dict) -> str:
-    """Return one backend's F-measures and price."""
-    told = listed([f"{name} {row['f_measure']:.2f}" for name, row in backend["functions"].items()])
-    return f"F-measures of {told} at {spoken(backend['seconds_per_object'])} an object"
-
-
-def clause(name: str, backend: dict, cheap: str, cheaper: dict, sizes: tuple[int, int]) -> str:
-    """Return what one backend gives and costs beside the cheapest."""
-    differences = paired_differences(cheaper["functions"], backend["functions"], *sizes)
-    return f"{quality_said(name, differences)}, {price(backend, cheaper)}"
-
-
-def quality_said(name: str, differences: dict[str, dict]) -> str:
+def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
     """Return in words at which functions a backend is better, worse and level."""
-    by = {each: [f for f, row in differences.items() if row["verdict"] == each] for each in (BETTER, WORSE, LEVEL)}
+    by = {
+        verdict: {function: row for function, row in differences.items() if row["verdict"] == verdict}
+        for verdict in (BETTER, WORSE, LEVEL)
+    }
     if not any(by.values()):
-        told = listed([f"{function} by {signed(row)}" for function, row in differences.items()])
-        return f"{name} differs at {told} in one trial, too few to tell"
-    parts = [f"{each} at {listed([said(f, differences[f]) for f in by[each]])}" for each in (BETTER, WORSE) if by[each]]
+        signed = enumeration([f"{function} by {row['difference']:+.3f}" for function, row in differences.items()])
+        return f"{name} differs at {signed} in one trial, too few to tell"
+    parts = [
+        f"{verdict} at {enumeration([f'{function} (F {with_margin(row)})' for function, row in by[verdict].items()])}"
+        for verdict in (BETTER, WORSE)
+        if by[verdict]
+    ]
     if by[LEVEL]:
-        largest = max(abs(differences[function]["difference"]) for function in by[LEVEL])
+        largest = max(abs(row["difference"]) for row in by[LEVEL].values())
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
-        parts.append(f"level at {listed(by[LEVEL])} ({within})")
-    return f"{name} is {listed(parts)}"
+        parts.append(f"level at {enumeration(list(by[LEVEL]))} ({within})")
+    return f"{name} is {enumeration(parts)}"
 
 
-def said(function: str, row: dict) -> str:
-    """Return a function with its difference and margin."""
-    return f"{function} (F {signed(row)} ± {row['margin']:.3f})"
+def with_margin(row: Difference) -> str:
+    """Return a difference with its margin."""
+    return f"{row['difference']:+.3f} ± {row['margin']:.3f}"
 
 
-def signed(row: dict) -> str:
-    """Return a difference with its sign."""
-    return f"{row['difference']:+.3f}"
-
-
-def price(backend: dict, cheaper: dict) -> str:
+def price_words(backend: BackendReport, cheaper: BackendReport) -> str:
     """Return how many times the seconds a backend takes."""
     dear, cheap = backend["seconds_per_object"], cheaper["seconds_per_object"]
     own = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"
-    beside = f"{spoken(dear)} against {spoken(cheap)} an object{own}"
+    beside = f"{format_duration(dear)} against {format_duration(cheap)} an object{own}"
     if not cheap > 0:
         return f"at {beside}"
     times = dear / cheap
     return f"at {f'{times:.0f}' if times >= 10 else f'{times:.1f}'} times the time ({beside})"
 
 
-def spoken(seconds: float) -> str:
-    """Return seconds as people read them.
-
-    Examples
-    --------
-    >>> spoken(0.0123), spoken(2.5), spoken(131.4)
-    ('12 ms', '2.5 s', '131 s')
-    """
-    if seconds < 1:
-        return f"{1000 * seconds:.{0 if seconds >= 0.01 else 1}f} ms"
-    return f"{seconds:.1f} s" if seconds < 100 else f"{seconds:.0f} s"
-
-
-def listed(words: Sequence[str]) -> str:
+def enumeration(words: Sequence[str]) -> str:
     """Return words as a list in a sentence.
 
     Examples
     --------
-    >>> listed(["cup", "sittable", "table"])
+    >>> enumeration(["cup", "sittable", "table"])
     'cup, sittable and table'
     """
     return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

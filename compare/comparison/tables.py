@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.quantities import format_duration, format_length
 
+from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.protocol import PAPER
-from .significance import spoken
+from .report import Report
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,15 +26,13 @@ class Table:
         return "\n".join([f"## {self.title}", "", *(f"| {' | '.join(line)} |" for line in lines)])
 
 
-def tables(report: dict) -> list[Table]:
+def tables(report: Report) -> list[Table]:
     """Return all tables of a comparison."""
-    found = [quality_table(report), cost_table(report), radius_table(report)]
-    if report["agreement"]:
-        found += [label_table(report), histogram_table(report)]
-    return found
+    of_pairs = [label_table(report), histogram_table(report)] if report["agreement"] else []
+    return [quality_table(report), cost_table(report), radius_table(report), *of_pairs]
 
 
-def quality_table(report: dict) -> Table:
+def quality_table(report: Report) -> Table:
     """Return how well each function is told, by simulators and baselines, over trials and leaving one out."""
     rows = [
         [
@@ -41,12 +40,12 @@ def quality_table(report: dict) -> Table:
             function,
             with_spread(row),
             *(number(row[key]) for key in ("precision", "recall", "accuracy", "f_measure_fair")),
-            number(each["leave_one_out"][function]["f_measure"]),
+            number(feature["leave_one_out"][function]["f_measure"]),
             "" if row["radius"] is None else format_length(row["radius"]),
         ]
         for function in report["functions"]
-        for name, each in (report["backends"] | report["baselines"]).items()
-        for row in [each["functions"][function]]
+        for name, feature in (report["backends"] | report["baselines"]).items()
+        for row in [feature["functions"][function]]
     ]
     known = [name for name in report["functions"] if name in PAPER]
     rows += [["the paper, its 200 models", name, f"{PAPER[name]:.2f}", *[""] * 6] for name in known]
@@ -56,26 +55,26 @@ def quality_table(report: dict) -> Table:
     return Table(title=title, columns=head, rows=rows)
 
 
-def cost_table(report: dict) -> Table:
+def cost_table(report: Report) -> Table:
     """Return what each simulator costs."""
     rows = [
         [
             name,
-            ", ".join(format_length(radius) for radius in each["radii"]),
-            spoken(each["seconds_per_object"]),
-            spoken(each["seconds_per_object_p95"]),
-            spoken(each["seconds_total"]),
-            rate(each["drops_per_second"]),
-            mebibytes(each["peak_memory"]),
-            str(each["failed"]),
+            ", ".join(map(format_length, row["radii"])),
+            format_duration(row["seconds_per_object"]),
+            format_duration(row["seconds_per_object_p95"]),
+            format_duration(row["seconds_total"]),
+            rate(row["drops_per_second"]),
+            "unknown" if row["peak_memory"] is None else f"{row['peak_memory'] / 2**20:,.0f} MiB",
+            str(row["failed"]),
         ]
-        for name, each in report["backends"].items()
+        for name, row in report["backends"].items()
     ]
     head = ["backend", "radii", "median object", "95th percentile", "all objects", "drops/s", "peak memory", "failed"]
     return Table(title="Cost", columns=head, rows=rows)
 
 
-def radius_table(report: dict) -> Table:
+def radius_table(report: Report) -> Table:
     """Return what each radius alone gives and costs."""
     functions = list(report["functions"])
     rows = [
@@ -83,18 +82,18 @@ def radius_table(report: dict) -> Table:
             name,
             format_length(row["radius"]),
             *(with_spread(row["functions"][function]) for function in functions),
-            spoken(row["seconds_per_object"]),
+            format_duration(row["seconds_per_object"]),
             rate(row["drops_per_second"]),
             number(row["settled_share"]),
         ]
-        for name, each in report["backends"].items()
-        for row in each["by_radius"]
+        for name, backend in report["backends"].items()
+        for row in backend["by_radius"]
     ]
     head = ["backend", "radius", *(f"F {name}" for name in functions), "median object", "drops/s", "settled"]
     return Table(title="One radius alone", columns=head, rows=rows)
 
 
-def label_table(report: dict) -> Table:
+def label_table(report: Report) -> Table:
     """Return on how many objects two simulators agree, and whose trials are better."""
     rows = [
         [
@@ -115,17 +114,17 @@ def label_table(report: dict) -> Table:
     return Table(title="Agreement of labels, every object left out once", columns=head, rows=rows)
 
 
-def histogram_table(report: dict) -> Table:
+def histogram_table(report: Report) -> Table:
     """Return how far two simulators' histograms lie apart, beside two seeds of one."""
     rows = [
         [
             " / ".join(pair["backends"]),
             format_length(row["radius"]),
             number(row["between"]),
-            " / ".join(number(each) for each in row["within"].values()),
+            " / ".join(number(distance) for distance in row["within"].values()),
             number(row["ratio"]),
             number(row["norm"]),
-            " / ".join(number(each) for each in settled["share"].values()),
+            " / ".join(number(share) for share in settled["share"].values()),
         ]
         for pair in report["agreement"]
         for row, settled in zip(pair["histograms"], pair["settled"], strict=True)
@@ -135,12 +134,12 @@ def histogram_table(report: dict) -> Table:
     return Table(title=title, columns=head, rows=rows)
 
 
-def markdown(report: dict) -> str:
+def markdown(report: Report) -> str:
     """Return the comparison in Markdown."""
     return "\n\n".join(["# Comparison of simulators", report["answer"], *sections(report)]) + "\n"
 
 
-def sections(report: dict) -> Iterator[str]:
+def sections(report: Report) -> Iterator[str]:
     """Yield what follows the answer."""
     for table in tables(report):
         yield table.markdown()
@@ -156,7 +155,7 @@ def number(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
 
 
-def with_spread(row: dict) -> str:
+def with_spread(row: FunctionQuality) -> str:
     """Return an F-measure with its standard deviation over trials."""
     spread = "" if row["f_measure_std"] is None else f" ± {row['f_measure_std']:.3f}"
     return f"{row['f_measure']:.3f}{spread}"
@@ -165,8 +164,3 @@ def with_spread(row: dict) -> str:
 def rate(value: float | None) -> str:
     """Return drops per second."""
     return "" if value is None else f"{value:,.0f}"
-
-
-def mebibytes(value: int | None) -> str:
-    """Return bytes as mebibytes."""
-    return "unknown" if value is None else f"{value / 2**20:,.0f} MiB"

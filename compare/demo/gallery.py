@@ -6,23 +6,24 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from PIL import Image, ImageDraw, ImageFont
 
-from spherefunc_bullet.clouds.cloud import cloud_from_mesh, placed
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import write_bytes
 from spherefunc_bullet.quantities import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
 
-from ..pages.pictures import CUT_COLOUR, GROUND_COLOUR, View, render
+from ..pages.html import png_bytes
+from ..pages.pictures import CUT_COLOUR, GROUND_COLOUR, View, object_picture
 
-COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
 INK, GREY = (25, 25, 30), (90, 90, 100)
 BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under the objects
 
@@ -50,13 +51,18 @@ EXHIBITS = {
 SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
 
 
-def draw_exhibit(exhibit: Exhibit, mesh, simulator: Simulator, seed: int = 0, title: str | None = None):
-    """Return an object of the catalogue with the spheres that settle on it, captioned, as a PIL image."""
-    cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
-    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
-    image = render(placed(mesh.vertices), mesh.faces, result.centers, exhibit.radius, exhibit.view)
-    detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
-    return captioned(image, title or exhibit.title, detail)
+def draw_exhibits(names: Iterable[str], simulator: Simulator, seed: int, caption: str = "") -> dict[str, Image.Image]:
+    """Return objects of the catalogue with the spheres that settle on them, captioned, a simulator's name in front."""
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    images, exhibits = {}, {name: EXHIBITS[name] for name in names}
+    for name, exhibit in progress(exhibits.items(), len(exhibits), f"drawing {caption}".strip()):
+        mesh = meshes[exhibit.name]
+        cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
+        result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
+        image = object_picture(cloud, result.centers, exhibit.radius, exhibit.view)
+        detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
+        images[name] = captioned(image, f"{caption}: {exhibit.title.lower()}" if caption else exhibit.title, detail)
+    return images
 
 
 def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:
@@ -67,17 +73,12 @@ def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]
     InputError
         If there is no such backend, or the folder cannot be written.
     """
-    simulator = make_simulator(backend)
-    meshes = {item.name: item.mesh for item in make_catalogue("household")}
-    images = {}
-    for name, exhibit in progress(EXHIBITS.items(), len(EXHIBITS), "drawing"):
-        images[name] = draw_exhibit(exhibit, meshes[exhibit.name], simulator, seed)
-    key = colour_key(View().size)
-    images["settling"] = tiled([*images.values(), key], columns=3, width=480)
+    images = draw_exhibits(EXHIBITS, make_simulator(backend), seed)
+    images["settling"] = tiled([*images.values(), colour_key(View().size)], columns=3, width=480)
     return [write_png(image, out / f"{name}.png") for name, image in images.items()]
 
 
-def write_side_by_side(out: Path, backends: list[str], seed: int = 0) -> Path:
+def write_side_by_side(out: Path, backends: Sequence[str], seed: int = 0) -> Path:
     """Write ``backends.png``, a row of the same objects for each backend; return its path.
 
     Raises
@@ -85,25 +86,17 @@ def write_side_by_side(out: Path, backends: list[str], seed: int = 0) -> Path:
     InputError
         If a backend is missing, or the folder cannot be written.
     """
-    simulators = {name: make_simulator(name) for name in backends}
-    meshes = {item.name: item.mesh for item in make_catalogue("household")}
-    exhibits = [EXHIBITS[name] for name in SIDE_BY_SIDE]
-    images = [
-        draw_exhibit(each, meshes[each.name], simulator, seed, f"{name}: {each.title.lower()}")
-        for name, simulator in simulators.items()
-        for each in progress(exhibits, len(exhibits), f"drawing {name}")
+    simulators = [make_simulator(name) for name in backends]
+    rows = [
+        draw_exhibits(SIDE_BY_SIDE, simulator, seed, name) for name, simulator in zip(backends, simulators, strict=True)
     ]
-    return write_png(tiled(images, columns=len(exhibits), width=480), out / "backends.png")
+    images = [image for row in rows for image in row.values()]
+    return write_png(tiled(images, columns=len(SIDE_BY_SIDE), width=480), out / "backends.png")
 
 
-def write_png(image, path: Path) -> Path:
+def write_png(image: Image.Image, path: Path) -> Path:
     """Write an image as a small PNG, and return its path."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        image.quantize(COLOURS).save(path, optimize=True)
-    except OSError as error:
-        raise InputError(f"{path}: expected a file that can be written; {error.strerror}") from error
-    return path
+    return write_bytes(path, png_bytes(image))
 
 
 def main():
@@ -120,10 +113,8 @@ def main():
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
-def captioned(image, title: str, detail: str):
+def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
     """Return an image with a title and a line below it."""
-    from PIL import Image, ImageDraw
-
     width, height = image.size
     large, small = font(height // 20), font(height // 26)
     canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
@@ -134,17 +125,13 @@ def captioned(image, title: str, detail: str):
     return canvas
 
 
-def font(size: int):
+def font(size: int) -> ImageFont.FreeTypeFont:
     """Return Pillow's own typeface at a size in pixels: it is there on every machine."""
-    from PIL import ImageFont
-
     return ImageFont.load_default(size)
 
 
-def colour_key(size: tuple[int, int]):
+def colour_key(size: tuple[int, int]) -> Image.Image:
     """Return an image that says what the colours mean, as large as a captioned picture of ``size`` pixels."""
-    from PIL import Image, ImageDraw
-
     width, height = size
     canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
     pen = ImageDraw.Draw(canvas)
@@ -160,10 +147,8 @@ def colour_key(size: tuple[int, int]):
     return canvas
 
 
-def tiled(images: Sequence, columns: int, width: int):
+def tiled(images: Sequence[Image.Image], columns: int, width: int) -> Image.Image:
     """Return images of one size in rows, each ``width`` pixels wide."""
-    from PIL import Image
-
     height = round(images[0].height * width / images[0].width)
     rows = -(-len(images) // columns)
     canvas = Image.new("RGB", (columns * width, rows * height), BACKGROUND)

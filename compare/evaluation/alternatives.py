@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +15,9 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import METHODS, Method
 
-from .baselines import Distances, cube_distances
-from .evaluation import labels_of
-from .protocol import leave_one_group_out, pooled_measured, random_splits, trials_measured
+from .evaluation import FunctionQuality, evaluate
+from .features import Distances, cube_distances
+from .protocol import Protocol, Splits, labels_of
 
 PAPER, DEFAULT = METHODS["paper"], METHODS["default"]
 
@@ -94,35 +94,37 @@ ALTERNATIVES = {
 
 def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random."""
-    labels = labels_of(simulated)
-    half = random_splits(len(labels.members), len(labels.members) // 2, trials, seed)
-    sources = leave_one_group_out(labels.groups) if len(set(labels.groups.tolist())) > 1 else []
-    turned = randomly_turned(simulated, seed)
-    rows = {}
+    labels, half = labels_of(simulated), len(simulated.objects) // 2
+    groups = len(set(labels.groups.tolist())) > 1
+    splits = Protocol(train_sizes=(half,), trials=trials, seed=seed, groups=groups).splits(labels)
+    turned, halves = randomly_turned(simulated, seed), Splits(halves=splits.halves)
+    rows: dict[str, dict[str, dict[str, float]]] = {}
     for name, alternative in ALTERNATIVES.items():
-        method, distances = alternative.method, alternative.distances(simulated, radii)
-        rows[name] = {"random halves": f_measures(trials_measured(distances, labels, half, method))}
-        if sources:
-            rows[name]["across sources"] = f_measures(pooled_measured(distances, labels, sources, method))
-        distances = alternative.distances(turned, radii)
-        rows[name]["random halves, turned"] = f_measures(trials_measured(distances, labels, half, method))
+        as_given, as_turned = (
+            evaluate(alternative.distances(objects, radii), labels, alternative.method, tested)
+            for objects, tested in ((simulated, splits), (turned, halves))
+        )
+        rows[name] = {"random halves": f_measures(as_given.quality(half))}
+        if groups:
+            rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
+        rows[name]["random halves, turned"] = f_measures(as_turned.quality(half))
     if json:
         print_json(rows)
         return
     protocols = list(next(iter(rows.values())))
-    table = [[name, *(spaced(row[each]) for each in protocols)] for name, row in rows.items()]
+    table = [[name, *(side_by_side(row[protocol]) for protocol in protocols)] for name, row in rows.items()]
     title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
     print_table(title, ["alternative", *protocols], table)
 
 
-def spaced(f_measures: dict[str, float]) -> str:
+def side_by_side(f_measures: Mapping[str, float]) -> str:
     """Return F-measures side by side."""
-    return "  ".join(f"{each:.3f}" for each in f_measures.values())
+    return "  ".join(f"{f_measure:.3f}" for f_measure in f_measures.values())
 
 
-def f_measures(measured: dict) -> dict[str, float]:
+def f_measures(qualities: Mapping[str, FunctionQuality]) -> dict[str, float]:
     """Return each function's F-measure alone."""
-    return {name: row["f_measure"] for name, row in measured.items()}
+    return {name: row["f_measure"] for name, row in qualities.items()}
 
 
 def randomly_turned(simulated: Simulated, seed: int) -> Simulated:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spherefunc_bullet.datasets.dataset import NONE
-from spherefunc_bullet.learning.validation import THRESHOLD
 
+from .evaluation import Trial
 from .protocol import Labels
 
 
@@ -21,10 +21,11 @@ class Confusion:
     counts: np.ndarray  # (F + 1, F + 1) of those, how many were said to have the function
 
 
-def count_confusion(labels: Labels, scores: np.ndarray) -> Confusion:
-    """Count who was taken for what, from scores (N, F) of objects that were tested once each."""
-    true, said = with_none(labels.members), with_none(scores > THRESHOLD)
-    return Confusion((*labels.functions, NONE), true.sum(axis=0), true.T.astype(int) @ said.astype(int))
+def count_confusion(labels: Labels, *trials: Trial) -> Confusion:
+    """Count who was taken for what in all trials together; an object counts each time it was tested."""
+    true = with_none(np.concatenate([labels.members[trial.rows] for trial in trials]))
+    predicted = with_none(np.concatenate([trial.predicted for trial in trials]))
+    return Confusion((*labels.functions, NONE), true.sum(axis=0), true.T.astype(int) @ predicted.astype(int))
 
 
 def with_none(members: np.ndarray) -> np.ndarray:

@@ -1,126 +1,234 @@
-"""`spherefunc evaluate`: sphere features and baselines through the paper's protocol, in one report."""
+"""How well one feature tells functions (§IV): trial by trial, and with every object left out.
+
+Distances between histograms do not depend on which objects train, so each feature's are computed once, and a
+trial only chooses rows and columns.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NotRequired, TypedDict
 
 import numpy as np
-from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import memberships
 from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
-from .baselines import Distances, baseline_distances
-from .protocol import (
-    Labels,
-    Split,
-    leave_one_group_out,
-    leave_one_out,
-    pooled_measured,
-    random_splits,
-    trials_measured,
-)
+from .features import Again, Distances
+from .protocol import Labels, Split, Splits
+
+FOLDS = 20  # of leave-one-out, for the choice of the radius
+Weights = Mapping[float, float]  # radius in metres -> how much it counts
 
 
-def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> Distances:
-    """Return the distances between all objects' sphere histograms at each radius."""
-    return {
-        radius: euclidean_distances(
-            method.histogram(radius).fit_transform([each[radius] for each in simulated.settled])
-        )
-        for radius in radii
-    }
+class FunctionQuality(TypedDict):
+    """How well one function is told, as `spherefunc evaluate` writes it: means over trials."""
+
+    f_measure: float
+    f_measure_std: float | None  # one trial has no spread
+    f_measure_fair: float  # without the objects of which it is true as well
+    precision: float
+    recall: float
+    accuracy: float
+    radius: float | None  # metres, chosen most often; None where no radius is chosen
+    f_measures: NotRequired[list[float]]  # of every trial
 
 
-def labels_of(simulated: Simulated) -> Labels:
-    """Return what is true of a data set's objects.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """What was said of objects that were not learnt."""
 
-    Raises
-    ------
-    InputError
-        If all objects have the same label, so that there is nothing to tell apart.
+    learnt: int  # objects
+    rows: np.ndarray  # (T,) int, which objects were tested
+    scores: np.ndarray  # (T, F)
+    weights: Sequence[Sequence[Weights]]  # of every split, each function's
+
+    @property
+    def predicted(self) -> np.ndarray:
+        """Which object was said to have which function, (T, F) bool."""
+        return self.scores > THRESHOLD
+
+    def quality(self, labels: Labels, column: int) -> tuple[Quality, float]:
+        """Return how well one function was told, and its fair F-measure."""
+        members, predicted = labels.members[self.rows, column], self.predicted[:, column]
+        fair = quality(members, predicted, ~labels.also[self.rows, column])
+        return quality(members, predicted), fair.f_measure
+
+    def saying_no(self) -> Trial:
+        """Return the same trial with no to everything."""
+        return replace(self, scores=np.zeros_like(self.scores), weights=())
+
+    def by_object(self) -> np.ndarray:
+        """Return the scores (N, F) in the order of the data set, where every object was tested once."""
+        return self.scores[np.argsort(self.rows)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Evaluation:
+    """What one feature and method said of a data set's objects when they were not learnt."""
+
+    labels: Labels
+    method: Method
+    trials: Mapping[int, Sequence[Trial]]  # training size in objects -> the trials, ascending
+    left_out: Mapping[str, Trial]  # every object tested once: leave_one_out, leave_one_group_out
+    again: Trial | None = None  # what other spheres on some of the objects said of them, with all others learnt
+    by_radius: Mapping[float, Evaluation] = field(default_factory=dict)  # the trials with each radius alone, metres
+
+    def quality(self, train_size: int, every_trial: bool = False) -> dict[str, FunctionQuality]:
+        """Return each function's mean quality over the trials of a training size; also of each, if wanted."""
+        return mean_quality(self.trials[train_size], self.labels, every_trial)
+
+    def left_out_quality(self, protocol: str = "leave_one_out") -> dict[str, FunctionQuality]:
+        """Return each function's quality with every object tested once and all counted together."""
+        return mean_quality([self.left_out[protocol]], self.labels)
+
+    def radius_counts(self, train_size: int, column: int) -> Counter[float]:
+        """Return in how many trials of a training size each radius counted most for a function."""
+        return radius_counts(self.trials[train_size], column)
+
+    @property
+    def halves(self) -> tuple[int, int]:
+        """How many objects the trials learn at most, and how many they test."""
+        largest = max(self.trials)
+        return largest, len(self.trials[largest][0].rows)
+
+    @cached_property
+    def scores(self) -> np.ndarray:
+        """The score of every object with all others learnt, (N, F)."""
+        return self.left_out["leave_one_out"].by_object()
+
+    @property
+    def predicted(self) -> np.ndarray:
+        """Which object was said to have which function with all others learnt, (N, F) bool."""
+        return self.scores > THRESHOLD
+
+    def saying_no(self) -> Evaluation:
+        """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
+        trials = {size: [trial.saying_no() for trial in trials] for size, trials in self.trials.items()}
+        left_out = {name: trial.saying_no() for name, trial in self.left_out.items()}
+        return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
+
+
+def evaluate(
+    distances: Distances,
+    labels: Labels,
+    method: Method,
+    splits: Splits,
+    *,
+    again: Again | None = None,
+    each_radius: bool = False,
+) -> Evaluation:
+    """Return what a feature said, given its distances between all objects.
+
+    Parameters
+    ----------
+    again : Again
+        Distances of other spheres on some of the objects, which are tested as the first ones were.
+    each_radius : bool
+        Whether to run the trials with each radius alone besides.
     """
-    functions = tuple(sorted(set().union(*(each.functions for each in simulated.objects))))
-    members = memberships([each.functions for each in simulated.objects], functions)
-    if not functions or len(np.unique(members, axis=0)) < 2:
-        raise InputError(f"{simulated.name}: expected objects of at least two labels, got one only")
-    also = memberships([each.also - each.functions for each in simulated.objects], functions)
-    return Labels(functions, members, also, np.array([each.group for each in simulated.objects]))
+    halves = Splits(halves=splits.halves)
+    pooled = {name: pooled_trial(distances, labels, alone, method) for name, alone in splits.left_out.items()}
+    return Evaluation(
+        labels=labels,
+        method=method,
+        trials={
+            size: [run_trial(distances, labels, split, method) for split in trials]
+            for size, trials in splits.halves.items()
+        },
+        left_out=pooled,
+        again=None if again is None else trial_again(again, pooled["leave_one_out"], labels, method),
+        by_radius={
+            radius: evaluate({radius: matrix}, labels, method, halves)
+            for radius, matrix in distances.items()
+            if each_radius
+        },
+    )
 
 
-def evaluate_splits(features: dict[str, Distances], labels, train_sizes, trials, seed, methods) -> list[dict]:
-    """Return one result per training size: the paper's equal splits (§IV-B)."""
-    count = len(labels.members)
-    results = []
-    for size in train_sizes:
-        splits = random_splits(count, size, trials, seed)
-        measured = {
-            name: trials_measured(distances, labels, splits, methods[name]) for name, distances in features.items()
+def trial_again(again: Again, left_out: Trial, labels: Labels, method: Method) -> Trial:
+    """Return what is said of objects by other spheres on them, each with itself left out, as it was at first.
+
+    Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.
+    """
+    weights = dict(zip(left_out.rows.tolist(), left_out.weights, strict=True))
+    scores = np.zeros((len(again.rows), len(labels.functions)))
+    for place, row in enumerate(again.rows):
+        train = np.delete(np.arange(len(labels)), row)
+        across = {radius: matrix[[place]][:, train] for radius, matrix in again.distances.items()}
+        scores[place] = function_scores(across, labels.members[train], weights[row], method)[0]
+    return Trial(learnt=left_out.learnt, rows=np.array(again.rows, int), scores=scores, weights=())
+
+
+def run_trial(
+    distances: Distances, labels: Labels, split: Split, method: Method, weights: Sequence[Weights] | None = None
+) -> Trial:
+    """Return what is said of a split's test objects; without weights, its training objects choose the radii."""
+    members = labels.members[split.train]
+    if weights is None:
+        inside = {radius: matrix[np.ix_(split.train, split.train)] for radius, matrix in distances.items()}
+        weights = [radius_weights(inside, column, method) for column in members.T]
+    across = {radius: matrix[np.ix_(split.test, split.train)] for radius, matrix in distances.items()}
+    scores = function_scores(across, members, weights, method)
+    return Trial(learnt=len(split.train), rows=split.test, scores=scores, weights=[weights])
+
+
+def function_scores(across: Distances, members: np.ndarray, weights: Sequence[Weights], method: Method) -> np.ndarray:
+    """Return scores (T, F) from distances (T, L) to learnt objects with members (L, F), all radii together."""
+    columns = zip(members.T, weights, strict=True)
+    return np.stack([voted_scores(across, column, chosen, method) for column, chosen in columns], axis=1)
+
+
+def pooled_trial(distances: Distances, labels: Labels, splits: Sequence[Split], method: Method) -> Trial:
+    """Return what is said of all objects, each tested once.
+
+    Where splits leave out one object each, the radius is chosen once for every twentieth of them, without all
+    objects of that twentieth: never with the help of a tested object, at a twentieth of the cost.
+    """
+    trials: list[Trial] = []
+    for fold in np.array_split(np.arange(len(splits)), min(FOLDS, len(splits))):
+        weights = None
+        if len(fold) > 1:
+            train = np.setdiff1d(np.arange(len(labels)), np.concatenate([splits[i].test for i in fold]))
+            weights = run_trial(distances, labels, Split(train, splits[fold[0]].test), method).weights[0]
+        trials += [run_trial(distances, labels, splits[i], method, weights) for i in fold]
+    return Trial(
+        learnt=round(float(np.mean([trial.learnt for trial in trials]))),
+        rows=np.concatenate([trial.rows for trial in trials]),
+        scores=np.concatenate([trial.scores for trial in trials]),
+        weights=[trial.weights[0] for trial in trials],
+    )
+
+
+def mean_quality(trials: Sequence[Trial], labels: Labels, every_trial: bool = False) -> dict[str, FunctionQuality]:
+    """Return each function's mean quality over trials, with spread and the radius chosen most often."""
+    rows: dict[str, FunctionQuality] = {}
+    for column, name in enumerate(labels.functions):
+        strict, fair = zip(*(trial.quality(labels, column) for trial in trials), strict=True)
+        f_measures = [row.f_measure for row in strict]
+        rows[name] = {
+            "f_measure": mean(f_measures),
+            "f_measure_std": round(float(np.std(f_measures)), 4) if len(trials) > 1 else None,
+            "f_measure_fair": mean(fair),
+            "precision": mean([row.precision for row in strict]),
+            "recall": mean([row.recall for row in strict]),
+            "accuracy": mean([row.accuracy for row in strict]),
+            "radius": max(counts := radius_counts(trials, column), key=counts.get, default=None),
         }
-        results.append(result("random_splits", size, measured) | {"trials": trials})
-    return results
+        if every_trial:
+            rows[name]["f_measures"] = [round(f_measure, 4) for f_measure in f_measures]
+    return rows
 
 
-def evaluate_pooled(features: dict[str, Distances], labels, protocol, splits, methods) -> dict:
-    """Return the result of a protocol that tests every object once."""
-    measured = {
-        name: pooled_measured(distances, labels, splits, methods[name]) for name, distances in features.items()
-    }
-    train_size = round(float(np.mean([len(split.train) for split in splits])))
-    return result(protocol, train_size, measured)
+def radius_counts(trials: Iterable[Trial], column: int) -> Counter[float]:
+    """Return how often each radius counted most for a function."""
+    chosen = [weights[column] for trial in trials for weights in trial.weights]
+    return Counter(max(weights, key=weights.get) for weights in chosen)
 
 
-def evaluate_transfer(features, labels, train_count: int, methods) -> dict:
-    """Return the result of learning on the first ``train_count`` objects and testing on all others."""
-    split = Split(np.arange(train_count), np.arange(train_count, len(labels.members)))
-    measured = {
-        name: trials_measured(distances, labels, [split], methods[name]) for name, distances in features.items()
-    }
-    return result("test", train_count, measured)
-
-
-def result(protocol: str, train_size: int, measured: dict[str, dict]) -> dict:
-    """Return one entry of the report's ``results``: the spheres' figures, and the baselines' beside them."""
-    baselines = {name: functions for name, functions in measured.items() if name != "spheres"}
-    return {
-        "protocol": protocol,
-        "train_size": train_size,
-        "functions": measured["spheres"],
-        "baselines": baselines,
-    }
-
-
-def all_features(simulated: Simulated, radii, method: Method) -> tuple[dict[str, Distances], dict[str, Method]]:
-    """Return the distances of the spheres and of every baseline, and the method that scores each.
-
-    Baselines are scored with the same neighbours, votes and choice of radius as the spheres.
-    """
-    spheres = {"spheres": sphere_distances(simulated, radii, method)}
-    features = spheres | baseline_distances(simulated.records, radii)
-    return features, dict.fromkeys(features, method)
-
-
-def protocols(features, labels, options, methods) -> list[dict]:
-    """Return the results of all protocols that were asked for."""
-    results = evaluate_splits(features, labels, options.train_sizes, options.trials, options.seed, methods)
-    if options.leave_one_out:
-        splits = leave_one_out(len(labels.members), options.seed)
-        results.append(evaluate_pooled(features, labels, "leave_one_out", splits, methods))
-    if options.groups:
-        splits = leave_one_group_out(labels.groups)
-        results.append(evaluate_pooled(features, labels, "leave_one_group_out", splits, methods))
-    return results
-
-
-@dataclass(frozen=True)
-class Options:
-    """Which experiments to run."""
-
-    train_sizes: list[int]
-    trials: int
-    seed: int
-    leave_one_out: bool
-    groups: bool
+def mean(values: Sequence[float]) -> float:
+    """Return a mean to four places."""
+    return round(float(np.mean(values)), 4)

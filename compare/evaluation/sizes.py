@@ -1,4 +1,4 @@
-"""How many train: one rule for evaluate, compare and figures."""
+"""How many train: one way to say it for evaluate and figures, each with its rule for what does not fit."""
 
 from __future__ import annotations
 
@@ -6,6 +6,20 @@ from spherefunc_bullet.errors import InputError
 
 TRAIN_SIZES = "20,45,85,half"
 FEWEST = 4  # objects: two to learn from, two to test on
+
+
+def parse_sizes(text: str, count: int) -> list[int]:
+    """Return the training sizes of a list such as ``20,45,half``, ascending, whether they fit or not.
+
+    Raises
+    ------
+    InputError
+        If a size is no number.
+    """
+    try:
+        return sorted({count // 2 if part.strip() == "half" else int(part) for part in text.split(",")})
+    except ValueError:
+        raise InputError(f"--train-sizes {text}: expected numbers and half, such as {TRAIN_SIZES}") from None
 
 
 def wanted_sizes(text: str, count: int) -> list[int]:
@@ -16,11 +30,7 @@ def wanted_sizes(text: str, count: int) -> list[int]:
     InputError
         If a size is no number, or one that was asked for is larger than half of the objects.
     """
-    half = count // 2
-    try:
-        sizes = sorted({half if part.strip() == "half" else int(part) for part in text.split(",")})
-    except ValueError:
-        raise InputError(f"--train-sizes {text}: expected numbers and half, such as {TRAIN_SIZES}") from None
+    half, sizes = count // 2, parse_sizes(text, count)
     if text == TRAIN_SIZES:
         sizes = [size for size in sizes if size <= half]
     if not sizes or sizes[0] < 2 or sizes[-1] > half:
@@ -28,27 +38,23 @@ def wanted_sizes(text: str, count: int) -> list[int]:
     return sizes
 
 
-def require_enough(name: str, count: int):
-    """Raise InputError if so few objects cannot be split."""
-    if count < FEWEST:
-        raise InputError(f"{name}: expected at least {FEWEST} objects, half to learn and half to test, got {count}")
-
-
 def fitting_sizes(text: str, count: int) -> tuple[tuple[int, ...], list[int]]:
-    """Return the training sizes of a list such as ``20,45,half``, and those that are more than half of the objects.
-
-    For each that is too large, half of the objects stands in.
+    """Return the training sizes, half of the objects in place of each that is larger, and those that are.
 
     Raises
     ------
     InputError
         If a size is no number, or less than two.
     """
-    half = count // 2
-    try:
-        asked = sorted({half if part.strip() == "half" else int(part) for part in text.split(",")})
-    except ValueError:
-        raise InputError(f"--train-sizes {text}: expected numbers and half, such as 20,45,half") from None
+    half, asked = count // 2, parse_sizes(text, count)
     if asked[0] < 2:
         raise InputError(f"--train-sizes {text}: expected numbers from 2, got {asked[0]}")
     return tuple(sorted({min(size, half) for size in asked})), [size for size in asked if size > half]
+
+
+def require_enough(name: str, count: int, which: str = ""):
+    """Raise InputError if so few objects cannot be split."""
+    if count < FEWEST:
+        raise InputError(
+            f"{name}: expected at least {FEWEST} objects{which}, half to learn and half to test, got {count}"
+        )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ..evaluation.confusion import Confusion, count_confusion
-from ..evaluation.protocol import Labels, Run
 from ..pages.plates import DOUBLE, INK, SINGLE, Plate, wrapped
-from .study import Study
+from .evaluated_data import EvaluatedData
 
 ABREAST, FEW = 3, 6  # matrices in a row, where they have so few labels
 SIDE = {1: 2.1, 2: 2.1, 3: 1.65}  # inches, of a matrix, by how many are in a row
@@ -17,39 +16,32 @@ WIDTH = {1: SINGLE, 2: 5.4, 3: DOUBLE}  # inches
 LARGE_SIDE = 2.9  # inches, of a matrix of many labels, two in a row
 
 
-def confusion_matrices(study: Study) -> Plate:
+def confusion_matrices(data: EvaluatedData) -> Plate:
     """Return Fig. 4: one confusion matrix for each training size, all trials counted together."""
     return Plate(
         stem="fig4_confusion",
         caption="Of the tested objects with a label (row), how many per cent were said to have a function (column), "
-        f"{study.simulated.name}, {study.protocol.trials} trials together. An object may be said to have several "
+        f"{data.name}, {data.protocol.trials} trials together. An object may be said to have several "
         "functions, and then counts in each, so a row may add up to more than 100; none is said of what got no "
         "function. An object labelled with several functions counts in each of their rows.",
-        size=matrices_size(study),
-        draw=lambda figure: draw_matrices(figure, study),
-        rows=confusion_rows(study),
+        size=matrices_size(data),
+        draw=lambda figure: draw_matrices(figure, data),
+        rows=confusion_rows(data),
     )
 
 
-def abreast(study: Study) -> int:
+def abreast(data: EvaluatedData) -> int:
     """Return how many matrices stand in a row."""
-    return min(len(study.protocol.sizes), ABREAST if len(study.labels.functions) < FEW else 2)
+    return min(len(data.protocol.train_sizes), ABREAST if len(data.labels.functions) < FEW else 2)
 
 
-def matrices_size(study: Study) -> tuple[float, float]:
+def matrices_size(data: EvaluatedData) -> tuple[float, float]:
     """Return the width and height of the figure in inches."""
-    across, count = abreast(study), len(study.protocol.sizes)
-    large = len(study.labels.functions) >= FEW
+    across, count = abreast(data), len(data.protocol.train_sizes)
+    large = len(data.labels.functions) >= FEW
     side, width = (LARGE_SIDE, DOUBLE) if large else (SIDE[across], WIDTH[across])
-    names = 0.05 * max(map(len, study.labels.functions))  # slanted below the columns
+    names = 0.05 * max(map(len, data.labels.functions))  # slanted below the columns
     return width, -(-count // across) * (side + 0.5 + names)
-
-
-def pooled_confusion(labels: Labels, runs: Sequence[Run]) -> Confusion:
-    """Return the counts of all trials together; an object counts each time it was tested."""
-    tested = np.concatenate([run.test for run in runs])
-    repeated = Labels(labels.functions, labels.members[tested], labels.also[tested], labels.groups[tested])
-    return count_confusion(repeated, np.concatenate([run.scores for run in runs]))
 
 
 def shares(confusion: Confusion) -> np.ndarray:
@@ -57,29 +49,29 @@ def shares(confusion: Confusion) -> np.ndarray:
     return confusion.counts / np.maximum(confusion.objects, 1)[:, None]
 
 
-def confusion_rows(study: Study) -> list[dict]:
+def confusion_rows(data: EvaluatedData) -> list[dict]:
     """Return one row for each cell of each matrix."""
     rows = []
-    for size in study.protocol.sizes:
-        confusion = pooled_confusion(study.labels, study.runs[size])
+    for size in data.protocol.train_sizes:
+        confusion = count_confusion(data.labels, *data.evaluation.trials[size])
         share = shares(confusion)
         for (i, j), count in np.ndenumerate(confusion.counts):
-            start = {"train_size": size, "trials": study.protocol.trials, "labelled": confusion.labels[i]}
-            said = {"said": confusion.labels[j], "tested": int(confusion.objects[i]), "count": int(count)}
-            rows.append(start | said | {"share": round(float(share[i, j]), 4)})
+            start = {"train_size": size, "trials": data.protocol.trials, "labelled": confusion.labels[i]}
+            counts = {"said": confusion.labels[j], "tested": int(confusion.objects[i]), "count": int(count)}
+            rows.append(start | counts | {"share": round(float(share[i, j]), 4)})
     return rows
 
 
-def draw_matrices(figure, study: Study):
+def draw_matrices(figure: Figure, data: EvaluatedData):
     """Draw the matrices beside each other, with one key."""
-    sizes = study.protocol.sizes
-    across = abreast(study)
+    sizes = data.protocol.train_sizes
+    across = abreast(data)
     grid = figure.subplots(-(-len(sizes) // across), across, squeeze=False)
     for index, axes in enumerate(grid.flat):
         if index >= len(sizes):
             axes.set_axis_off()
             continue
-        image = draw_matrix(axes, pooled_confusion(study.labels, study.runs[sizes[index]]))
+        image = draw_matrix(axes, count_confusion(data.labels, *data.evaluation.trials[sizes[index]]))
         axes.set_title(f"({chr(97 + index)}) {sizes[index]} training examples", fontweight="bold", loc="left")
         axes.set_xlabel("said to be")
         if index % across == 0:
@@ -89,7 +81,7 @@ def draw_matrices(figure, study: Study):
     key.outline.set_visible(False)
 
 
-def draw_matrix(axes, confusion: Confusion):
+def draw_matrix(axes: Axes, confusion: Confusion):
     """Draw one matrix with its numbers, and return the image for the key."""
     percent = 100 * shares(confusion)
     image = axes.imshow(percent, cmap="cividis", vmin=0, vmax=100)

@@ -2,67 +2,61 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from spherefunc_bullet.quantities import format_length
 
 from ..evaluation.protocol import PAPER
 from ..pages.plates import DOUBLE, GREY, INK, Plate, bounded_spread, look, wrapped
-from .study import Study
+from .evaluated_data import EvaluatedData
 
 PAPER_MARK = {"marker": "D", "color": INK, "markerfacecolor": "none"}
 
 
-def function_quality(study: Study) -> Plate:
+def function_quality(data: EvaluatedData) -> Plate:
     """Return Fig. 3b: quality at the largest training size, and which radius the trials chose."""
     published = " Diamonds: F-measures that Hinkle and Olson (2013) report on their own 200 models, not on these."
     return Plate(
         stem="fig3b_functions",
-        caption=f"(a) F-measure and accuracy of each function at {study.half} training examples, "
-        f"{study.simulated.name}; bars: standard deviation over {study.protocol.trials} trials. The radius is the one "
+        caption=f"(a) F-measure and accuracy of each function at {data.half} training examples, "
+        f"{data.name}; bars: standard deviation over {data.protocol.trials} trials. The radius is the one "
         "that most trials chose. (b) In how many of the trials each radius was the one that counted most."
-        f"{published if PAPER.keys() & set(study.labels.functions) else ''}",
-        size=(DOUBLE, 1.2 + 0.3 * len(study.labels.functions)),
-        draw=lambda figure: draw_quality(figure, study),
-        rows=quality_rows(study),
+        f"{published if PAPER.keys() & set(data.labels.functions) else ''}",
+        size=(DOUBLE, 1.2 + 0.3 * len(data.labels.functions)),
+        draw=lambda figure: draw_quality(figure, data),
+        rows=quality_rows(data),
     )
 
 
-def quality_rows(study: Study) -> list[dict]:
+def quality_rows(data: EvaluatedData) -> list[dict]:
     """Return one row a function, with the paper's F-measure where it has that function."""
     rows = []
-    for name, row in study.measured(study.half).items():
-        counted = radius_counts(study, name)
-        chosen = {f"trials_choosing_{format_length(r).replace(' ', '')}": counted[r] for r in study.radii}
-        start = {"function": name, "train_size": study.half, "trials": study.protocol.trials}
+    for column, (name, row) in enumerate(data.evaluation.quality(data.half).items()):
+        counts = data.evaluation.radius_counts(data.half, column)
+        chosen = {f"trials_choosing_{format_length(r).replace(' ', '')}": counts[r] for r in data.radii}
+        start = {"function": name, "train_size": data.half, "trials": data.protocol.trials}
         rows.append(start | row | {"paper_f_measure": PAPER.get(name)} | chosen)
     return rows
 
 
-def radius_counts(study: Study, name: str) -> Counter[float]:
-    """Return in how many trials each radius counted most for a function."""
-    column = study.labels.functions.index(name)
-    weights = [run.weights[column] for run in study.runs[study.half]]
-    return Counter(max(each, key=each.get) for each in weights)
-
-
-def draw_quality(figure, study: Study):
+def draw_quality(figure: Figure, data: EvaluatedData):
     """Draw the qualities, the same in numbers, and the choices of radius."""
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.5, 1.1, 1.1), sharey=True)
-    rows = quality_rows(study)
-    known = bool(PAPER.keys() & set(study.labels.functions))
+    rows = quality_rows(data)
+    known = bool(PAPER.keys() & set(data.labels.functions))
     draw_measures(left, rows)
     draw_numbers(middle, rows, known)
-    draw_radii(right, study, rows)
+    draw_radii(right, data, rows)
     left.set_yticks(range(len(rows)), [wrapped(row["function"]) for row in rows])
     left.set_ylim(len(rows) - 0.5, -0.5)
     entries = legend_entries()[: 3 if known else 2]
     figure.legend(handles=entries, loc="outside upper center", ncols=3, columnspacing=1.2)
 
 
-def draw_measures(axes, rows: list[dict]):
+def draw_measures(axes: Axes, rows: list[dict]):
     """Draw F-measure, accuracy and the paper's F-measure of each function on a line."""
     for index, row in enumerate(rows):
         own = {"color": look(index)["color"], "markersize": 5}
@@ -78,7 +72,7 @@ def draw_measures(axes, rows: list[dict]):
     axes.set_title("(a)", loc="left", fontweight="bold")
 
 
-def draw_numbers(axes, rows: list[dict], known: bool):
+def draw_numbers(axes: Axes, rows: list[dict], known: bool):
     """Write the numbers beside the markers; the paper's only where it has some of the functions."""
     columns = {
         "radius": [format_length(row["radius"]) for row in rows],
@@ -92,8 +86,8 @@ def draw_numbers(axes, rows: list[dict], known: bool):
         # In points above the panel, whatever its height.
         offset = {"xytext": (0, 5), "textcoords": "offset points", "ha": "center"}
         axes.annotate(name, (place, 1), xycoords="axes fraction", **offset, fontsize=6.5, color=GREY)
-        for line, each in enumerate(words):
-            axes.text(place, line, each, ha="center", va="center", fontsize=6.5)
+        for line, word in enumerate(words):
+            axes.text(place, line, word, ha="center", va="center", fontsize=6.5)
     axes.set_xlim(0, 1)
     axes.set_axis_off()
 
@@ -107,8 +101,6 @@ def number(value: float | None, spread: float | None = None) -> str:
 
 def legend_entries() -> list:
     """Return each kind of marker, in grey: the colours are the functions', which the axis names."""
-    from matplotlib.lines import Line2D
-
     grey = {"color": GREY, "linestyle": "none", "markersize": 5}
     return [
         Line2D([], [], marker="o", label="F-measure", **grey),
@@ -117,16 +109,17 @@ def legend_entries() -> list:
     ]
 
 
-def draw_radii(axes, study: Study, rows: list[dict]):
+def draw_radii(axes: Axes, data: EvaluatedData, rows: list[dict]):
     """Draw how many trials chose each radius, as numbers on a map; bold the radius that the table names."""
-    trials = study.protocol.trials
-    counts = [[radius_counts(study, row["function"])[radius] for radius in study.radii] for row in rows]
+    trials = data.protocol.trials
+    by_function = [data.evaluation.radius_counts(data.half, column) for column in range(len(rows))]
+    counts = [[by_radius[radius] for radius in data.radii] for by_radius in by_function]
     axes.imshow(counts, cmap="cividis", vmin=0, vmax=trials, aspect="auto")
     for (y, x), count in np.ndenumerate(counts):
         colour = INK if count > trials / 2 else "white"
-        weight = "bold" if study.radii[x] == rows[y]["radius"] else "normal"
+        weight = "bold" if data.radii[x] == rows[y]["radius"] else "normal"
         axes.text(x, y, count, ha="center", va="center", fontsize=7, color=colour, fontweight=weight)
-    axes.set_xticks(range(len(study.radii)), [format_length(radius) for radius in study.radii])
+    axes.set_xticks(range(len(data.radii)), [format_length(radius) for radius in data.radii])
     axes.set_xlabel("sphere radius")
     axes.tick_params(left=False, labelleft=False)
     axes.set_title("(b)", loc="left", fontweight="bold")

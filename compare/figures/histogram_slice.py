@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection
+from matplotlib.figure import Figure
 
 from spherefunc_bullet.learning.histogram import counted_cubes, cube_indices
 from spherefunc_bullet.quantities import format_length
 
 from ..pages.plates import COLOURS, DOUBLE, GREY, INK, Plate
-from .study import Study
-from .typical_objects import exhibit_cloud, exhibits, picture_radius
+from .evaluated_data import EvaluatedData
+from .typical_objects import exhibits, picture_radius
 
 CUBES_ACROSS = 6  # of the object's largest extent, about: enough to see a shape, few enough to read
 PANEL, HIGHEST, TITLES = 2.1, 2.2, 0.65  # inches: a panel's width and largest height, and what stands around it
@@ -21,7 +24,7 @@ PANEL, HIGHEST, TITLES = 2.1, 2.2, 0.65  # inches: a panel's width and largest h
 class Slice:
     """The middle layer of an object's cubes, seen from the side."""
 
-    index: int  # in the study
+    index: int  # in the data
     axis: int  # 0 or 1: what runs to the right, x or y
     radius: float  # metres
     side: float  # of a cube, metres
@@ -30,18 +33,18 @@ class Slice:
     counts: np.ndarray  # (V,) int, spheres in each
 
 
-def histogram_slice(study: Study) -> Plate:
+def histogram_slice(data: EvaluatedData) -> Plate:
     """Return Fig. 2: spheres at rest, the cubes around them, and how many each cube holds."""
-    cut = most_telling_slice(study)
-    points = exhibit_cloud(study, cut.index).points
+    cut = most_telling_slice(data)
+    points = data.cloud(cut.index).points
     across, up = np.ptp(frame(cut, points[:, [cut.axis, 2]]), axis=0)
-    name = study.simulated.objects[cut.index].path.name
+    name = data.simulated.objects[cut.index].path.name
     return Plate(
         stem="fig2_histogram",
-        caption=f"The histogram, explained in the middle layer of the cubes around {name} ({study.simulated.name}). "
+        caption=f"The histogram, explained in the middle layer of the cubes around {name} ({data.name}). "
         f"(a) The object's points, dark in the layer and pale outside it, and the spheres of "
         f"{format_length(cut.radius)} radius that came to rest in the layer, which is one cube thick. (b) Space is "
-        f"divided into cubes of {format_length(cut.side)}, {study.method.diameters:g} sphere diameters; a sphere "
+        f"divided into cubes of {format_length(cut.side)}, {data.method.diameters:g} sphere diameters; a sphere "
         "belongs to the cube that holds its centre. (c) The number of spheres in each cube is one entry of the feature "
         "vector; empty cubes are zeros.",
         size=(DOUBLE, TITLES + min(PANEL * up / across, HIGHEST)),
@@ -53,10 +56,10 @@ def histogram_slice(study: Study) -> Plate:
     )
 
 
-def most_telling_slice(study: Study) -> Slice:
+def most_telling_slice(data: EvaluatedData) -> Slice:
     """Return the slice that shows most, of typical members seen from the front and from the side."""
-    shown = [each.index for each in exhibits(study) if each.score is not None]
-    slices = [cut_slice(study, index, axis) for index in shown for axis in (0, 1)]
+    shown = [exhibit.index for exhibit in exhibits(data) if exhibit.score is not None]
+    slices = [cut_slice(data, index, axis) for index in shown for axis in (0, 1)]
     return max(slices, key=variety)
 
 
@@ -68,12 +71,12 @@ def variety(cut: Slice) -> tuple[bool, int]:
     return bool(np.ptp(cut.cubes[:, 1])), int(len(cut.cubes) * (columns * rows - len(cut.cubes)))
 
 
-def cut_slice(study: Study, index: int, axis: int) -> Slice:
+def cut_slice(data: EvaluatedData, index: int, axis: int) -> Slice:
     """Return an object's slice along x (``axis`` 0) or y (1)."""
-    diameters = study.method.diameters
-    radius = picture_radius(study, index, CUBES_ACROSS * 2 * diameters)
-    histogram = study.method.histogram(radius)
-    centers = np.asarray(study.simulated.settled[index][radius], float)
+    diameters = data.method.diameters
+    radius = picture_radius(data, index, CUBES_ACROSS * 2 * diameters)
+    histogram = data.method.histogram(radius)
+    centers = np.asarray(data.simulated.settled[index][radius], float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
     keys, counts = counted_cubes(layer, histogram.side)
     return Slice(
@@ -87,7 +90,7 @@ def cut_slice(study: Study, index: int, axis: int) -> Slice:
     )
 
 
-def draw_slice(figure, points: np.ndarray, cut: Slice):
+def draw_slice(figure: Figure, points: np.ndarray, cut: Slice):
     """Draw the three panels: spheres, cubes, counts; with the object's points (N, 3) in metres."""
     inside = np.abs(points[:, 1 - cut.axis]) < cut.side / 2
     points = points[:, [cut.axis, 2]]
@@ -120,10 +123,8 @@ def frame(cut: Slice, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return low, (np.floor(seen.max(axis=0) / cut.side + half) - half + 1) * cut.side
 
 
-def draw_spheres(axes, cut: Slice, filled: bool):
+def draw_spheres(axes: Axes, cut: Slice, filled: bool):
     """Draw the spheres as circles in their true size, with their centres where they are to be counted."""
-    from matplotlib.collections import EllipseCollection
-
     face = COLOURS[5] if filled else "none"
     size = 2 * cut.radius
     circles = EllipseCollection(
@@ -135,7 +136,7 @@ def draw_spheres(axes, cut: Slice, filled: bool):
         axes.plot(*cut.centers.T, ".", color=COLOURS[0], markersize=2.2, markeredgewidth=0, zorder=3)
 
 
-def draw_grid(axes, cut: Slice, low: np.ndarray, high: np.ndarray):
+def draw_grid(axes: Axes, cut: Slice, low: np.ndarray, high: np.ndarray):
     """Draw the boundaries between cubes."""
     for line in np.arange(low[0], high[0] + cut.side / 2, cut.side):
         axes.axvline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
@@ -143,7 +144,7 @@ def draw_grid(axes, cut: Slice, low: np.ndarray, high: np.ndarray):
         axes.axhline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
 
 
-def draw_counts(axes, cut: Slice):
+def draw_counts(axes: Axes, cut: Slice):
     """Fill the cubes by how many spheres they hold, and write the number."""
     import matplotlib
 

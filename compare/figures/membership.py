@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.learning.validation import THRESHOLD
 
 from ..pages.plates import DOUBLE, GREY, INK, PALE, Plate, look
-from .study import Study, label_name
+from .evaluated_data import EvaluatedData
 
 PAGE = 8.5  # inches, that all panels may take
 CROWD = 100  # objects: fewer get larger marks
@@ -26,54 +31,54 @@ class Group:
     places: np.ndarray  # (G,) float, where on the axis
 
 
-def membership(study: Study) -> Plate:
+def membership(data: EvaluatedData) -> Plate:
     """Return Fig. 5: every object's score for every function, with all other objects learnt."""
     return Plate(
         stem="fig5_membership",
-        caption=f"Membership of every object of {study.simulated.name} when it is left out and all others are learnt, "
+        caption=f"Membership of every object of {data.name} when it is left out and all others are learnt, "
         "grouped by label; the same order in all panels, within a group by score. Above the line an object is said "
         "to have the function. Filled: labelled so and said so; hollow: labelled so, but missed; crosses: said so, "
         "though neither labelled so nor true as well; plus signs: said so and true as well, though not the label.",
-        size=(DOUBLE, 0.75 + min(1.15 * len(study.labels.functions), PAGE)),
-        draw=lambda figure: draw_membership(figure, study),
-        rows=membership_rows(study),
+        size=(DOUBLE, 0.75 + min(1.15 * len(data.labels.functions), PAGE)),
+        draw=lambda figure: draw_membership(figure, data),
+        rows=membership_rows(data),
     )
 
 
-def membership_rows(study: Study) -> list[dict]:
+def membership_rows(data: EvaluatedData) -> list[dict[str, Any]]:
     """Return one row for each object and function, in the order in which they are drawn."""
     rows = []
-    for group in groups_of(study):
+    for group in groups_of(data):
         for i in group.objects:
-            each = study.simulated.objects[i]
-            for column, name in enumerate(study.labels.functions):
-                score = float(study.left_out[i, column])
-                truth = {"labelled": int(name in each.functions), "also": int(study.labels.also[i, column])}
-                said = {"function": name, "score": round(score, 4), "said": int(score > THRESHOLD)}
-                rows.append({"file": each.path.name, "label": group.label} | said | truth)
+            item = data.simulated.objects[i]
+            for column, name in enumerate(data.labels.functions):
+                score = float(data.evaluation.scores[i, column])
+                truth = {"labelled": int(name in item.functions), "also": int(data.labels.also[i, column])}
+                answer = {"function": name, "score": round(score, 4), "said": int(score > THRESHOLD)}
+                rows.append({"file": item.path.name, "label": group.label} | answer | truth)
     return rows
 
 
-def groups_of(study: Study) -> list[Group]:
+def groups_of(data: EvaluatedData) -> list[Group]:
     """Return the groups of labels as they stand on the axis: single functions, several, none."""
-    sets = [each.functions for each in study.simulated.objects]
-    order = sorted(set(sets), key=lambda each: (not each, len(each), label_name(each)))
+    sets, scores = [item.functions for item in data.simulated.objects], data.evaluation.scores
+    order = sorted(set(sets), key=lambda functions: (not functions, len(functions), label_text(functions, "; ")))
     groups, at = [], 0.0
     for functions in order:
-        members = np.array([i for i, each in enumerate(sets) if each == functions])
-        columns = [study.labels.functions.index(name) for name in functions] or slice(None)
-        members = members[np.argsort(-study.left_out[members][:, columns].max(axis=1), kind="stable")]
-        groups.append(Group(label_name(functions), members, at + np.arange(len(members))))
+        members = np.array([i for i, own in enumerate(sets) if own == functions])
+        columns = [data.labels.functions.index(name) for name in functions] or slice(None)
+        members = members[np.argsort(-scores[members][:, columns].max(axis=1), kind="stable")]
+        groups.append(Group(label_text(functions, "; "), members, at + np.arange(len(members))))
         at += len(members) + GAP * len(sets)
     return groups
 
 
-def draw_membership(figure, study: Study):
+def draw_membership(figure: Figure, data: EvaluatedData):
     """Draw a panel for each function."""
-    names, groups = study.labels.functions, groups_of(study)
+    names, groups = data.labels.functions, groups_of(data)
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for column, axes in enumerate(panels):
-        draw_panel(axes, study, groups, column)
+        draw_panel(axes, data, groups, column)
     end = groups[-1].places[-1]
     panels[0].set_xlim(-0.01 * end - 0.7, 1.01 * end + 0.7)
     name_groups(panels[-1], groups, end)
@@ -81,22 +86,24 @@ def draw_membership(figure, study: Study):
     figure.legend(handles=key_entries(), loc="outside upper center", ncols=5, columnspacing=1.4, handletextpad=0.3)
 
 
-def draw_panel(axes, study: Study, groups: list[Group], column: int):
+def draw_panel(axes: Axes, data: EvaluatedData, groups: list[Group], column: int):
     """Draw one function's scores of all objects."""
-    style = look(column) | {"markersize": 3 if len(study.left_out) > CROWD else 4.5}
+    style = look(column) | {"markersize": 3 if len(data.evaluation.scores) > CROWD else 4.5}
     for group in groups:
         axes.axvspan(group.places[0] - 0.5, group.places[-1] + 0.5, color="#f2f2f2", linewidth=0)
-        scores = study.left_out[group.objects, column]
-        members, also = study.labels.members[group.objects, column], study.labels.also[group.objects, column]
+        scores = data.evaluation.scores[group.objects, column]
+        members, also = data.labels.members[group.objects, column], data.labels.also[group.objects, column]
         for chosen, marks in marked(members, also, scores > THRESHOLD, style):
             axes.plot(group.places[chosen], scores[chosen], linestyle="none", **marks)
     axes.axhline(THRESHOLD, color=INK, linewidth=0.6, linestyle="--")
     axes.set(ylim=(-0.04, 1.04), yticks=[0, 0.5, 1])
-    axes.set_title(study.labels.functions[column], loc="left", fontweight="bold", color=style["color"], pad=2)
+    axes.set_title(data.labels.functions[column], loc="left", fontweight="bold", color=style["color"], pad=2)
     axes.tick_params(bottom=False)
 
 
-def marked(members, also, said, style: dict):
+def marked(
+    members: np.ndarray, also: np.ndarray, said: np.ndarray, style: dict[str, Any]
+) -> list[tuple[np.ndarray, dict[str, Any]]]:
     """Return which objects (G,) get which marks: right or wrong shows without colour."""
     size = style["markersize"]
     own = {"marker": style["marker"], "color": style["color"], "markersize": size, "markeredgewidth": 0.7}
@@ -112,8 +119,6 @@ def marked(members, also, said, style: dict):
 
 def key_entries() -> list:
     """Return what the marks mean, in grey: their shape and colour are each panel's own."""
-    from matplotlib.lines import Line2D
-
     style = {"marker": "o", "color": GREY, "markersize": 4}
     words = ("not labelled, not said", "labelled and said", "missed", "said wrongly", "said, true as well")
     every = marked(*np.zeros((3, 1), bool), style)
@@ -121,7 +126,7 @@ def key_entries() -> list:
     return [Line2D([], [], linestyle="none", label=label, **marks) for (_, marks), label in pairs]
 
 
-def name_groups(axes, groups: list[Group], end: float):
+def name_groups(axes: Axes, groups: list[Group], end: float):
     """Write the labels below their groups, slanted where they would run into each other."""
     middles = [group.places.mean() for group in groups]
     slanted = bool(np.min(np.diff(middles), initial=np.inf) < NARROW * 1.5 * end)

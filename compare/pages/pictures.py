@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
+from PIL.Image import Image, Resampling, fromarray
 
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
+
+if TYPE_CHECKING:
+    from open3d.core import Tensor
+    from open3d.t.geometry import RaycastingScene
 
 OBJECT_COLOUR = np.array([0.80, 0.77, 0.72])
 CUT_COLOUR = np.array([0.72, 0.42, 0.30])  # of material that a cut lays open
 GROUND_COLOUR = np.array([0.955, 0.955, 0.965])
 LIGHT = np.array([-0.45, -0.6, 0.95]) / np.linalg.norm([-0.45, -0.6, 0.95])
+CUT_BELOW = 0.5  # metres: smaller objects are cut open
+SPHERES_ACROSS = 30  # of a picture: about so many radii to an object's largest extent
 MAX_POINTS = 60_000  # of a cloud, more are thinned: a picture has no more pixels for them
 
 
@@ -43,7 +53,7 @@ class View:
 class Part:
     """What rays can hit: a scene of triangles, or of balls made of triangles."""
 
-    scene: object  # open3d RaycastingScene
+    scene: RaycastingScene
     colours: np.ndarray  # (1, 3), or (S, 3) of balls
     centers: np.ndarray | None = None  # (S, 3) of balls, metres; their normals come from the centres
     faces_per_ball: int = 1
@@ -58,7 +68,33 @@ class Part:
         return self.colours[ball], outward / np.maximum(np.linalg.norm(outward, axis=-1, keepdims=True), 1e-12)
 
 
-def render(vertices, faces, centers, radius: float, view: View | None = None):
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """One ray through each pixel, orthographic."""
+
+    origins: np.ndarray  # (H, W, 3) metres
+    directions: np.ndarray  # (H, W, 3) unit vectors
+
+    def places(self, distance: np.ndarray) -> np.ndarray:
+        """Return the places (H, W, 3) that rays reach after a distance (H, W), metres."""
+        return self.origins + self.directions * distance[..., None]
+
+    def beyond_cut(self, view: View, centre: np.ndarray) -> Rays:
+        """Return the rays from the cut's plane through the centre on, if there is a cut."""
+        if not view.cut:
+            return self
+        travel = ((centre - self.origins) @ view.facing) / (self.directions @ view.facing)
+        return replace(self, origins=self.places(travel))
+
+    def first_hits(self, scene: RaycastingScene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return distance (inf for none), triangle and unit normal of what each ray hits first."""
+        hit = scene.cast_rays(tensor(self.origins, self.directions))
+        return hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_normals"].numpy()
+
+
+def render(
+    vertices: np.ndarray, faces: np.ndarray | None, centers: np.ndarray, radius: float, view: View | None = None
+) -> Image:
     """Draw an object and the spheres that settled on it.
 
     Parameters
@@ -70,52 +106,64 @@ def render(vertices, faces, centers, radius: float, view: View | None = None):
     radius : float
         Of the spheres, metres.
     view : View
-
-    Returns
-    -------
-    PIL.Image.Image
     """
-    from PIL import Image
-
     view = view or View()
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
     low, high = scene_box(vertices, centers, radius)
-    origins, directions = camera_rays(view, low, high)
+    rays = camera_rays(view, low, high)
     parts = [object_part(vertices, faces)]
     shown = kept_behind(centers, view, low, high)
     if shown.any():
         parts.append(ball_part(centers[shown], radius, sphere_colours(centers[:, 2], FLAT * radius)[shown]))
-    image = ground_image(origins, directions, parts, view)
-    nearest = np.full(origins.shape[:2], np.inf)
+    image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
         # Balls are whole, so that none is seen cut; the object begins behind the plane.
-        starts = origins if part.centers is not None else clipped(origins, directions, view, (low + high) / 2)
-        draw_part(image, nearest, part, parts, origins, starts, directions, view)
-    picture = Image.fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
-    return picture.resize(view.size, Image.Resampling.LANCZOS)
+        begun = rays if part.centers is not None else rays.beyond_cut(view, (low + high) / 2)
+        skipped = np.linalg.norm(begun.origins - rays.origins, axis=-1)
+        distance, triangle, normals = begun.first_hits(part.scene)
+        inside = part.solid & view.cut & ((normals * rays.directions).sum(-1) > 0)
+        distance = np.where(inside, 0.0, distance) + skipped
+        seen = np.isfinite(distance) & (distance < nearest)
+        where = rays.places(np.where(seen, distance, 0))
+        colours, normals = part.surface(triangle, normals, where)
+        colours = np.where(inside[..., None], CUT_COLOUR, colours)
+        normals = np.where(inside[..., None], view.facing, normals)
+        lit = ~shadowed(parts, where, normals, view)
+        image[seen] = shade(colours, normals, rays.directions, lit)[seen]
+        nearest[seen] = distance[seen]
+    picture = fromarray((np.clip(image, 0, 1) * 255).astype(np.uint8))
+    return picture.resize(view.size, Resampling.LANCZOS)
 
 
-def draw_part(image, nearest, part: Part, parts: list[Part], origins, starts, directions, view: View):
-    """Paint the pixels of the image (H, W, 3) where a part is nearer than what ``nearest`` (H, W) has, metres."""
-    distance, triangle, normals = first_hits(part.scene, starts, directions)
-    inside = part.solid & view.cut & ((normals * directions).sum(-1) > 0)
-    distance = np.where(inside, 0.0, distance) + np.linalg.norm(starts - origins, axis=-1)
-    seen = np.isfinite(distance) & (distance < nearest)
-    where = origins + directions * np.where(seen, distance, 0)[..., None]
-    colours, normals = part.surface(triangle, normals, where)
-    colours = np.where(inside[..., None], CUT_COLOUR, colours)
-    normals = np.where(inside[..., None], view.facing, normals)
-    lit = ~shadowed(parts, where, normals, view)
-    image[seen] = shade(colours, normals, directions, lit)[seen]
-    nearest[seen] = distance[seen]
+def object_picture(cloud: Cloud, centers: np.ndarray, radius: float, view: View) -> Image:
+    """Draw an object as `render` does; a small one is cut open, because what it holds is inside.
+
+    A cloud has no surface to cut: its points in front go, and the spheres among them.
+    """
+    view = replace(view, cut=view.cut or is_cut(cloud))
+    if cloud.mesh is not None:
+        return render(cloud.mesh.vertices, cloud.mesh.faces, centers, radius, view)
+    points = cloud.points
+    if view.cut:
+        points, centers = (places[places @ view.facing <= 0] for places in (points, centers))
+    return render(points, None, centers, radius, replace(view, cut=False))
+
+
+def is_cut(cloud: Cloud) -> bool:
+    """Tell whether an object is so small that it is cut open."""
+    return bool(cloud.size.max() < CUT_BELOW)
+
+
+def fitting_radius(radii: Iterable[float], size: np.ndarray, across: float) -> float:
+    """Return the radius of which about ``across`` make the largest extent of an object of a size (3,), metres."""
+    return min(radii, key=lambda radius: abs(radius * across - size.max()))
 
 
 def scene_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (3,) of object and spheres, down to the ground, metres."""
-    reach = [vertices, centers - radius, centers + radius]
-    low, high = (edge([edge(each, axis=0) for each in reach if len(each)], axis=0) for edge in (np.min, np.max))
-    return np.minimum(low, [np.inf, np.inf, 0.0]), high
+    corners = np.concatenate([vertices, centers - radius, centers + radius])
+    return np.minimum(corners.min(axis=0), [np.inf, np.inf, 0.0]), corners.max(axis=0)
 
 
 def kept_behind(centers: np.ndarray, view: View, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -123,8 +171,8 @@ def kept_behind(centers: np.ndarray, view: View, low: np.ndarray, high: np.ndarr
     return np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)
 
 
-def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return origins and unit directions (H, W, 3) of orthographic rays that frame the box [low, high]."""
+def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> Rays:
+    """Return rays that frame the box [low, high]."""
     toward = view.toward
     right = np.array([-view.facing[1], view.facing[0], 0.0])
     up = np.cross(toward, right)
@@ -137,10 +185,10 @@ def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarr
     v = -(np.arange(height) - height / 2 + 0.5) * scale + (along.max() + along.min()) / 2
     distance = 4 * np.linalg.norm(high - low)
     origins = centre + toward * distance + u[None, :, None] * right + v[:, None, None] * up
-    return origins, np.broadcast_to(-toward, origins.shape)
+    return Rays(origins, np.broadcast_to(-toward, origins.shape))
 
 
-def object_part(vertices: np.ndarray, faces) -> Part:
+def object_part(vertices: np.ndarray, faces: np.ndarray | None) -> Part:
     """Return an object as a part: its mesh, or the points of a cloud as balls that touch their neighbours."""
     import trimesh
 
@@ -166,25 +214,22 @@ def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
     return Part(raycasting_scene(vertices, faces), colours, centers, len(ball.faces))
 
 
-def raycasting_scene(vertices: np.ndarray, faces: np.ndarray):
+def raycasting_scene(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
     """Return an Open3D scene of one triangle mesh."""
-    import open3d as o3d
+    from open3d.core import Tensor
+    from open3d.t.geometry import RaycastingScene
 
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        o3d.core.Tensor(np.ascontiguousarray(vertices, dtype=np.float32)),
-        o3d.core.Tensor(np.ascontiguousarray(faces, dtype=np.uint32)),
-    )
+    scene = RaycastingScene()
+    vertices, faces = np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32)
+    scene.add_triangles(Tensor(vertices), Tensor(faces))
     return scene
 
 
-def first_hits(scene, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return distance (inf for none), triangle and unit normal of what each ray hits first."""
-    import open3d as o3d
+def tensor(origins: np.ndarray, directions: np.ndarray) -> Tensor:
+    """Return rays as Open3D takes them."""
+    from open3d.core import Tensor
 
-    rays = np.concatenate([origins, directions], axis=-1).astype(np.float32)
-    hit = scene.cast_rays(o3d.core.Tensor(rays))
-    return hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_normals"].numpy()
+    return Tensor(np.concatenate([origins, directions], axis=-1).astype(np.float32))
 
 
 def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit: np.ndarray) -> np.ndarray:
@@ -194,31 +239,20 @@ def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit:
     return colours * (0.42 + 0.58 * diffuse[..., None])
 
 
-def clipped(origins: np.ndarray, directions: np.ndarray, view: View, centre: np.ndarray) -> np.ndarray:
-    """Return origins moved to the cut's plane through the centre, if there is a cut."""
-    if not view.cut:
-        return origins
-    travel = ((centre - origins) @ view.facing) / (directions @ view.facing)
-    return origins + directions * travel[..., None]
-
-
 def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: View) -> np.ndarray:
     """Tell which places the light does not reach; into a cut object it does."""
-    import open3d as o3d
-
     offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
     start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
-    rays = np.concatenate([start, np.broadcast_to(LIGHT, start.shape)], axis=-1).astype(np.float32)
+    rays = tensor(start, np.broadcast_to(LIGHT, start.shape))
     blocked = np.zeros(where.shape[:2], bool)
     for part in parts[1:] if view.cut else parts:
-        blocked |= part.scene.test_occlusions(o3d.core.Tensor(rays)).numpy()
+        blocked |= part.scene.test_occlusions(rays).numpy()
     return blocked
 
 
-def ground_image(origins, directions, parts: list[Part], view: View) -> np.ndarray:
+def ground_image(rays: Rays, parts: list[Part], view: View) -> np.ndarray:
     """Return the ground plane with the shadows on it as an image (H, W, 3)."""
-    travel = -origins[..., 2] / directions[..., 2]
-    where = origins + directions * travel[..., None]
+    where = rays.places(-rays.origins[..., 2] / rays.directions[..., 2])
     upward = np.broadcast_to([0.0, 0.0, 1.0], where.shape)
     dark = shadowed(parts, where, upward, replace(view, cut=False))
     return np.where(dark[..., None], GROUND_COLOUR * 0.82, GROUND_COLOUR)

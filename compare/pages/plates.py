@@ -5,14 +5,13 @@ The PNG is what a manuscript or a slide takes, the SVG what a journal's artist e
 
 from __future__ import annotations
 
-import csv
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import write_csv, writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,10 +55,10 @@ class Plate:
     caption: str
     size: tuple[float, float]  # inches
     draw: Callable[[Figure], None]
-    rows: Sequence[dict]  # of the CSV
+    rows: Sequence[Mapping[str, Any]]  # of the CSV
 
 
-def look(index: int) -> dict:
+def look(index: int) -> dict[str, Any]:
     """Return the colour, marker and line style of a data set's function by its place, no two of them alike."""
     return {
         "color": COLOURS[index % len(COLOURS)],
@@ -79,38 +78,23 @@ def bounded_spread(value: float, spread: float | None) -> tuple[float, float]:
 
 
 def write_plate(plate: Plate, out: Path) -> list[Path]:
-    """Write a figure as PNG, SVG and CSV; return the paths.
+    """Write a figure as PNG, SVG and CSV, what is unknown left empty; return the paths.
+
+    Without pyplot, which would look for a display.
 
     Raises
     ------
     InputError
         If they cannot be written.
     """
-    stem = out / plate.stem
-    try:
-        return [*write_drawing(plate, stem), write_rows(plate.rows, stem.with_suffix(".csv"))]
-    except OSError as error:
-        raise InputError(f"{stem}: expected files that can be written; {error.strerror}") from error
-
-
-def write_drawing(plate: Plate, stem: Path) -> list[Path]:
-    """Write the PNG and the SVG; without pyplot, which would look for a display."""
     import matplotlib
     from matplotlib.figure import Figure
 
-    png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
-    with matplotlib.rc_context(STYLE):
+    png, svg, numbers = (out / f"{plate.stem}{ending}" for ending in (".png", ".svg", ".csv"))
+    with matplotlib.rc_context(STYLE), writing(out / plate.stem, "files"):
         figure = Figure(figsize=plate.size, dpi=DPI, layout="constrained")
         plate.draw(figure)
         figure.savefig(png, dpi=DPI)
         figure.savefig(svg, dpi=DPI, metadata={"Date": None})
-    return [png, svg]
-
-
-def write_rows(rows: Sequence[dict], path: Path) -> Path:
-    """Write rows as CSV under the names of their columns; what is unknown is left empty."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-    return path
+    columns = list(plate.rows[0])
+    return [png, svg, write_csv(numbers, columns, ([row.get(name) for name in columns] for row in plate.rows))]

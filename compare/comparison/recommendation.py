@@ -1,0 +1,109 @@
+"""Which simulator to use for which function: the cheapest, unless another is better by more than the trials spread."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.viewer.page import table_html
+
+from .report import Difference, FeatureReport, Report
+from .significance import BETTER, UNKNOWN, beside_cheapest, cheapest, enumeration, with_margin
+from .tables import with_spread
+
+THOUSAND = 1000  # objects, for a price that can be imagined
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation:
+    """What to use for one function, and why."""
+
+    function: str
+    backend: str
+    f_measure: float
+    reason: str
+    baseline: str  # the best of those that need no spheres
+    baseline_f: float
+
+
+def recommendations(report: Report) -> list[Recommendation]:
+    """Return what to use for each function.
+
+    The cheapest simulator stands, unless another tells the function better over the same trials.
+    """
+    others = beside_cheapest(report)
+    return [
+        recommended(report, function, {name: rows[function] for name, rows in others.items()})
+        for function in report["functions"]
+    ]
+
+
+def recommended(report: Report, function: str, others: Mapping[str, Difference]) -> Recommendation:
+    """Return what to use for one function, given how the others differ from the cheapest there."""
+
+    def f_of(feature: FeatureReport) -> float:
+        return feature["functions"][function]["f_measure"]
+
+    cheap, baselines = cheapest(report), report["baselines"]
+    better = [name for name, row in others.items() if row["verdict"] == BETTER]
+    chosen = max(better, key=lambda name: others[name]["difference"], default=cheap)
+    baseline = max(baselines, key=lambda name: f_of(baselines[name]))
+    return Recommendation(
+        function=function,
+        backend=chosen,
+        f_measure=f_of(report["backends"][chosen]),
+        reason=reason(chosen, cheap, others),
+        baseline=baseline,
+        baseline_f=f_of(baselines[baseline]),
+    )
+
+
+def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
+    """Return why a backend is chosen for a function."""
+    if not others:
+        return "the only one compared"
+    if chosen != cheap:
+        return f"better than {cheap} ({with_margin(others[chosen])})"
+    return "; ".join(f"{name} is dearer and {difference_words(row)}" for name, row in others.items())
+
+
+def difference_words(row: Difference) -> str:
+    """Return in words how a dearer backend differs from the cheapest."""
+    if row["verdict"] == UNKNOWN:
+        return f"differs by {row['difference']:+.3f} in one trial, too few to tell"
+    return f"{row['verdict']} ({with_margin(row)})"
+
+
+def recommendation_sentence(report: Report) -> str:
+    """Return what to use for which function as one sentence."""
+    by: dict[str, list[str]] = {}
+    for row in recommendations(report):
+        by.setdefault(row.backend, []).append(row.function)
+    return f"Use {', and '.join(f'{name} for {enumeration(functions)}' for name, functions in by.items())}."
+
+
+def recommendation_table(report: Report) -> str:
+    """Return which simulator to use for which function, each one's F-measure, and the best baseline, as HTML."""
+    backends = report["backends"]
+    rows = [
+        [
+            row.function,
+            row.backend,
+            *(with_spread(backend["functions"][row.function]) for backend in backends.values()),
+            f"{row.baseline_f:.2f} ({row.baseline.replace('_', ' ')})",
+            row.reason,
+        ]
+        for row in recommendations(report)
+    ]
+    seconds = [format_duration(backend["seconds_per_object"]) for backend in backends.values()]
+    head = ["to tell", "use", *(f"F of {name}" for name in backends), "best without spheres", "why"]
+    return table_html(head, [*rows, ["", "median object", *seconds, "", ""]], texts=None, kind="recommendations")
+
+
+def prices(report: Report) -> dict[str, str]:
+    """Return what a thousand such objects take by each backend, on one core."""
+    return {
+        name: format_duration(THOUSAND * row["seconds_total"] / report["objects"])
+        for name, row in report["backends"].items()
+    }

@@ -1,0 +1,100 @@
+"""What objects are told by: settled spheres, and what those have to beat, features that need no simulation.
+
+If nearest neighbours on the bounding box do as well as the spheres, the physics adds nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from sklearn.metrics.pairwise import euclidean_distances
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counts_matrix, cube_keys
+from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
+
+SPHERES = "spheres"
+Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
+
+
+def all_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> dict[str, Distances]:
+    """Return the distances of the spheres and of every baseline."""
+    return {SPHERES: sphere_distances(simulated, radii, method)} | baseline_distances(simulated.records, radii)
+
+
+def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> Distances:
+    """Return the distances between all objects' sphere histograms at each radius."""
+    return {
+        radius: euclidean_distances(
+            method.histogram(radius).fit_transform([settled[radius] for settled in simulated.settled])
+        )
+        for radius in radii
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Again:
+    """Other spheres on some of the objects, beside the first ones on all."""
+
+    rows: Sequence[int]  # (R,) which objects
+    distances: Distances  # (R, N) at each radius
+
+
+def distances_again(simulated: Simulated, again: Simulated, radii: Sequence[float], method: Method) -> Again:
+    """Return the distances from the histograms of objects dropped on again to those of all of them."""
+    twice = {record.path: record.settled for record in again.records}
+    rows = [row for row, record in enumerate(simulated.records) if record.path in twice]
+    distances = {}
+    for radius in radii:
+        histogram = method.histogram(radius)
+        learnt = histogram.fit_transform([settled[radius] for settled in simulated.settled])
+        asked = histogram.transform([twice[simulated.records[row].path][radius] for row in rows])
+        distances[radius] = euclidean_distances(asked, learnt)
+    return Again(rows=rows, distances=distances)
+
+
+def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:
+    """Return every baseline's distances between objects, in cubes as large as those of the spheres."""
+    occupied, heights = {}, {}
+    for radius in radii:
+        pairs = [cubes_and_heights(voxel_centers(record), DIAMETERS * 2 * radius) for record in records]
+        occupied[radius], heights[radius] = zip(*pairs, strict=True)
+    rooted = {radius: [(keys, np.sqrt(counts)) for keys, counts in cubes] for radius, cubes in occupied.items()}
+    values = {"occupancy": occupied, "occupancy_sqrt": rooted, "height_map": heights}
+    return {"bounding_box": {radii[-1]: bounding_box_distances(records)}} | {
+        name: {radius: cube_distances(cubes) for radius, cubes in by_radius.items()}
+        for name, by_radius in values.items()
+    }
+
+
+def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
+    """Return distances between bounding boxes: sorted width and depth, and height, in metres."""
+    sizes = np.array([record.size for record in records])
+    return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
+
+
+def cube_distances(objects: Sequence[Counts]) -> np.ndarray:
+    """Return distances (N, N) between objects given as cubes and values, 0 in all others."""
+    keys = np.unique(np.concatenate([keys for keys, _ in objects]))
+    return euclidean_distances(counts_matrix(objects, keys))
+
+
+def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Counts, Counts]:
+    """Return how many of an object's points (N, 3) each cube holds, and their top view.
+
+    The top view is the squares of the ground, as cubes on it, and the height over each.
+    """
+    inside, below = cube_keys(points, side), cube_keys(points * [1, 1, 0], side)
+    cubes, counts = np.unique(inside, return_counts=True)
+    squares, square = np.unique(below, return_inverse=True)
+    heights = np.zeros(len(squares))
+    np.maximum.at(heights, square, points[:, 2])
+    return (cubes, counts.astype(float)), (squares, heights)
+
+
+def voxel_centers(record: ObjectRecord) -> np.ndarray:
+    """Return the centres (V, 3) of an object's occupied voxels, metres."""
+    return (record.voxels + 0.5) * VOXEL
