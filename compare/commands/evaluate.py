@@ -6,22 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import (
-    DEFAULT_RADII,
-    Backend,
-    Jobs,
-    Json,
-    Method,
-    Radii,
-    RunDir,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    simulator_options,
-)
+from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
-from spherefunc_bullet.quantities import parse_lengths
 
 from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 
@@ -37,39 +23,33 @@ def evaluate(
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
-    backend: Backend = "fast",
-    shape: Shape = None,
-    method: Method = "default",
-    radii: Radii = DEFAULT_RADII,
-    seed: Seed = 0,
-    up: Up = "z",
-    units: Units = "m",
-    jobs: Jobs = -1,
-    run: RunDir = None,
-    json: Json = False,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    method: options.Method = "default",
+    radii: options.Radii = options.DEFAULT_RADII,
+    seed: options.Seed = 0,
+    up: options.Up = "z",
+    units: options.Units = "m",
+    jobs: options.Jobs = -1,
+    run: options.RunDir = None,
+    json: options.Json = False,
 ):
     """Measure how well functions are told, beside baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.method import find_method
-    from spherefunc_bullet.settling.records import Loading
-    from spherefunc_bullet.simulator import make_simulator
 
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
 
     failures = Failures()
-    lengths, chosen = parse_lengths(radii), find_method(method)
-    simulator = make_simulator(backend, **simulator_options(shape))
+    chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
+    lengths = dropping.radii
 
     def simulated(name: str) -> Simulated:
         """Return a data set by name, simulated."""
-        loading = Loading(up=up, units=units)
-        dataset = open_dataset(name)
-        return simulate_dataset(
-            dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
-        )
+        return simulate_dataset(open_dataset(name), dropping, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(data)
     if alternatives:
