@@ -43,7 +43,7 @@ def test_the_cheapest_stands_unless_another_is_better():
         ("table", "fast"),
         ("sittable", "fast"),
     ]
-    assert recommendation_sentence(found) == "Use bullet for cup, and fast for table and sittable."
+    assert recommendation_sentence(recommendations(found)) == "Use bullet for cup, and fast for table and sittable."
     better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±") and worse.startswith("bullet is dearer and worse (-0.102 ±")
     assert level.startswith("bullet is dearer and level (+0.004 ±")

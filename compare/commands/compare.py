@@ -56,7 +56,9 @@ def compare(
     given |= {"seed": seed, "repeated": repeated, "up": up, "units": units}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
-        refuse_options(data, given)
+        if given:  # which would make it another experiment
+            options = " or --".join(given)
+            raise InputError(f"{data}: expected no --{options} beside an experiment; write it into the file")
         experiment = read_experiment(Path(data))
     else:
         experiment = experiment_of(data, given)
@@ -76,32 +78,24 @@ def compare(
     failures.exit()
 
 
-def refuse_options(data: str, given: Mapping[str, Any]):
-    """Raise InputError if an experiment's file is given options as well, which would make it another experiment."""
-    if given:
-        raise InputError(f"{data}: expected no --{' or --'.join(given)} beside an experiment; write it into the file")
-
-
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     """Return the experiment that options describe.
 
     A backend that is named has to be installed; of the default ones those that are not are said and left out.
     """
     from ..comparison.experiment import BACKENDS, Experiment, parse_radii, read_methods
-
-    options = {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
-    for name in ("backends", "shapes", "methods"):
-        if name in given:
-            options[name] = names(name, given[name])
-    if "methods" in options:
-        read_methods(list(options["methods"]))
-    if "seed" in given:
-        options["seeds"] = (given["seed"], given["seed"] + 1)
-    if "radii" in given:
-        options["radii"] = parse_radii(given["radii"])
     from ..machine import usable_backends
 
-    return Experiment(data=data, **{"backends": options.pop("backends", None) or usable_backends(BACKENDS)} | options)
+    values = {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
+    values |= {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
+    read_methods(list(values.get("methods", ["default"])))
+    if "seed" in given:
+        values["seeds"] = (given["seed"], given["seed"] + 1)
+    if "radii" in given:
+        values["radii"] = parse_radii(given["radii"])
+    if "backends" not in values:
+        values["backends"] = usable_backends(BACKENDS)
+    return Experiment(data=data, **values)
 
 
 def names(option: str, text: str) -> tuple[str, ...]:

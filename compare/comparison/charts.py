@@ -86,7 +86,8 @@ def draw_function(axes: Axes, report: Report, function: str):
     seconds = [mark.seconds for mark in edge] + [3 * max(mark.seconds for mark in drawn)]
     f_measures = [mark.f_measure for mark in edge] + [edge[-1].f_measure]
     axes.step(seconds, f_measures, where="post", color=PALE, linewidth=4, zorder=1)
-    axes.axhline(best_baseline(report, function), color=GREY, linestyle="--", linewidth=1, zorder=2)
+    baseline = max(row["functions"][function]["f_measure"] for row in report["baselines"].values())
+    axes.axhline(baseline, color=GREY, linestyle="--", linewidth=1, zorder=2)
     if function in PAPER:
         axes.axhline(PAPER[function], color=INK, linestyle=":", linewidth=1, zorder=2)
     for mark in drawn:
@@ -107,11 +108,6 @@ def draw_mark(axes: Axes, mark: Mark):
     axes.plot(mark.seconds, mark.f_measure, "o", markersize=11, markerfacecolor="white", zorder=3, **style)
     at = {"ha": "center", "va": "center_baseline", "fontsize": 6.5 if len(mark.label) < 3 else 5}
     axes.text(mark.seconds, mark.f_measure, mark.label, color=style["color"], zorder=3, **at)
-
-
-def best_baseline(report: Report, function: str) -> float:
-    """Return the F-measure of the baseline that tells a function best."""
-    return max(baseline["functions"][function]["f_measure"] for baseline in report["baselines"].values())
 
 
 def keys(report: Report) -> list:

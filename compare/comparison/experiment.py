@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,19 +18,6 @@ from spherefunc_bullet.simulator import Simulator, make_simulator
 
 ALL = "all"  # the key of radii that are for every backend without its own
 RADII = {ALL: (0.02, 0.03, 0.05)}  # metres
-KINDS = {
-    "data": "a folder or a catalogue's name",
-    "backends": "a list of names",
-    "shapes": "a list of names",
-    "radii": "a list of lengths, or a table of such lists by backend",
-    "options": "a table of tables by backend",
-    "methods": "a list of names",
-    "seeds": "two whole numbers from 0, the second for what is dropped again",
-    "trials": "a whole number from 1",
-    "repeated": "a whole number from 1",
-    "up": "z, y, x or auto",
-    "units": "m, cm, mm, in or auto",
-}
 BACKENDS = ("fast", "bullet")
 Kind = TypeVar("Kind")
 
@@ -82,8 +69,11 @@ def candidates(experiment: Experiment) -> list[Candidate]:
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
     if experiment.shapes and not any("shape" in simulator.options() for _, _, simulator in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
+    radii = RADII | experiment.radii
     return [
-        Candidate(name=name, backend=backend, simulator=simulator, radii=radii_of(experiment, name, backend))
+        Candidate(
+            name=name, backend=backend, simulator=simulator, radii=radii.get(name) or radii.get(backend) or radii[ALL]
+        )
         for name, backend, simulator in made
     ]
 
@@ -99,12 +89,6 @@ def simulators(experiment: Experiment, backend: str) -> list[tuple[str, str, Sim
         (f"{backend} {shape}" if several else backend, backend, make_simulator(backend, **options | {"shape": shape}))
         for shape in experiment.shapes
     ]
-
-
-def radii_of(experiment: Experiment, name: str, backend: str) -> tuple[float, ...]:
-    """Return a candidate's radii in metres: its own, its backend's, those for all, or the default."""
-    given = [experiment.radii[key] for key in (name, backend, ALL) if key in experiment.radii]
-    return given[0] if given else RADII[ALL]
 
 
 def parse_radii(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:
@@ -142,17 +126,18 @@ def read_experiment(path: Path) -> Experiment:
         given = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: expected an experiment in TOML; {error}") from error
-    if unknown := sorted(set(given) - set(KINDS)):
-        raise InputError(f"{path}: expected the keys {', '.join(KINDS)}; got {', '.join(unknown)}")
+    if unknown := sorted(set(given) - set(KEYS)):
+        raise InputError(f"{path}: expected the keys {', '.join(KEYS)}; got {', '.join(unknown)}")
     if missing := [name for name in ("data", "backends") if name not in given]:
         raise InputError(f"{path}: expected the keys data and backends; {', '.join(missing)} missing")
     values = {}
     for name, value in given.items():
+        read, kind = KEYS[name]
         try:
-            values[name] = READERS[name](value)
+            values[name] = read(value)
         except (TypeError, ValueError, AttributeError) as error:
             reason = f"; {error}" if isinstance(error, InputError) else ""
-            raise InputError(f"{path}: {name}: expected {KINDS[name]}, got {value!r}{reason}") from error
+            raise InputError(f"{path}: {name}: expected {kind}, got {value!r}{reason}") from error
     return Experiment(**values | {"data": data_beside(values["data"], path.parent)})
 
 
@@ -197,6 +182,11 @@ def read_radii(value: object) -> dict[str, tuple[float, ...]]:
     return {name: parse_lengths(",".join(map(str, require(lengths, list)))) for name, lengths in lists}
 
 
+def read_options(value: object) -> dict[str, dict[str, Any]]:
+    """Return simulators' options by backend."""
+    return {name: require(options, dict) for name, options in require(value, dict).items()}
+
+
 def read_seeds(value: object) -> tuple[int, int]:
     """Return two different seeds; of one alone the next is the second."""
     seeds = tuple(whole(seed, 0) for seed in require(value, list))
@@ -210,18 +200,18 @@ def read_methods(value: object) -> tuple[str, ...]:
     return tuple(find_method(name).name for name in texts(value))
 
 
-READERS = {
-    "data": text,
-    "backends": texts,
-    "shapes": texts,
-    "radii": read_radii,
-    "options": lambda value: {name: require(options, dict) for name, options in require(value, dict).items()},
-    "methods": read_methods,
-    "seeds": read_seeds,
-    "trials": whole,
-    "repeated": whole,
-    "up": text,
-    "units": text,
+KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, and what is expected
+    "data": (text, "a folder or a catalogue's name"),
+    "backends": (texts, "a list of names"),
+    "shapes": (texts, "a list of names"),
+    "radii": (read_radii, "a list of lengths, or a table of such lists by backend"),
+    "options": (read_options, "a table of tables by backend"),
+    "methods": (read_methods, "a list of names"),
+    "seeds": (read_seeds, "two whole numbers from 0, the second for what is dropped again"),
+    "trials": (whole, "a whole number from 1"),
+    "repeated": (whole, "a whole number from 1"),
+    "up": (text, "z, y, x or auto"),
+    "units": (text, "m, cm, mm, in or auto"),
 }
 
 

@@ -18,7 +18,7 @@ from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Scene, clearest, disagreements, scenes_of
 from .entries import Comparison
 from .experiment import Experiment, as_toml
-from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
+from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
 from .significance import enumeration
 from .tables import Table, cost_table, histogram_table, label_table, quality_table, radius_table
@@ -30,10 +30,10 @@ LONGEST = 60  # disagreements in the list; all are in report.json
 def comparison_page(report: Report, comparison: Comparison, experiment: Experiment) -> str:
     """Return the page."""
     names = list(report["backends"])
-    several = len(names) > 1
+    several, chosen = len(names) > 1, recommendations(report)
     parts = [
-        introduction(report, names),
-        accuracy_section(report),
+        introduction(report, chosen),
+        accuracy_section(report, chosen),
         cost_section(report, comparison),
         *([agreement_section(report), disagreement_section(report, comparison, experiment)] if several else []),
         quality_section(report),
@@ -42,20 +42,21 @@ def comparison_page(report: Report, comparison: Comparison, experiment: Experime
     return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts, scenes=several)
 
 
-def introduction(report: Report, names: Sequence[str]) -> str:
+def introduction(report: Report, chosen: Sequence[Recommendation]) -> str:
     """Return the answer, what was done, and which simulator to use for what."""
     left = f" {len(report['left_out'])} more were left out: see below." if report["left_out"] else ""
+    names = list(report["backends"])
     title = f"{' or '.join(names)}?" if len(names) > 1 else f"What {names[0]} can tell"
     counts = ", ".join(f"{count} {name}" for name, count in report["functions"].items())
     times = enumeration([f"{time} by {name}" for name, time in prices(report).items()])
     return f"""<header><h1>{escape(title)}</h1>
-<p class="lead"><b>{escape(recommendation_sentence(report))}</b> {escape(report["answer"])}</p>
+<p class="lead"><b>{escape(recommendation_sentence(chosen))}</b> {escape(report["answer"])}</p>
 <p>Small spheres are dropped on a 3D object. Where they come to rest, counted in cubes of space, tells what the object
 is for: a cup fills up, a table collects one flat layer, a chair holds a slope. Who drops them is a choice between
 simulators: <b>fast</b> rolls spheres over the points by geometry, one at a time; <b>bullet</b> moves rigid bodies by
 the laws of physics. Here they did it on the same {report["objects"]} objects of <b>{escape(report["data"])}</b>
 ({escape(counts)}), with the same classifier, splits and seeds.{left}</p>
-{recommendation_table(report)}
+{recommendation_table(report, chosen)}
 <p class="note">The cheapest simulator stands unless another is better by more than the trials spread (95 %, corrected
 for trials that share objects). F-measure: 1 is perfect, 0 is useless.{escape(blind_spot(report))}
 A thousand such objects take {escape(times)}, on one core.</p></header>"""
@@ -68,9 +69,9 @@ def blind_spot(report: Report) -> str:
     return f" With so few objects, differences of up to {widest:.2f} do not show." if widest > COARSE else ""
 
 
-def accuracy_section(report: Report) -> str:
+def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:
     """Return F-measures against seconds, and in words where spheres are not worth their time."""
-    behind = [row.function for row in recommendations(report) if row.baseline_f >= row.f_measure]
+    behind = [row.function for row in chosen if row.baseline_f >= row.f_measure]
     beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is not beaten."
     words = beaten if behind else ""
     return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
@@ -143,19 +144,16 @@ def listing(differ: Sequence[Disagreement], report: Report) -> str:
     if not differ:
         return ""
     items = [report["per_object"][case.row] for case in differ[:LONGEST]]
-    rows = [
-        [item["file"], labels(item), *(with_scores(row["scores"]) for row in item["backends"].values())]
-        for item in items
-    ]
+    rows = []
+    for item in items:
+        every = [row["scores"] for row in item["backends"].values()]
+        listed = [", ".join(f"{name} {score:.2f}" for name, score in scores.items()) for scores in every]
+        answers = [f"{predicted(scores)} ({text})" for scores, text in zip(every, listed, strict=True)]
+        rows.append([item["file"], labels(item), *answers])
     more = f", the first {LONGEST}" if len(differ) > LONGEST else ""
     head = ["file", "label", *(f"{name} says" for name in report["backends"])]
     summary = f"<summary>All {len(differ)} in a list{more}</summary>"
     return f"<details>{summary}{table_html(head, rows, texts=None)}</details>"
-
-
-def with_scores(scores: dict[str, float]) -> str:
-    """Return what scores amount to, and each of them."""
-    return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
 
 
 def quality_section(report: Report) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from spherefunc_bullet.quantities import format_duration
 from spherefunc_bullet.viewer.page import table_html
 
 from .report import Difference, FeatureReport, Report
-from .significance import BETTER, UNKNOWN, beside_cheapest, cheapest, enumeration, with_margin
+from .significance import BETTER, UNKNOWN, beside_cheapest, enumeration, with_margin
 from .tables import with_spread
 
 THOUSAND = 1000  # objects, for a price that can be imagined
@@ -32,20 +32,20 @@ def recommendations(report: Report) -> list[Recommendation]:
 
     The cheapest simulator stands, unless another tells the function better over the same trials.
     """
-    others = beside_cheapest(report)
+    cheap, others = beside_cheapest(report)
     return [
-        recommended(report, function, {name: rows[function] for name, rows in others.items()})
+        recommended(report, function, cheap, {name: rows[function] for name, rows in others.items()})
         for function in report["functions"]
     ]
 
 
-def recommended(report: Report, function: str, others: Mapping[str, Difference]) -> Recommendation:
+def recommended(report: Report, function: str, cheap: str, others: Mapping[str, Difference]) -> Recommendation:
     """Return what to use for one function, given how the others differ from the cheapest there."""
 
     def f_of(feature: FeatureReport) -> float:
         return feature["functions"][function]["f_measure"]
 
-    cheap, baselines = cheapest(report), report["baselines"]
+    baselines = report["baselines"]
     better = [name for name, row in others.items() if row["verdict"] == BETTER]
     chosen = max(better, key=lambda name: others[name]["difference"], default=cheap)
     baseline = max(baselines, key=lambda name: f_of(baselines[name]))
@@ -65,25 +65,24 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
         return "the only one compared"
     if chosen != cheap:
         return f"better than {cheap} ({with_margin(others[chosen])})"
-    return "; ".join(f"{name} is dearer and {difference_words(row)}" for name, row in others.items())
+    words = {
+        name: f"differs by {row['difference']:+.3f} in one trial, too few to tell"
+        if row["verdict"] == UNKNOWN
+        else f"{row['verdict']} ({with_margin(row)})"
+        for name, row in others.items()
+    }
+    return "; ".join(f"{name} is dearer and {difference}" for name, difference in words.items())
 
 
-def difference_words(row: Difference) -> str:
-    """Return in words how a dearer backend differs from the cheapest."""
-    if row["verdict"] == UNKNOWN:
-        return f"differs by {row['difference']:+.3f} in one trial, too few to tell"
-    return f"{row['verdict']} ({with_margin(row)})"
-
-
-def recommendation_sentence(report: Report) -> str:
+def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
     """Return what to use for which function as one sentence."""
     by: dict[str, list[str]] = {}
-    for row in recommendations(report):
+    for row in rows:
         by.setdefault(row.backend, []).append(row.function)
     return f"Use {', and '.join(f'{name} for {enumeration(functions)}' for name, functions in by.items())}."
 
 
-def recommendation_table(report: Report) -> str:
+def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> str:
     """Return which simulator to use for which function, each one's F-measure, and the best baseline, as HTML."""
     backends = report["backends"]
     rows = [
@@ -94,7 +93,7 @@ def recommendation_table(report: Report) -> str:
             f"{row.baseline_f:.2f} ({row.baseline.replace('_', ' ')})",
             row.reason,
         ]
-        for row in recommendations(report)
+        for row in chosen
     ]
     seconds = [format_duration(backend["seconds_per_object"]) for backend in backends.values()]
     head = ["to tell", "use", *(f"F of {name}" for name in backends), "best without spheres", "why"]

@@ -33,7 +33,7 @@ from ..comparison.comparison import compare_entries
 from ..comparison.entries import evenly, repeatable, simulate_candidates
 from ..comparison.experiment import BACKENDS, Experiment, candidates
 from ..comparison.files import write_report
-from ..comparison.recommendation import recommendation_sentence
+from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
 from ..evaluation.evaluation import evaluate
@@ -109,7 +109,7 @@ def run_demo(demo: Demo) -> Path:
     print_results(about, results, False)
     print()
     print_functions(rows, model.functions_, False)
-    print(f"\n{comparison['answer']}\n{recommendation_sentence(comparison)}")
+    print(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, demo))
         gallery = write_gallery(demo.out / "pictures", demo.backend, demo.seed)

@@ -15,7 +15,7 @@ from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.quantities import format_duration, format_length
 from spherefunc_bullet.viewer.page import table_html
 
-from ..comparison.recommendation import recommendation_sentence, recommendation_table
+from ..comparison.recommendation import recommendation_sentence, recommendation_table, recommendations
 from ..comparison.report import Report
 from ..comparison.tables import with_spread
 from ..evaluation.confusion import Confusion
@@ -163,11 +163,11 @@ def card(item: ClassifiedObject) -> str:
 
 def comparison_section(comparison: Report) -> str:
     """Return which simulator to use, and where the whole comparison is."""
-    use = recommendation_sentence(comparison)
+    chosen = recommendations(comparison)
+    sentences = f"<b>{escape(recommendation_sentence(chosen))}</b> {escape(comparison['answer'])}"
     return f"""<section><h2>By geometry or by physics?</h2><p>Two simulators dropped spheres on
-{comparison["objects"]} of the objects: <b>{escape(use)}</b> {escape(comparison["answer"])}</p>
-{recommendation_table(comparison)}<p><a href="comparison/report.html">The whole comparison</a>, with objects to turn
-about.</p></section>"""
+{comparison["objects"]} of the objects: {sentences}</p>{recommendation_table(comparison, chosen)}
+<p><a href="comparison/report.html">The whole comparison</a>, with objects to turn about.</p></section>"""
 
 
 def confusion_section(confusion: Confusion) -> str:

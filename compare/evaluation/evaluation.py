@@ -61,10 +61,6 @@ class Trial:
         """Return the same trial with no to everything."""
         return replace(self, scores=np.zeros_like(self.scores), weights=())
 
-    def by_object(self) -> np.ndarray:
-        """Return the scores (N, F) in the order of the data set, where every object was tested once."""
-        return self.scores[np.argsort(self.rows)]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evaluation:
@@ -85,10 +81,6 @@ class Evaluation:
         """Return each function's quality with every object tested once and all counted together."""
         return mean_quality([self.left_out[protocol]], self.labels)
 
-    def radius_counts(self, train_size: int, column: int) -> Counter[float]:
-        """Return in how many trials of a training size each radius counted most for a function."""
-        return radius_counts(self.trials[train_size], column)
-
     @property
     def halves(self) -> tuple[int, int]:
         """How many objects the trials learn at most, and how many they test."""
@@ -98,7 +90,8 @@ class Evaluation:
     @cached_property
     def scores(self) -> np.ndarray:
         """The score of every object with all others learnt, (N, F)."""
-        return self.left_out["leave_one_out"].by_object()
+        alone = self.left_out["leave_one_out"]
+        return alone.scores[np.argsort(alone.rows)]
 
     @property
     def predicted(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 
 from spherefunc_bullet.quantities import format_length
 
+from ..evaluation.evaluation import radius_counts
 from ..evaluation.protocol import PAPER
 from ..pages.plates import DOUBLE, GREY, INK, Plate, bounded_spread, look, wrapped
 from .evaluated_data import EvaluatedData
@@ -35,7 +36,7 @@ def quality_rows(data: EvaluatedData) -> list[dict]:
     """Return one row a function, with the paper's F-measure where it has that function."""
     rows = []
     for column, (name, row) in enumerate(data.evaluation.quality(data.half).items()):
-        counts = data.evaluation.radius_counts(data.half, column)
+        counts = radius_counts(data.evaluation.trials[data.half], column)
         chosen = {f"trials_choosing_{format_length(r).replace(' ', '')}": counts[r] for r in data.radii}
         start = {"function": name, "train_size": data.half, "trials": data.protocol.trials}
         rows.append(start | row | {"paper_f_measure": PAPER.get(name)} | chosen)
@@ -112,8 +113,8 @@ def legend_entries() -> list:
 def draw_radii(axes: Axes, data: EvaluatedData, rows: list[dict]):
     """Draw how many trials chose each radius, as numbers on a map; bold the radius that the table names."""
     trials = data.protocol.trials
-    by_function = [data.evaluation.radius_counts(data.half, column) for column in range(len(rows))]
-    counts = [[by_radius[radius] for radius in data.radii] for by_radius in by_function]
+    chosen = [radius_counts(data.evaluation.trials[data.half], column) for column in range(len(rows))]
+    counts = [[by_radius[radius] for radius in data.radii] for by_radius in chosen]
     axes.imshow(counts, cmap="cividis", vmin=0, vmax=trials, aspect="auto")
     for (y, x), count in np.ndenumerate(counts):
         colour = INK if count > trials / 2 else "white"
