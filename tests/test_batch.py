@@ -32,7 +32,7 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.datasets.shards import parse_shard, shard_of
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import Loading, simulate_objects
+from spherefunc_bullet.settling.records import Dropping, simulate_objects
 from spherefunc_bullet.simulator import make_simulator
 
 RADII = (0.01, 0.02)
@@ -64,9 +64,9 @@ def copy(undisturbed, tmp_path):
 
 def batch_of(data, run, **changes) -> Batch:
     batch = Batch(
-        dataset=open_dataset(data), simulator=make_simulator("fast"), radii=RADII, folder=RunFolder(Path(run))
+        dataset=open_dataset(data), dropping=Dropping(simulator="fast", radii=RADII), folder=RunFolder(Path(run))
     )
-    return replace(batch, **changes)
+    return replace(batch, dropping=replace(batch.dropping, **changes))
 
 
 def finished(batch, **options) -> dict:
@@ -97,8 +97,8 @@ def test_every_object_at_every_radius_has_its_row_and_its_centres(data, undistur
 
 def test_centres_are_those_that_the_other_commands_get(data, copy):
     files = sorted(data.glob("mug*"))
-    for index, record in simulate_objects(files, "fast", RADII, jobs=1):
-        twin = dict(simulate_objects([files[index]], "fast", RADII, jobs=1, home=copy))[0]
+    for index, record in simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=1):
+        twin = dict(simulate_objects([files[index]], Dropping(simulator="fast", radii=RADII), jobs=1, home=copy))[0]
         assert all(np.array_equal(record.settled[radius], twin.settled[radius]) for radius in RADII)
 
 
@@ -188,7 +188,7 @@ def mishaps(tmp_path):
             objects.append(DatasetObject(path=path, functions=frozenset()))
         dataset = Dataset("mishaps", tuple(objects), tmp_path)
         folder = RunFolder(tmp_path / "run")
-        return Batch(dataset=dataset, simulator=MishapSimulator(), radii=(0.02,), folder=folder)
+        return Batch(dataset=dataset, dropping=Dropping(simulator=MishapSimulator(), radii=(0.02,)), folder=folder)
 
     return batch
 
@@ -226,7 +226,11 @@ def test_failures_stay_until_they_are_to_be_tried_again(mishaps, tmp_path):
 def test_radii_that_were_done_before_the_crash_are_kept(tmp_path):
     np.savez(tmp_path / "mug.npz", points=clouds.mug().points)
     dataset = Dataset("one", (DatasetObject(path=tmp_path / "mug.npz", functions=frozenset()),), tmp_path)
-    batch = Batch(dataset=dataset, simulator=CrashesAt3cm(), radii=(0.02, 0.03), folder=RunFolder(tmp_path / "run"))
+    batch = Batch(
+        dataset=dataset,
+        dropping=Dropping(simulator=CrashesAt3cm(), radii=(0.02, 0.03)),
+        folder=RunFolder(tmp_path / "run"),
+    )
     assert counts(finished(batch)) == (0, 1, 0)
     assert [(row[4], row[6]) for row in rows(tmp_path / "run")] == [(0.02, "done"), (0.03, "crashed")]
 
@@ -364,7 +368,7 @@ def test_what_hung_in_a_batch_is_not_tried_by_others(mishaps):
     finished(batch, limits=Limits(seconds=0.5))
     failed = []
     simulated = simulate_dataset(
-        batch.dataset, batch.simulator, batch.radii, loading=Loading(), run=batch.folder.path, failed=failed.append
+        batch.dataset, batch.dropping, run=batch.folder.path, failed=failed.append
     )
     assert len(simulated.objects) == 1 and "within 0.5 s" in str(failed[0])
 

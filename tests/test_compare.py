@@ -33,7 +33,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.settling.cache import read_entry, write_entry
-from spherefunc_bullet.settling.records import ObjectRecord, simulate_objects
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator
 
 COMMAND = Path(sys.executable).with_name("spherefunc")
@@ -187,7 +187,7 @@ def test_report_repeats_exactly_from_its_experiment(data, layers, tmp_path, caps
 
 def test_run_that_was_cut_off_continues(data, capsys):
     half = sorted(data.glob("*.npz"))[:7]
-    list(simulate_objects(half, "fast", (0.02,), jobs=1))
+    list(simulate_objects(half, Dropping(simulator="fast", radii=(0.02,)), jobs=1))
     before = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
     compared(capsys, data, backends="fast", radii=["2cm"], trials=2)
     after = {path: path.stat().st_mtime_ns for path in cache_home().rglob("*.npz")}
@@ -195,7 +195,7 @@ def test_run_that_was_cut_off_continues(data, capsys):
 
 
 def test_older_entries_know_no_memory(data, capsys):
-    list(simulate_objects(sorted(data.glob("*.npz")), "fast", (0.02,), jobs=1))
+    list(simulate_objects(sorted(data.glob("*.npz")), Dropping(simulator="fast", radii=(0.02,)), jobs=1))
     for path in (cache_home() / "settled").rglob("*.npz"):
         write_entry(path, {name: each for name, each in read_entry(path).items() if name != "memory"})
     fast = compared(capsys, data, backends="fast", radii=["2cm"], trials=2)["backends"]["fast"]
@@ -404,5 +404,5 @@ def test_code_is_warm_before_the_first_run_is_timed(data):
             return super().drop(cloud, settings, seed)
 
     files = sorted(data.glob("mug*.npz"))[:2]
-    list(simulate_objects(files, Recorder(name="recorder"), (0.02,), jobs=1))
+    list(simulate_objects(files, Dropping(simulator=Recorder(name="recorder"), radii=(0.02,)), jobs=1))
     assert dropped == ["plate", "mug_0.npz", "mug_1.npz"]

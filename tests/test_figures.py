@@ -25,7 +25,7 @@ from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import find_method
-from spherefunc_bullet.settling.records import Loading, ObjectRecord
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord
 
 STEMS = {
     "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",
@@ -218,8 +218,7 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     labels = Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""]))
     evaluated = EvaluatedData(
         simulated=Simulated("one", open_dataset(data).objects[:1], (record,)),
-        radii=(0.01,),
-        loading=Loading(),
+        dropping=Dropping(simulator="fast", radii=(0.01,)),
         protocol=Protocol(train_sizes=(2,)),
         evaluation=Evaluation(labels=labels, method=find_method("default"), trials={}, left_out={}),
     )

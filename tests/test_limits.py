@@ -18,8 +18,9 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import limits
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
-from spherefunc_bullet.settling.records import Loading, content_hash
+from spherefunc_bullet.settling.records import Dropping
 
+DROPPING = Dropping(simulator="fast", radii=(0.02,))
 MANY = 100_000_000  # triangles
 
 
@@ -68,7 +69,7 @@ def test_a_hundred_million_triangles_are_refused_by_their_declaration(tmp_path, 
     assert "at most 10,000,000 triangles, got 100,000,000" in refused(path)
 
 
-@pytest.mark.parametrize("read", [load_cloud, lambda path: content_hash(path, Loading())])
+@pytest.mark.parametrize("read", [load_cloud, DROPPING.content_hash])
 def test_a_file_of_a_hundred_million_triangles_is_not_even_opened(tmp_path, read):
     path = tmp_path / "many.stl"
     path.write_bytes(bytes(80) + struct.pack("<I", MANY))
@@ -116,7 +117,7 @@ def test_compressed_bombs_are_refused_by_what_they_declare(tmp_path, read):
     assert "MiB unpacked" in refused(tmp_path / "bomb.npz", read)
 
 
-@pytest.mark.parametrize("read", [load_cloud, lambda path: content_hash(path, Loading())])
+@pytest.mark.parametrize("read", [load_cloud, DROPPING.content_hash])
 def test_pipes_are_refused_and_not_waited_for(tmp_path, read):
     os.mkfifo(tmp_path / "pipe.ply")
     assert "ordinary file" in refused(tmp_path / "pipe.ply", read)

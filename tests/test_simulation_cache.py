@@ -9,7 +9,7 @@ import pytest
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry
-from spherefunc_bullet.settling.records import Loading, simulate_objects
+from spherefunc_bullet.settling.records import Dropping, Loading, simulate_objects
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
@@ -31,7 +31,8 @@ def files(tmp_path):
 
 
 def simulated(paths, radii=RADII, **options) -> list:
-    found = dict(simulate_objects(paths, options.pop("simulator", "fast"), radii, jobs=1, **options))
+    dropping = Dropping(**{"simulator": "fast", "radii": radii} | options)
+    found = dict(simulate_objects(paths, dropping, jobs=1))
     return [found[i] for i in range(len(paths))]
 
 
@@ -150,7 +151,7 @@ def test_sphere_larger_than_the_object_settles_nowhere(files):
 
 
 def test_two_processes_give_what_one_gives(files):
-    in_two = dict(simulate_objects(files, "fast", RADII, jobs=2))
+    in_two = dict(simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=2))
     assert same([in_two[0], in_two[1]], simulated(files))
 
 

@@ -17,7 +17,7 @@ from mishaps import MishapSimulator, happen, surroundings
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.settling.records import simulate_objects
+from spherefunc_bullet.settling.records import Dropping, simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 DEATHS = {
@@ -158,7 +158,7 @@ def models(tmp_path, monkeypatch):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_crash_in_a_simulator_costs_one_object(models, jobs):
     paths = models("one", "segfault", "refused", "two")
-    done = dict(simulate_objects(paths, MishapSimulator(), (0.01, 0.02), jobs=jobs))
+    done = dict(simulate_objects(paths, Dropping(simulator=MishapSimulator(), radii=(0.01, 0.02)), jobs=jobs))
     assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "Crashed", "InputError", "ObjectRecord"]
     assert "SIGSEGV" in str(done[1]) and str(done[1]).startswith(f"{paths[1]}: ")
     assert done[3].settled[0.02].shape == (1, 3) and done[3].path == paths[3]
@@ -166,7 +166,8 @@ def test_crash_in_a_simulator_costs_one_object(models, jobs):
 
 def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
-    done = dict(simulate_objects([slow, other], MishapSimulator(), (0.02,), jobs=2, time_limit=1.0))
+    how = Dropping(simulator=MishapSimulator(), radii=(0.02,))
+    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=1.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 

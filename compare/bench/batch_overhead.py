@@ -23,45 +23,45 @@ from spherefunc_bullet.console import print_table
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.datasets.shards import parse_shard, shard_of
 from spherefunc_bullet.quantities import parse_lengths
+from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import drop_settings, warm_up
-from spherefunc_bullet.simulator import Simulator, make_simulator
 
 from ..machine import machine
 
-Radii = Sequence[float]  # metres
 
-
-def plain_loop(dataset: Dataset, simulator: Simulator, radii: Radii) -> tuple[float, float]:
+def plain_loop(dataset: Dataset, dropping: Dropping) -> tuple[float, float]:
     """Return the seconds of the loop, compilation excluded, and those of the simulations in it."""
+    simulator = dropping.simulator
     warm_up(simulator)
     load_cloud(dataset.objects[0].path)
     started, simulated = time.perf_counter(), 0.0
     for item in dataset.objects:
         cloud = load_cloud(item.path)
-        simulated += sum(simulator.drop(cloud, drop_settings(simulator, radius), 0).seconds for radius in radii)
+        settings = [drop_settings(simulator, radius) for radius in dropping.radii]
+        simulated += sum(simulator.drop(cloud, run, 0).seconds for run in settings)
     return time.perf_counter() - started, simulated
 
 
-def batch_seconds(dataset: Dataset, simulator: Simulator, radii: Radii, jobs: int) -> tuple[float, float]:
+def batch_seconds(dataset: Dataset, dropping: Dropping, jobs: int) -> tuple[float, float]:
     """Return the seconds of a batch: all of it, and from its first object's end to its last's.
 
     The latter is without the start of the processes, some seconds however long the run, and scaled to all objects.
     """
     with tempfile.TemporaryDirectory() as scratch:
-        batch = Batch(dataset=dataset, simulator=simulator, radii=radii, folder=RunFolder(Path(scratch)))
+        batch = Batch(dataset=dataset, dropping=dropping, folder=RunFolder(Path(scratch)))
         started, ends = time.perf_counter(), []
         for _ in run_batch(batch, jobs=jobs):
             ends.append(time.perf_counter())
     return ends[-1] - started, (ends[-1] - ends[jobs - 1]) * len(ends) / max(len(ends) - jobs, 1)
 
 
-def processor_seconds(dataset: Dataset, simulator: Simulator, radii: Radii) -> tuple[float, float]:
+def processor_seconds(dataset: Dataset, dropping: Dropping) -> tuple[float, float]:
     """Return the processor seconds of the plain loop, and of a batch's work on the same objects in this process."""
     started = time.process_time()
-    plain_loop(dataset, simulator, radii)
+    plain_loop(dataset, dropping)
     middle = time.process_time()
     with tempfile.TemporaryDirectory() as scratch:
-        batch = Batch(dataset=dataset, simulator=simulator, radii=radii, folder=RunFolder(Path(scratch)))
+        batch = Batch(dataset=dataset, dropping=dropping, folder=RunFolder(Path(scratch)))
         list(run_batch(batch, work=lambda tasks: in_this_process(tasks, batch.folder)))
     return middle - started, time.process_time() - middle
 
@@ -69,13 +69,13 @@ def processor_seconds(dataset: Dataset, simulator: Simulator, radii: Radii) -> t
 def in_this_process(tasks: Sequence[Task], folder: RunFolder) -> Outcomes:
     """Do tasks as a worker does, without one."""
     for index, task in enumerate(tasks):
-        yield index, settled_rows(task.path, task, folder)
+        yield index, settled_rows(task, folder)
 
 
-def print_processor_time(title: str, dataset: Dataset, simulator: Simulator, radii: Radii, rounds: int):
+def print_processor_time(title: str, dataset: Dataset, dropping: Dropping, rounds: int):
     """Print processor seconds, best of the rounds, and what a batch adds."""
-    plain_loop(shard_of(dataset, (1, len(dataset))), simulator, radii)  # compiles and loads
-    measured = [processor_seconds(dataset, simulator, radii) for _ in range(rounds)]
+    plain_loop(shard_of(dataset, (1, len(dataset))), dropping)  # compiles and loads
+    measured = [processor_seconds(dataset, dropping) for _ in range(rounds)]
     loop, batch = map(min, zip(*measured, strict=True))
     seconds = f"plain loop {loop:.2f} s, batch {batch:.2f} s of processor time"
     print(f"{title}: {seconds}; a batch adds {batch / loop - 1:.1%}")
@@ -92,16 +92,16 @@ def main():
     parser.add_argument("--processor-time", action="store_true")
     given = parser.parse_args()
     dataset = shard_of(open_dataset(given.data), parse_shard(given.shard))
-    simulator, radii = make_simulator(given.backend), parse_lengths(given.radii)
+    dropping = Dropping(simulator=given.backend, radii=parse_lengths(given.radii))
     title = f"{dataset.name}, {len(dataset)} objects, {given.backend}, {given.radii}, best of {given.rounds}"
     if given.processor_time:
-        print_processor_time(title, dataset, simulator, radii, given.rounds)
+        print_processor_time(title, dataset, dropping, given.rounds)
         return
     loops, one, two = [], [], []
     for _ in range(given.rounds):
-        loops.append(plain_loop(dataset, simulator, radii))
-        one.append(batch_seconds(dataset, simulator, radii, 1))
-        two.append(batch_seconds(dataset, simulator, radii, 2))
+        loops.append(plain_loop(dataset, dropping))
+        one.append(batch_seconds(dataset, dropping, 1))
+        two.append(batch_seconds(dataset, dropping, 2))
     loop, simulated = min(loops)
     (whole, steady), (whole_two, steady_two) = (map(min, zip(*pairs, strict=True)) for pairs in (one, two))
     rows = [["plain loop", f"{loop:.2f}", f"{simulated:.2f}"], ["batch, 1 process", f"{whole:.2f}", f"{steady:.2f}"]]

@@ -8,7 +8,6 @@ import typer
 
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
-from spherefunc_bullet.quantities import parse_lengths
 
 from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 
@@ -39,21 +38,18 @@ def evaluate(
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.method import find_method
-    from spherefunc_bullet.settling.records import Loading
-    from spherefunc_bullet.simulator import make_simulator
 
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
 
     failures = Failures()
-    lengths, chosen = parse_lengths(radii), find_method(method)
-    simulator = make_simulator(backend, **options.simulator_options(shape))
+    chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
+    lengths = dropping.radii
 
     def simulated(name: str) -> Simulated:
         """Return a data set by name, simulated."""
-        how = {"seed": seed, "loading": Loading(up=up, units=units), "jobs": jobs, "run": run}
-        return simulate_dataset(open_dataset(name), simulator, lengths, failed=failures.add, **how)
+        return simulate_dataset(open_dataset(name), dropping, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(data)
     if alternatives:

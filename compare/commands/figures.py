@@ -10,11 +10,9 @@ import typer
 
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, progress, say
-from spherefunc_bullet.quantities import parse_lengths
 
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
-    from spherefunc_bullet.simulator import Simulator
 
     from ..figures.evaluated_data import EvaluatedData
 
@@ -41,23 +39,19 @@ def figures(
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
     from spherefunc_bullet.learning.method import find_method
-    from spherefunc_bullet.settling.records import Loading
-    from spherefunc_bullet.simulator import make_simulator
 
     from ..evaluation.protocol import Protocol
     from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
-    lengths, chosen, loading = parse_lengths(radii), find_method(method), Loading(up=up, units=units)
-    simulator = make_simulator(backend, **options.simulator_options(shape))
+    chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
     prepare_folder(out)
-    how = {"seed": seed, "loading": loading, "jobs": jobs}
-    simulated = simulate_dataset(dataset, simulator, lengths, failed=failures.add, **how)
+    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
     protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
-    evaluated = evaluate_data(simulated, lengths, chosen, loading, protocol)
-    written = write_figures(evaluated, out, simulator, failures.count)
+    evaluated = evaluate_data(simulated, dropping, chosen, protocol)
+    written = write_figures(evaluated, out, failures.count)
     print_json([str(path) for path in written]) if json else print(*written, sep="\n")
     failures.exit()
 
@@ -85,7 +79,7 @@ def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
     return sizes
 
 
-def write_figures(data: EvaluatedData, out: Path, simulator: Simulator, left_out: int) -> list[Path]:
+def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
     """Write all figures, their captions, and how they were made; return the paths."""
     from spherefunc_bullet.formats.writing import write_text
 
@@ -103,15 +97,16 @@ def write_figures(data: EvaluatedData, out: Path, simulator: Simulator, left_out
         plate = kind(data)
         paths += write_plate(plate, out)
         captions.append(f"**{plate.stem}.** {plate.caption}\n")
-    about = json_format.dumps(configuration(data, simulator, left_out), indent=2)
+    about = json_format.dumps(configuration(data, left_out), indent=2)
     paths.append(write_text(out / "captions.md", "\n".join(captions) + "\n"))
     return [*paths, write_text(out / "figures.json", about + "\n")]
 
 
-def configuration(data: EvaluatedData, simulator: Simulator, left_out: int) -> dict[str, Any]:
+def configuration(data: EvaluatedData, left_out: int) -> dict[str, Any]:
     """Return what decides the figures."""
     from ..machine import versions
 
+    simulator = data.dropping.simulator
     return {
         "data": data.name,
         "objects": len(data.simulated.objects),

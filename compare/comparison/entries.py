@@ -13,7 +13,7 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.settling.records import Dropping, Loading, ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of
@@ -148,14 +148,21 @@ def simulate_candidates(
 
 
 def drop_all(
-    candidates: Sequence[Candidate], dataset: Dataset, complaints: Complaints, **options: Any
+    candidates: Sequence[Candidate],
+    dataset: Dataset,
+    complaints: Complaints,
+    *,
+    seed: int,
+    loading: Loading,
+    **options: Any,
 ) -> list[Simulated]:
     """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
     done = []
     for candidate in candidates:
         failed = complaints.by(candidate.name)
         try:
-            done.append(simulate_dataset(dataset, candidate.simulator, candidate.radii, failed=failed, **options))
+            dropping = Dropping(simulator=candidate.simulator, radii=candidate.radii, seed=seed, loading=loading)
+            done.append(simulate_dataset(dataset, dropping, failed=failed, **options))
         except InputError as error:
             raise InputError(f"{candidate.name}: {error}") from error
     paths = set.intersection(*({item.path for item in simulated.objects} for simulated in done))

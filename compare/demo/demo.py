@@ -25,8 +25,9 @@ from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.quantities import Stopwatch, format_length, parse_lengths
+from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
-from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.simulator import Simulator
 
 from ..comparison.comparison import compare_entries
 from ..comparison.entries import evenly, repeatable, simulate_candidates
@@ -93,14 +94,13 @@ def run_demo(demo: Demo) -> Path:
     InputError
         If there is no such backend or method, or the folder cannot be written.
     """
-    simulator, watch = make_simulator(demo.backend), Stopwatch()
+    dropping, watch = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed), Stopwatch()
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
-        options = {"seed": demo.seed, "jobs": demo.jobs, "failed": Failures().add}
-        simulated = simulate_dataset(open_dataset(DATA), simulator, demo.radii, **options)
+        simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=demo.jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):
         results, confusion = evaluated(simulated, demo)
     with step(watch, "learning all, and classifying objects that were not learnt"):
-        model = train_on(simulated, simulator, demo.radii, method=demo.method, seed=demo.seed)
+        model = train_on(simulated, dropping, demo.method)
         unseen = write_unseen(demo.out / "objects", simulated)
         rows = [classified(item.path, model, True, "z", "m") for item in unseen]
     with step(watch, "comparing simulators on some of the objects"):
@@ -122,7 +122,7 @@ def run_demo(demo: Demo) -> Path:
         classified=cards,
         figure=Image.open(gallery[-1]).convert("RGB"),
         comparison=comparison,
-        configuration=configuration(demo, simulator, simulated),
+        configuration=configuration(demo, dropping.simulator, simulated),
         seconds=watch.seconds,
     )
     return write_text(demo.out / "report.html", page(summary))

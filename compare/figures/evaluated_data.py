@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.settling.records import Dropping
 
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import sphere_distances
@@ -24,14 +24,18 @@ class EvaluatedData:
     """A data set's objects, and what was said of them when they were not learnt."""
 
     simulated: Simulated
-    radii: tuple[float, ...]  # metres
-    loading: Loading
+    dropping: Dropping
     protocol: Protocol  # its training sizes are those of the confusion matrices
     evaluation: Evaluation  # at the training sizes of the learning curve
 
     @property
     def name(self) -> str:
         return self.simulated.name
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Metres, ascending."""
+        return self.dropping.radii
 
     @property
     def labels(self) -> Labels:
@@ -48,12 +52,10 @@ class EvaluatedData:
 
     def cloud(self, index: int) -> Cloud:
         """Return an object's cloud, as it was when the spheres fell."""
-        return load_cloud(self.simulated.objects[index].path, up=self.loading.up, units=self.loading.units)
+        return self.dropping.cloud(self.simulated.objects[index].path)
 
 
-def evaluate_data(
-    simulated: Simulated, radii: tuple[float, ...], method: Method, loading: Loading, protocol: Protocol
-) -> EvaluatedData:
+def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, protocol: Protocol) -> EvaluatedData:
     """Return a data set with its evaluation, at more training sizes than the protocol has, and each object left out.
 
     Raises
@@ -63,14 +65,14 @@ def evaluate_data(
     """
     labels = labels_of(simulated)
     require_enough(simulated.name, len(labels))
-    distances, trials = sphere_distances(simulated, radii, method), {}
+    distances, trials = sphere_distances(simulated, dropping.radii, method), {}
     sizes = ladder(len(labels), protocol.train_sizes)
     for size in progress(sizes, len(sizes), "learning and testing"):
         splits = replace(protocol, train_sizes=(size,)).splits(labels)
         trials |= evaluate(distances, labels, method, splits).trials
     alone = replace(protocol, train_sizes=(), leave_one_out=True).splits(labels)
     evaluation = replace(evaluate(distances, labels, method, alone), trials=trials)
-    return EvaluatedData(simulated=simulated, radii=radii, loading=loading, protocol=protocol, evaluation=evaluation)
+    return EvaluatedData(simulated=simulated, dropping=dropping, protocol=protocol, evaluation=evaluation)
 
 
 def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:

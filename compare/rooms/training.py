@@ -16,6 +16,7 @@ from spherefunc_bullet.scenes.recognition.recognition import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
+from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import Settled, settle
 from spherefunc_bullet.simulator import Simulator
 
@@ -50,9 +51,8 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    simulated = simulate_dataset(
-        dataset, training.simulator, training.radii, seed=training.seed, jobs=jobs, failed=failed
-    )
+    dropping = Dropping(simulator=training.simulator, radii=training.radii, seed=training.seed)
+    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)

@@ -18,7 +18,7 @@ from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom, furnish
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
-from spherefunc_bullet.settling.records import simulate_objects
+from spherefunc_bullet.settling.records import Dropping, simulate_objects
 
 from .scores import (
     Counts,
@@ -148,10 +148,9 @@ class Fold:
     def ask_of_models(self, items: Iterable[DatasetObject]):
         """Keep what the model says of the whole models of objects; each is asked for once."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
-        done = simulate_objects(
-            paths, self.model.simulator, self.model.chosen_radii(), seed=self.model.seed, jobs=self.jobs
-        )
-        for index, record in done:
+        model = self.model
+        dropping = Dropping(simulator=model.simulator, radii=tuple(model.chosen_radii()), seed=model.seed)
+        for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
             self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)
 

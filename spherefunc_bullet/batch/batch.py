@@ -11,16 +11,15 @@ import math
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from ..datasets.dataset import Dataset
 from ..errors import InputError
 from ..processes.tasks import run_tasks
-from ..settling.records import Loading
+from ..settling.records import Dropping
 from ..settling.settling import drop_settings
-from ..simulator import Simulator, make_simulator
 from .folder import RunFolder
 from .freshness import standing_row
 from .ledger import Ledger, Row, Way, settings_json
@@ -35,11 +34,8 @@ class Batch:
     """What is to be simulated, and where it is kept."""
 
     dataset: Dataset
-    simulator: Simulator
-    radii: Sequence[float]  # metres
+    dropping: Dropping
     folder: RunFolder
-    seed: int = 0
-    loading: Loading = field(default_factory=Loading)
 
     @property
     def objects(self) -> dict[str, Path]:
@@ -48,13 +44,15 @@ class Batch:
 
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""
-        settings = asdict(drop_settings(self.simulator, radius)) | {
-            "version": self.simulator.version,
-            "options": self.simulator.options(),
-            "loading": asdict(self.loading),
+        simulator = self.dropping.simulator
+        settings = asdict(drop_settings(simulator, radius)) | {
+            "version": simulator.version,
+            "options": simulator.options(),
+            "loading": asdict(self.dropping.loading),
         }
         del settings["radius"]
-        return Way(backend=self.simulator.name, settings=settings_json(settings), radius=radius, seed=self.seed)
+        seed = self.dropping.seed
+        return Way(backend=simulator.name, settings=settings_json(settings), radius=radius, seed=seed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +136,7 @@ def about_call(batch: Batch, jobs: int) -> dict[str, Any]:
 def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[Task], list[Finished]]:
     """Return what the ledger lacks, and the objects of which it has everything."""
     objects = batch.objects
-    ways = {ledger.number(batch.way(radius)): radius for radius in batch.radii}
+    ways = {ledger.number(batch.way(radius)): radius for radius in batch.dropping.radii}
     ledger.expect(objects, tuple(ways))
     missing: dict[str, dict[int, float]] = {name: {} for name in objects}
     standing: dict[str, list[Row]] = {name: [] for name in objects}
@@ -146,22 +144,23 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
             continue  # of another data set, or another shard, in the same folder
-        now = standing_row(row, objects[row.object], batch.folder, batch.loading, retry_failed)
+        now = standing_row(row, objects[row.object], batch.folder, batch.dropping, retry_failed)
         if now is None:
             missing[row.object][row.way] = ways[row.way]
         else:
             standing[row.object].append(now)
             moved += [now] if now != row else []
     ledger.write(moved)
-    common = {"simulator": batch.simulator, "seed": batch.seed, "loading": batch.loading}
-    tasks = [Task(path=objects[name], name=name, radii=radii, **common) for name, radii in missing.items() if radii]
+    tasks = [
+        Task(path=objects[name], name=name, radii=radii, dropping=batch.dropping)
+        for name, radii in missing.items()
+        if radii
+    ]
     done = [finished_object(name, standing[name], skipped=True) for name in objects if not missing[name]]
     return tasks, done
 
 
-def known_failures(
-    run: Path, dataset: Dataset, simulator: str | Simulator, radii: Sequence[float], seed: int, loading: Loading
-) -> dict[Path, InputError]:
+def known_failures(run: Path, dataset: Dataset, dropping: Dropping) -> dict[Path, InputError]:
     """Return the objects that failed in a run, by path, whose files have not changed since.
 
     Raises
@@ -169,19 +168,12 @@ def known_failures(
     InputError
         If there is no such run.
     """
-    batch = Batch(
-        dataset=dataset,
-        simulator=make_simulator(simulator),
-        radii=radii,
-        folder=RunFolder(run),
-        seed=seed,
-        loading=loading,
-    )
+    batch = Batch(dataset=dataset, dropping=dropping, folder=RunFolder(run))
     objects, failed = batch.objects, {}
     with batch.folder.ledger() as ledger:
-        for row in ledger.failures([batch.way(radius) for radius in radii]):
+        for row in ledger.failures([batch.way(radius) for radius in dropping.radii]):
             path = objects.get(row.object)
-            if path is not None and standing_row(row, path, batch.folder, loading, retry_failed=False):
+            if path is not None and standing_row(row, path, batch.folder, dropping, retry_failed=False):
                 failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")
     return failed
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..settling.cache import read_entry
-from ..settling.records import Loading, content_hash, file_parts
+from ..settling.records import Dropping, file_parts
 from .folder import RunFolder, digest
 from .ledger import DONE, WAITING, Row
 
 
-def standing_row(row: Row, path: Path, folder: RunFolder, loading: Loading, retry_failed: bool) -> Row | None:
+def standing_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool) -> Row | None:
     """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
 
     Sizes and times tell; where they differ, as after a copy, the contents do, and the row notes the new ones.
@@ -20,7 +20,7 @@ def standing_row(row: Row, path: Path, folder: RunFolder, loading: Loading, retr
     if row.outcome == WAITING or (row.outcome != DONE and retry_failed):
         return None
     stamp = source_stamp(path)
-    if row.source != stamp and not same_content(row, path, loading):
+    if row.source != stamp and not same_content(row, path, dropping):
         return None
     if row.outcome != DONE:
         return replace(row, source=stamp)
@@ -28,10 +28,10 @@ def standing_row(row: Row, path: Path, folder: RunFolder, loading: Loading, retr
     return about and replace(row, source=stamp, **about)
 
 
-def same_content(row: Row, path: Path, loading: Loading) -> bool:
+def same_content(row: Row, path: Path, dropping: Dropping) -> bool:
     """Return whether a file holds what it held when a row was written."""
     try:
-        return content_hash(path, loading) == row.content
+        return dropping.content_hash(path) == row.content
     except InputError:
         return False
 

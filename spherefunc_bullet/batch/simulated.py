@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
-from ..settling.records import Loading, ObjectRecord, simulate_objects
+from ..settling.records import Dropping, ObjectRecord, simulate_objects
 from ..settling.settling import Settled
-from ..simulator import Simulator
 from .batch import known_failures
 
 
@@ -30,11 +29,8 @@ class Simulated:
 
 def simulate_dataset(
     dataset: Dataset,
-    simulator: str | Simulator,
-    radii: Sequence[float],
+    dropping: Dropping,
     *,
-    seed: int = 0,
-    loading: Loading | None = None,
     jobs: int = -1,
     run: Path | None = None,
     failed: Callable[[InputError], None],
@@ -52,10 +48,10 @@ def simulate_dataset(
     InputError
         If no object is left, or there is no such run.
     """
-    known = {} if run is None else known_failures(run, dataset, simulator, radii, seed, loading or Loading())
+    known = {} if run is None else known_failures(run, dataset, dropping)
     left = [index for index, item in enumerate(dataset.objects) if item.path not in known]
     paths = [dataset.objects[index].path for index in left]
-    done = simulate_objects(paths, simulator, radii, seed=seed, loading=loading, jobs=jobs, home=run)
+    done = simulate_objects(paths, dropping, jobs=jobs, home=run)
     records: dict[int, ObjectRecord] = {}
     for error in known.values():
         failed(error)

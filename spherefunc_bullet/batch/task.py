@@ -11,11 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..clouds.cloud import Cloud, load_cloud
 from ..errors import InputError, Unexpected
-from ..settling.records import Loading, content_hash, run_hash
+from ..settling.records import Dropping
 from ..settling.settling import measured_run
-from ..simulator import Simulator
 from .folder import FullDisk, RunFolder, digest
 from .freshness import source_stamp
 from .ledger import DONE, Row
@@ -28,13 +26,7 @@ class Task:
     path: Path
     name: str
     radii: dict[int, float]  # way in the ledger -> metres
-    simulator: Simulator
-    seed: int
-    loading: Loading
-
-    def run(self, content: str, radius: float) -> str:
-        """Return the hash that names one run's file."""
-        return run_hash(content, self.simulator, radius, self.seed)
+    dropping: Dropping
 
 
 def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
@@ -46,12 +38,7 @@ def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
         If the file cannot be used, the disk is full, or something is wrong with us or the backend.
     """
     try:
-        content = content_hash(task.path, task.loading)
-
-        @cache
-        def cloud() -> Cloud:
-            return load_cloud(task.path, up=task.loading.up, units=task.loading.units)
-
+        content, cloud = task.dropping.content_hash(task.path), cache(lambda: task.dropping.cloud(task.path))
         return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
     except (InputError, MemoryError):
         raise
@@ -63,10 +50,10 @@ def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
 
 def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callable, folder: RunFolder) -> Row:
     """Return the row of one run, from the folder or simulated now."""
-    run = task.run(content, radius)
+    run = task.dropping.run_hash(content, radius)
     arrays = folder.find(run)
     if arrays is None:
-        arrays = measured_run(cloud(), task.simulator, radius, task.seed)
+        arrays = measured_run(cloud(), task.dropping.simulator, radius, task.dropping.seed)
         folder.put(run, arrays)
     return done_row(task, way, content, run, arrays)
 
@@ -107,12 +94,12 @@ def kept(row: Row, folder: RunFolder) -> dict[str, int]:
 def failed_rows(task: Task, error: InputError, folder: RunFolder) -> list[Row]:
     """Return the rows of an object that failed: done are the radii that it had finished before."""
     try:
-        content = content_hash(task.path, task.loading)
+        content = task.dropping.content_hash(task.path)
     except InputError:
         content = None
     rows = []
     for way, radius in task.radii.items():
-        run = content and task.run(content, radius)
+        run = content and task.dropping.run_hash(content, radius)
         arrays = folder.find(run) if run else None
         if arrays is None:
             line = " ".join(str(error).replace(str(task.path), task.name).split())

@@ -12,12 +12,12 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..quantities import parse_lengths
-from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, simulator_options
+from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, dropping
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
     from ..batch.folder import RunFolder
+    from ..settling.records import Dropping
 
 INTERRUPTED = 130  # what shells expect after Ctrl-C
 
@@ -73,7 +73,7 @@ def run(
     from ..quantities import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, backend, shape, radii, seed, up, units, shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
@@ -87,34 +87,15 @@ def executor_for(scheduler: str | None, shared_path: bool, folder: RunFolder, li
     return on_scheduler(scheduler, folder, limits, shared_path=shared_path)
 
 
-def batch_of(
-    data: str,
-    folder: Path,
-    backend: str,
-    shape: str | None,
-    radii: str,
-    seed: int,
-    up: str,
-    units: str,
-    shard: str | None,
-) -> Batch:
-    """Return the batch that options describe."""
+def batch_of(data: str, folder: Path, how: Dropping, shard: str | None) -> Batch:
+    """Return the batch of a data set, or of a shard of it."""
     from ..batch.batch import Batch
     from ..batch.folder import RunFolder
     from ..datasets.dataset import open_dataset
     from ..datasets.shards import parse_shard, shard_of
-    from ..settling.records import Loading
-    from ..simulator import make_simulator
 
     part = parse_shard(shard)
-    return Batch(
-        dataset=shard_of(open_dataset(data), part),
-        simulator=make_simulator(backend, **simulator_options(shape)),
-        radii=parse_lengths(radii),
-        folder=RunFolder(folder),
-        seed=seed,
-        loading=Loading(up=up, units=units),
-    )
+    return Batch(dataset=shard_of(open_dataset(data), part), dropping=how, folder=RunFolder(folder))
 
 
 def work_through(batch: Batch, json: bool, **options):

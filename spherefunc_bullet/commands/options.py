@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from ..quantities import parse_lengths
+
+if TYPE_CHECKING:
+    from ..settling.records import Dropping
 
 Backend = Annotated[str, typer.Option(help="Which simulator drops the spheres; see `spherefunc backends`.")]
 Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision shape.")]
@@ -21,6 +26,16 @@ RunDir = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_RADII = "5mm,1cm,2cm,3cm,5cm"
+
+
+def dropping(backend: str, shape: str | None, radii: str, seed: int, up: str, units: str) -> Dropping:
+    """Return how spheres are dropped, as options say it."""
+    from ..settling.records import Dropping, Loading
+    from ..simulator import make_simulator
+
+    simulator = make_simulator(backend, **simulator_options(shape))
+    lengths = parse_lengths(radii)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=Loading(up=up, units=units))
 
 
 def simulator_options(shape: str | None) -> dict:

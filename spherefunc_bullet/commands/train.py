@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,26 +10,13 @@ import typer
 from ..console import Failures, print_json, say
 from ..errors import InputError
 from ..formats.writing import require_place
-from ..quantities import format_length, parse_lengths
-from .options import (
-    DEFAULT_RADII,
-    Backend,
-    Jobs,
-    Json,
-    Method,
-    Radii,
-    RunDir,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    simulator_options,
-)
+from ..quantities import format_length
+from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
     from ..learning.function_classifier import FunctionClassifier
-    from ..simulator import Simulator
+    from ..settling.records import Dropping
 
 
 def train(
@@ -38,34 +24,27 @@ def train(
         list[str], typer.Argument(metavar="DATA...", help="Folders with manifest.csv, or names of catalogues.")
     ],
     out: Annotated[Path, typer.Option(help="The model file to write.")],
-    backend: Backend = "fast",
-    shape: Shape = None,
-    radii: Radii = DEFAULT_RADII,
-    method: Method = "default",
-    seed: Seed = 0,
-    up: Up = "z",
-    units: Units = "m",
-    jobs: Jobs = -1,
-    run: RunDir = None,
-    json: Json = False,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    radii: options.Radii = options.DEFAULT_RADII,
+    method: options.Method = "default",
+    seed: options.Seed = 0,
+    up: options.Up = "z",
+    units: options.Units = "m",
+    jobs: options.Jobs = -1,
+    run: options.RunDir = None,
+    json: options.Json = False,
 ):
     """Learn every function's radius and examples, and write the model."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.dataset import joined_datasets, open_dataset
     from ..learning.model_file import save_model
-    from ..settling.records import Loading
-    from ..simulator import make_simulator
 
     require_place(out)
-    failures = Failures()
-    simulator = make_simulator(backend, **simulator_options(shape))
-    lengths = parse_lengths(radii)
-    loading = Loading(up=up, units=units)
+    failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units)
     dataset = joined_datasets([open_dataset(name) for name in data])
-    simulated = simulate_dataset(
-        dataset, simulator, lengths, seed=seed, loading=loading, jobs=jobs, run=run, failed=failures.add
-    )
-    model = train_on(simulated, simulator, lengths, method=method, seed=seed)
+    simulated = simulate_dataset(dataset, how, jobs=jobs, run=run, failed=failures.add)
+    model = train_on(simulated, how, method)
     save_model(model, out)
     if json:
         counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
@@ -76,14 +55,12 @@ def train(
     failures.exit()
 
 
-def train_on(
-    simulated: Simulated, simulator: str | Simulator, radii: Sequence[float], *, method: str = "default", seed: int = 0
-) -> FunctionClassifier:
+def train_on(simulated: Simulated, how: Dropping, method: str = "default") -> FunctionClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..learning.function_classifier import FunctionClassifier
     from ..learning.method import find_method
 
-    model = FunctionClassifier(simulator, radii=tuple(radii), method=find_method(method), seed=seed)
+    model = FunctionClassifier(how.simulator, radii=how.radii, method=find_method(method), seed=how.seed)
     labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")

@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +37,51 @@ class Loading:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Dropping:
+    """How spheres are dropped on objects: all that decides where they settle but the object."""
+
+    simulator: str | Simulator
+    radii: tuple[float, ...]  # metres
+    seed: int = 0
+    loading: Loading = field(default_factory=Loading)
+
+    def __post_init__(self):
+        object.__setattr__(self, "simulator", make_simulator(self.simulator))
+        object.__setattr__(self, "radii", tuple(self.radii))
+
+    def cloud(self, path: Path) -> Cloud:
+        """Return a file's cloud."""
+        return load_cloud(path, up=self.loading.up, units=self.loading.units)
+
+    def content_hash(self, path: Path) -> str:
+        """Return the hash of a file's bytes and of how it is loaded.
+
+        A glTF file keeps its geometry in ``.bin`` files beside it, so those count as well.
+
+        Raises
+        ------
+        InputError
+            If it is no file that would be read: none, too large, a pipe.
+        """
+        digest = hashlib.sha256(f"{FORMAT} {Path(path).suffix.lower()} {asdict(self.loading)}".encode())
+        for part in file_parts(path):
+            try:
+                require_file(part, one_line(part))
+                with open(part, "rb") as file:
+                    digest.update(hashlib.file_digest(file, "sha256").digest())
+            except OSError as error:
+                raise InputError(f"{one_line(part)}: expected a file that can be read; {error.strerror}") from error
+        return digest.hexdigest()
+
+    def run_hash(self, content: str, radius: float) -> str:
+        """Return the hash of all that decides one run, which names its results."""
+        simulator = self.simulator
+        run = [content, simulator.name, simulator.version, simulator.options(), round(radius, 9), self.seed]
+        run.append(asdict(drop_settings(simulator, radius)))
+        return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
+
+
+@dataclass(frozen=True, kw_only=True)
 class ObjectRecord:
     """What is kept of one object: where spheres settled, and its shape for the baselines."""
 
@@ -50,15 +95,7 @@ class ObjectRecord:
 
 
 def simulate_objects(
-    paths: Sequence[Path],
-    simulator: str | Simulator,
-    radii: Sequence[float],
-    *,
-    seed: int = 0,
-    loading: Loading | None = None,
-    jobs: int = -1,
-    time_limit: float = math.inf,
-    home: Path | None = None,
+    paths: Sequence[Path], dropping: Dropping, *, jobs: int = -1, time_limit: float = math.inf, home: Path | None = None
 ) -> Iterator[tuple[int, ObjectRecord | InputError]]:
     """Simulate the objects of files at every radius, in parallel and from the cache where it has them.
 
@@ -78,14 +115,12 @@ def simulate_objects(
         In the order in which they are done. A file that cannot be used yields its error, and so does one whose
         process crashed twice or took too long; the rest goes on.
     """
-    simulator, loading = make_simulator(simulator), loading or Loading()
-    tasks = [(path, simulator, tuple(radii), seed, loading, home) for path in paths]
-    yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolated(simulator), time_limit=time_limit)
+    tasks = [(path, dropping, home) for path in paths]
+    isolate = isolated(dropping.simulator)
+    yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolate, time_limit=time_limit)
 
 
-def object_record(
-    path: Path, simulator: Simulator, radii: Iterable[float], seed: int, loading: Loading, home: Path | None = None
-) -> ObjectRecord:
+def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> ObjectRecord:
     """Return the record of one file, computing only what the cache, or the run directory ``home``, lacks.
 
     Raises
@@ -93,17 +128,13 @@ def object_record(
     InputError
         If the file cannot be used.
     """
-    object_hash = content_hash(path, loading)
-
-    @cache
-    def cloud() -> Cloud:
-        return load_cloud(path, up=loading.up, units=loading.units)
-
-    shape = computed_once(entry_path("shape", object_hash, home), lambda: shape_of(cloud()))
+    content, cloud = dropping.content_hash(path), cache(lambda: dropping.cloud(path))
+    shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = {}
-    for radius in radii:
-        entry = entry_path("settled", run_hash(object_hash, simulator, radius, seed), home)
-        runs[radius] = computed_once(entry, lambda radius=radius: measured_run(cloud(), simulator, radius, seed))
+    for radius in dropping.radii:
+        run = partial(measured_run, simulator=dropping.simulator, radius=radius, seed=dropping.seed)
+        entry = entry_path("settled", dropping.run_hash(content, radius), home)
+        runs[radius] = computed_once(entry, lambda run=run: run(cloud()))
     return ObjectRecord(
         path=path,
         size=shape["size"],
@@ -135,35 +166,7 @@ def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:
     return {"size": cloud.size, "voxels": cubes.astype(np.int16)}
 
 
-def content_hash(path: Path, loading: Loading) -> str:
-    """Return the hash of a file's bytes and of how it is loaded.
-
-    A glTF file keeps its geometry in ``.bin`` files beside it, so those count as well.
-
-    Raises
-    ------
-    InputError
-        If it is no file that would be read: none, too large, a pipe.
-    """
-    digest = hashlib.sha256(f"{FORMAT} {Path(path).suffix.lower()} {asdict(loading)}".encode())
-    for part in file_parts(path):
-        try:
-            require_file(part, one_line(part))
-            with open(part, "rb") as file:
-                digest.update(hashlib.file_digest(file, "sha256").digest())
-        except OSError as error:
-            raise InputError(f"{one_line(part)}: expected a file that can be read; {error.strerror}") from error
-    return digest.hexdigest()
-
-
 def file_parts(path: Path) -> list[Path]:
     """Return the files that hold an object: the file, and with a glTF file what lies beside it."""
     path = Path(path)
     return [path, *sorted(path.parent.glob("*.bin"))] if path.suffix.lower() == ".gltf" else [path]
-
-
-def run_hash(object_hash: str, simulator: Simulator, radius: float, seed: int) -> str:
-    """Return the hash of one run."""
-    run = [object_hash, simulator.name, simulator.version, simulator.options(), round(radius, 9), seed]
-    run.append(asdict(drop_settings(simulator, radius)))
-    return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
