@@ -7,6 +7,7 @@ worker an object runs in a process of its own, so that a crash costs that object
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -170,6 +171,7 @@ def on_scheduler(
         from distributed import Client
     except ImportError as error:
         raise InputError("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'") from error
+    logging.getLogger("distributed.client").setLevel(logging.ERROR)  # a lost worker's task is done again, unasked
     try:
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
