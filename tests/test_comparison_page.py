@@ -131,7 +131,7 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
     assert "the paper, its 200 models" in page and "always no" in page
     assert "cup &amp; &lt;b&gt;" in page and "cup & <b>" not in page  # a label of the user's is no markup
     assert page.index("Use ") < page.index("Accuracy against time") < page.index("Where they disagree")
-    assert 1 <= page.count('<div class="scene">') <= 6
+    assert 1 <= page.count('<div class="display">') <= 6
 
 
 @needs_browser

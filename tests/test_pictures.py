@@ -13,7 +13,7 @@ from spherefunc_bullet.compare.pages.pictures import (
     View,
     camera_rays,
     render,
-    scene_box,
+    drawn_box,
 )
 from spherefunc_bullet.viewer.colours import sphere_colours
 
@@ -62,14 +62,14 @@ def test_a_sphere_on_a_plate_is_where_its_centre_projects(at):
     center, radius = np.array([[*at, 0.05]]), 0.03
     image = render(plate().vertices, plate().faces, center, radius, FROM_ABOVE)
     seen = np.argwhere(dark_blue(image))
-    expected = pixel(center[0], FROM_ABOVE, *scene_box(plate().vertices, center, radius))
+    expected = pixel(center[0], FROM_ABOVE, *drawn_box(plate().vertices, center, radius))
     # A disc's pixels are centred on its centre up to half a pixel, shading at the rim costs another.
     assert np.abs(seen.mean(axis=0) - expected).max() < 1.5
 
 
 def test_a_sphere_covers_its_disc():
     center, radius = np.array([[0.0, 0.0, 0.05]]), 0.03
-    low, high = scene_box(plate().vertices, center, radius)
+    low, high = drawn_box(plate().vertices, center, radius)
     origins = camera_rays(FROM_ABOVE, low, high).origins
     side = np.linalg.norm(origins[0, 1] - origins[0, 0])
     covered = dark_blue(render(plate().vertices, plate().faces, center, radius, FROM_ABOVE)).sum() * side**2

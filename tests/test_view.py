@@ -21,8 +21,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.evidence import cube_evidence, strongest_cubes
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.viewer.data import Layer, Panel, clustered, histogram_cubes, quantised, scene, thinned
-from spherefunc_bullet.viewer.page import scene_html, scene_page
+from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
+from spherefunc_bullet.viewer.page import display_html, display_page
 
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.
@@ -53,9 +53,9 @@ def learnt(method: Method) -> FunctionClassifier:
 
 
 def shown(cloud: Cloud, centers: np.ndarray, radius: float = RADIUS) -> dict:
-    """Return a scene of one panel."""
+    """Return a display of one panel."""
     layer = Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note="")
-    return scene(cloud, [Panel(title="fast", layers=[layer])])
+    return display(cloud, [Panel(title="fast", layers=[layer])])
 
 
 @pytest.mark.parametrize("neighbors", [(1,), (1, 3)])
@@ -139,7 +139,7 @@ def test_nothing_settled_is_shown_too():
 
 def test_names_cannot_end_the_script():
     cloud = Cloud(clouds.mug().points, "</script><script>alert(1)</script>")
-    html = scene_html(shown(cloud, heap(10, 0)))
+    html = display_html(shown(cloud, heap(10, 0)))
     assert html.count("</script>") == 1
     assert json.loads(re.search(r">(\{.*\})</script>", html)[1])["name"] == cloud.name
 
@@ -202,7 +202,7 @@ def test_objects_of_one_name_get_two_pages_or_share_one(call, tmp_path):
     assert json.loads(out) == ["mug.html", "mug_2.html"]
     _, out, _ = call("mug.xyz", "other/mug.xyz", "--radius", "1cm", "--out", "both.html", "--json")
     assert json.loads(out) == ["both.html"]
-    assert (tmp_path / "both.html").read_text().count('<div class="scene">') == 2
+    assert (tmp_path / "both.html").read_text().count('<div class="display">') == 2
 
 
 @needs_browser
@@ -216,9 +216,9 @@ def test_a_browser_draws_it_without_errors(tmp_path):
     parts = []
     for mesh, cubes in ((box, counted), (None, replace(counted, **swayed))):
         layer = Layer(radius=0.01, centers=centers, cubes=cubes, note="three")
-        parts.append(scene_html(scene(Cloud(clouds.mug().points, "mug", mesh), [Panel(title="a", layers=[layer])])))
+        parts.append(display_html(display(Cloud(clouds.mug().points, "mug", mesh), [Panel(title="a", layers=[layer])])))
     page = tmp_path / "page.html"
-    page.write_text(scene_page("test", parts).replace("</body>", f"{CLICKS}</body>"))
+    page.write_text(display_page("test", parts).replace("</body>", f"{CLICKS}</body>"))
     drawn = draw(page, tmp_path, size=(400, 420))
     assert not drawn.console, drawn.console
     pixels = drawn.pixels[170:400]

@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.quantities import format_length
 from spherefunc_bullet.settling.records import Loading
-from spherefunc_bullet.viewer.data import Layer, Panel, histogram_cubes, scene
+from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
 
 from ..pages.pictures import fitting_radius
 from .entries import Comparison, Entry
@@ -20,7 +20,7 @@ from .report import ObjectReport
 
 MOST = 6  # objects, so that the page stays small
 MAX_SPHERES = 4000  # of one run that are drawn: the first to settle
-Scene = dict[str, Any]  # for the viewer, see `viewer.data.scene`
+Display = dict[str, Any]  # for the viewer, see `viewer.data.display`
 SPHERES_ACROSS = 24  # radii along the longest side, about, of the spheres shown at first
 
 
@@ -65,11 +65,11 @@ def clearest(cases: Sequence[Disagreement], count: int = MOST) -> list[Disagreem
     return [case for _, case in order[:count]]
 
 
-def scenes_of(
+def displays_of(
     comparison: Comparison, cases: Sequence[Disagreement], loading: Loading
-) -> list[tuple[Disagreement, Scene]]:
+) -> list[tuple[Disagreement, Display]]:
     """Return some disagreements with what the viewer draws; a file that has gone since it fell is left out."""
-    scenes = []
+    displays = []
     for case in cases:
         try:
             cloud = load_cloud(comparison.simulated.objects[case.row].path, up=loading.up, units=loading.units)
@@ -79,8 +79,8 @@ def scenes_of(
             Panel(title=entry.name, layers=[layer(entry, case.row, radius) for radius in entry.radii])
             for entry in comparison.entries
         ]
-        scenes.append((case, scene(cloud, panels, first_radius(comparison, cloud))))
-    return scenes
+        displays.append((case, display(cloud, panels, first_radius(comparison, cloud))))
+    return displays
 
 
 def layer(entry: Entry, row: int, radius: float) -> Layer:

@@ -10,12 +10,12 @@ from html import escape
 
 from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.learning.validation import THRESHOLD
-from spherefunc_bullet.viewer.page import scene_html, table_html
+from spherefunc_bullet.viewer.page import display_html, table_html
 
 from ..machine import options_text
 from ..pages.html import drawing, report_page
 from .charts import accuracy_chart, cost_chart
-from .disagreements import Disagreement, Scene, clearest, disagreements, scenes_of
+from .disagreements import Disagreement, Display, clearest, disagreements, displays_of
 from .entries import Comparison
 from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
@@ -39,7 +39,7 @@ def comparison_page(report: Report, comparison: Comparison, experiment: Experime
         quality_section(report),
         making_section(report, experiment),
     ]
-    return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts, scenes=several)
+    return report_page(f"{' or '.join(names)}? Simulators compared on {report['data']}", parts, displays=several)
 
 
 def introduction(report: Report, chosen: Sequence[Recommendation]) -> str:
@@ -107,26 +107,26 @@ def disagreement_section(report: Report, comparison: Comparison, experiment: Exp
     """Return the objects of which simulators say different things, with their spheres side by side."""
     cases = disagreements(report["per_object"])
     differ = [case for case in cases if case.labels_differ]
-    scenes = scenes_of(comparison, clearest(differ or cases), experiment.loading)
+    displays = displays_of(comparison, clearest(differ or cases), experiment.loading)
     lead = (
         f"They differ about {len(differ)} of {report['objects']} objects."
         if differ
         else "They give every object the same labels; these are the largest differences of scores."
     )
-    parts = "\n".join(scene_part(case, scene, report) for case, scene in scenes)
-    return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(scenes)} of the clearest, with the spheres
+    parts = "\n".join(display_part(case, display, report) for case, display in displays)
+    return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(displays)} of the clearest, with the spheres
 of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
 {listing(differ, report)}</section>"""
 
 
-def scene_part(case: Disagreement, scene: Scene, report: Report) -> str:
+def display_part(case: Disagreement, display: Display, report: Report) -> str:
     """Return one object with its label, what was said of it, and its spheres."""
     item, function = report["per_object"][case.row], case.function
     answers = "; ".join(f"{name} says {predicted(row['scores'])}" for name, row in item["backends"].items())
     scores = ", ".join(f"{name} {row['scores'][function]:.2f}" for name, row in item["backends"].items())
     return f"""<article><h3>{escape(item["file"])} <span class="label">labelled {escape(labels(item))}</span></h3>
 <p>{escape(answers)}. Scores of {escape(function)}: {escape(scores)}; above {THRESHOLD} it is.</p>
-{scene_html(scene)}</article>"""
+{display_html(display)}</article>"""
 
 
 def predicted(scores: dict[str, float]) -> str:

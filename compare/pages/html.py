@@ -14,10 +14,10 @@ from spherefunc_bullet.viewer.page import page_html, viewer_file, viewer_script,
 COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
 
 
-def report_page(title: str, parts: Iterable[str], *, scenes: bool = False) -> str:
-    """Return a page of parts, which are HTML, under a title, which is plain text; with what draws scenes on it."""
+def report_page(title: str, parts: Iterable[str], *, displays: bool = False) -> str:
+    """Return a page of parts, which are HTML, under a title, which is plain text; with what draws displays on it."""
     style = viewer_file("report.css", __package__)
-    if not scenes:
+    if not displays:
         return page_html(title, parts, style=style)
     return page_html(title, parts, style=f"{style}\n{viewer_style()}", script=viewer_script())
 

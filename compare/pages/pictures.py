@@ -110,7 +110,7 @@ def render(
     view = view or View()
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
-    low, high = scene_box(vertices, centers, radius)
+    low, high = drawn_box(vertices, centers, radius)
     rays = camera_rays(view, low, high)
     parts = [object_part(vertices, faces)]
     shown = kept_behind(centers, view, low, high)
@@ -160,7 +160,7 @@ def fitting_radius(radii: Iterable[float], size: np.ndarray, across: float) -> f
     return min(radii, key=lambda radius: abs(radius * across - size.max()))
 
 
-def scene_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def drawn_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the lowest and highest corner (3,) of object and spheres, down to the ground, metres."""
     corners = np.concatenate([vertices, centers - radius, centers + radius])
     return np.minimum(corners.min(axis=0), [np.inf, np.inf, 0.0]), corners.max(axis=0)

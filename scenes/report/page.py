@@ -27,10 +27,10 @@ def room_page(scan: Scan, room: Room) -> str:
     parts = [
         f"<h1>{escape(scan.name)}</h1>",
         lead_html(scan, room),
-        f'<div class="room-scene"><script type="application/json">{data}</script></div>',
-        f'<div class="scene scene-details">{objects_table(room)}</div>',
+        f'<div class="room-display"><script type="application/json">{data}</script></div>',
+        f'<div class="display display-details">{objects_table(room)}</div>',
     ]
-    return page_html(scan.name, parts, style=style, script=script, kind="scene-page")
+    return page_html(scan.name, parts, style=style, script=script, kind="display-page")
 
 
 def lead_html(scan: Scan, room: Room) -> str:

@@ -111,7 +111,7 @@ function drawRoom(item) {
 }
 
 function roomBar(item, changed, reset) {
-  const line = element("div", { className: "scene-bar" });
+  const line = element("div", { className: "display-bar" });
   for (const [name, tint] of Object.entries(item.functions)) {
     const label = tick(name, item.state, name, changed);
     const key = element("i", { className: "swatch" });
@@ -144,7 +144,7 @@ function setUpRoom(holder) {
     item.redraw();
   };
   item.canvas = element("canvas", { className: "room", tabIndex: 0, role: "img", ariaLabel: item.name });
-  holder.append(roomBar(item, item.redraw, reset), element("div", { className: "scene-picture" }, item.canvas));
+  holder.append(roomBar(item, item.redraw, reset), element("div", { className: "display-picture" }, item.canvas));
   listen(item.canvas, item.camera, item.redraw, () => {});
   item.canvas.addEventListener("dblclick", reset);
   new ResizeObserver(item.redraw).observe(item.canvas);
@@ -153,7 +153,7 @@ function setUpRoom(holder) {
 }
 
 function start() {
-  const holders = [...document.querySelectorAll(".room-scene")];
+  const holders = [...document.querySelectorAll(".room-display")];
   if (prepare()) holders.forEach(setUpRoom);
   else {
     const text = "This browser draws no 3D here: WebGL 2 is off or missing.";

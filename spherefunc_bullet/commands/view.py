@@ -187,7 +187,7 @@ def write_pages(
     objects: Sequence[Viewed], out: Path | None, classifier: FunctionClassifier | None, failures: Failures
 ) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
-    from ..viewer.page import scene_page
+    from ..viewer.page import display_page
 
     together = out is not None and not out.is_dir()
     groups = [objects] if together and objects else [[viewed] for viewed in objects]
@@ -195,7 +195,7 @@ def write_pages(
     for group in groups:
         path = out if together else unused_name(out or Path(), group[0].file.stem, written)
         title = ", ".join(viewed.file.name for viewed in group)
-        html = scene_page(title, [part for viewed in group for part in object_parts(viewed, classifier)])
+        html = display_page(title, [part for viewed in group for part in object_parts(viewed, classifier)])
         try:
             written.append(write_text(path, html))
         except InputError as error:
@@ -212,12 +212,12 @@ def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
 
 
 def object_parts(viewed: Viewed, classifier: FunctionClassifier | None) -> list[str]:
-    """Return the HTML of one object: its title, the scene, and why where that is asked for."""
+    """Return the HTML of one object: its title, the display, and why where that is asked for."""
     from html import escape
 
-    from ..viewer.data import scene
+    from ..viewer.data import display
     from ..viewer.explanation import explanation_html
-    from ..viewer.page import scene_html
+    from ..viewer.page import display_html
 
     size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
     kind = "mesh" if viewed.cloud.mesh is not None else "cloud"
@@ -225,7 +225,7 @@ def object_parts(viewed: Viewed, classifier: FunctionClassifier | None) -> list[
         f"<h1>{escape(viewed.file.name)}</h1>",
         f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{' sampled from a mesh' if kind == 'mesh' else ''}. "
         "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
-        scene_html(scene(viewed.cloud, backend_panels(viewed))),
+        display_html(display(viewed.cloud, backend_panels(viewed))),
     ]
     if viewed.settled is not None:
         parts.append(explanation_html(classifier, viewed.cloud, viewed.settled))

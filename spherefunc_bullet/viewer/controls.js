@@ -35,9 +35,9 @@ function slider(text, state, key, changed) {
   return element("label", {}, `${text} `, range);
 }
 
-// Switches for all panels of a scene.
+// Switches for all panels of a display.
 function controlBar(state, radii, changed, reset) {
-  const bar = element("div", { className: "scene-bar" });
+  const bar = element("div", { className: "display-bar" });
   if (radii.length > 1) {
     const options = radii.map((each) => [each, radiusText(each)]);
     bar.append(choice("radius of spheres", options, state, "radius", changed));
@@ -52,7 +52,7 @@ function controlBar(state, radii, changed, reset) {
 }
 
 function swatch(className, text) {
-  return element("span", { className: "scene-key" }, element("i", { className: `swatch ${className}` }), ` ${text}`);
+  return element("span", { className: "display-key" }, element("i", { className: `swatch ${className}` }), ` ${text}`);
 }
 
 function heightLegend(colours, [low, high]) {
@@ -60,13 +60,13 @@ function heightLegend(colours, [low, high]) {
   const bar = element("i", { className: "swatch ramp" });
   bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
   const words = ["spheres by height above ground: ", centimetres(low), " ", bar, " ", centimetres(high)];
-  return element("span", { className: "scene-key" }, ...words);
+  return element("span", { className: "display-key" }, ...words);
 }
 
 function countLegend(sides, most) {
   const text = sides.map(centimetres).join(", ");
   const ramp = [" 1 ", element("i", { className: "swatch ramp counts" }), ` ${most}`];
-  return element("span", { className: "scene-key" }, `cubes of ${text}, by spheres in each:`, ...ramp);
+  return element("span", { className: "display-key" }, `cubes of ${text}, by spheres in each:`, ...ramp);
 }
 
 function evidenceLegend() {

@@ -16,7 +16,7 @@ from ..learning.evidence import Cubes, corners
 from ..learning.histogram import CubeHistogram, counted_cubes
 from .colours import FLAT, HEIGHT_COLOURS
 
-MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several scenes
+MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several displays
 MAX_POINTS = 60_000  # of a cloud, for the same reason
 STEPS = 65_535  # along the longest side
 
@@ -40,7 +40,7 @@ class Panel:
     layers: Sequence[Layer]  # one per radius
 
 
-def scene(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> dict:
+def display(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> dict:
     """Return one object in several panels, which are turned and switched together, ready for JSON.
 
     Parameters

@@ -12,8 +12,8 @@ from ..learning.function_classifier import FunctionClassifier
 from ..learning.validation import THRESHOLD
 from ..quantities import format_length
 from ..settling.settling import Settled
-from .data import Layer, Panel, scene
-from .page import scene_html, table_html
+from .data import Layer, Panel, display
+from .page import display_html, table_html
 
 
 def explanation_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled) -> str:
@@ -37,7 +37,7 @@ def explanation_html(classifier: FunctionClassifier, cloud: Cloud, settled: Sett
         f"{escape(str(backend))}. A score above 0.5 is membership. It compares how near, cube by cube, this object's "
         "sphere counts are to those of the nearest training objects that have the function and of the nearest that "
         "do not, at several radii.</p>"
-        f"{scene_html(scene(cloud, panels, radius))}</section>"
+        f"{display_html(display(cloud, panels, radius))}</section>"
     )
 
 

@@ -1,6 +1,6 @@
-// Sets the scenes of a page up.
+// Sets the displays of a page up.
 
-const redrawAll = () => scenes.forEach((item) => item.redraw());
+const redrawAll = () => displays.forEach((item) => item.redraw());
 
 // The first cube that a ray enters, by slabs.
 function cubeUnder({ eye, direction }, { corners, side }) {
@@ -40,10 +40,10 @@ function hover(item, panel, event) {
 
 function panelParts(item, panel) {
   panel.canvas = element("canvas", { tabIndex: 0, role: "img", ariaLabel: `${item.name}, ${panel.title}` });
-  panel.tip = element("div", { className: "scene-tip", hidden: true });
-  panel.note = element("p", { className: "scene-note" });
-  panel.details = element("div", { className: "scene-details" });
-  const picture = element("div", { className: "scene-picture" }, panel.canvas, panel.tip);
+  panel.tip = element("div", { className: "display-tip", hidden: true });
+  panel.note = element("p", { className: "display-note" });
+  panel.details = element("div", { className: "display-details" });
+  const picture = element("div", { className: "display-picture" }, panel.canvas, panel.tip);
   return element("figure", {}, element("h3", {}, panel.title), picture, panel.note, panel.details);
 }
 
@@ -59,7 +59,7 @@ function showLayer(item, panel) {
 
 function legend(item) {
   const { state } = item;
-  const words = (text) => element("span", { className: "scene-key" }, text);
+  const words = (text) => element("span", { className: "display-key" }, text);
   const keys = [words(`squares on the ground: ${centimetres(groundSquare(item))}`)];
   const layers = layersOf(item, state.radius);
   const heights = () => heightLegend(item.height_colours, heightRange(item, state.radius));
@@ -79,7 +79,7 @@ function setUp(holder) {
     opacity: item.explains ? 0.25 : 0.4,
   };
   item.holder = holder;
-  scenes.push(item);
+  displays.push(item);
   let waiting = false;
   item.redraw = () => {
     if (waiting || !item.seen) return;
@@ -90,14 +90,14 @@ function setUp(holder) {
 }
 
 function build(item) {
-  const keys = element("div", { className: "scene-legend" });
+  const keys = element("div", { className: "display-legend" });
   const refresh = () => {
     item.panels.forEach((panel) => showLayer(item, panel));
     keys.replaceChildren(...legend(item));
     item.redraw();
   };
   const reset = () => { Object.assign(item.camera, newCamera(item.low, item.high)); item.redraw(); };
-  const panels = element("div", { className: "scene-panels" }, ...item.panels.map((panel) => panelParts(item, panel)));
+  const panels = element("div", { className: "display-panels" }, ...item.panels.map((panel) => panelParts(item, panel)));
   item.holder.append(controlBar(item.state, item.radii, refresh, reset), keys, panels);
   for (const panel of item.panels) {
     listen(panel.canvas, item.camera, item.redraw, (event) => hover(item, panel, event));
@@ -110,14 +110,14 @@ function build(item) {
 }
 
 function start() {
-  const holders = [...document.querySelectorAll(".scene")];
+  const holders = [...document.querySelectorAll(".display")];
   if (prepare()) holders.forEach(setUp);
   else {
     const text = "This browser draws no 3D here: WebGL 2 is off or missing.";
     holders.forEach((each) => each.append(element("p", {}, text)));
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
-    scenes.forEach((item) => { item.theme = event.matches; });
+    displays.forEach((item) => { item.theme = event.matches; });
     redrawAll();
   });
 }

@@ -1,4 +1,4 @@
-"""Pages, tables and scenes as HTML: complete in themselves, without network or libraries."""
+"""Pages, tables and displays as HTML: complete in themselves, without network or libraries."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js", "scene.js", "page.js")
+SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js", "display.js", "page.js")
 
 
-def scene_html(scene: dict[str, Any]) -> str:
-    """Return the markup of one scene (`scene_data.scene`); the page needs `viewer_style` and `viewer_script` once."""
-    data = json.dumps(scene, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
-    return f'<div class="scene"><script type="application/json">{data}</script></div>'
+def display_html(display: dict[str, Any]) -> str:
+    """Return the markup of one display (`data.display`); the page needs `viewer_style` and `viewer_script` once."""
+    data = json.dumps(display, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
+    return f'<div class="display"><script type="application/json">{data}</script></div>'
 
 
 def viewer_style(*, dark: bool = False) -> str:
-    """Return the style of scenes.
+    """Return the style of displays.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def viewer_style(*, dark: bool = False) -> str:
 
 
 def viewer_script() -> str:
-    """Return the program that draws every scene of a page."""
+    """Return the program that draws every display of a page."""
     return "\n".join(viewer_file(name) for name in SCRIPTS)
 
 
@@ -62,9 +62,9 @@ def page_html(title: str, parts: Iterable[str], *, style: str, script: str = "",
     )
 
 
-def scene_page(title: str, parts: Iterable[str]) -> str:
-    """Return a whole page of scenes and other markup; see `page_html`."""
-    return page_html(title, parts, style=viewer_style(dark=True), script=viewer_script(), kind="scene-page")
+def display_page(title: str, parts: Iterable[str]) -> str:
+    """Return a whole page of displays and other markup; see `page_html`."""
+    return page_html(title, parts, style=viewer_style(dark=True), script=viewer_script(), kind="display-page")
 
 
 def table_html(

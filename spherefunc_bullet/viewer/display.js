@@ -1,6 +1,6 @@
-// Scenes: one object in panels side by side, drawn when they are seen and when something changes.
+// Displays: one object in panels side by side, drawn when they are seen and when something changes.
 
-const scenes = [];
+const displays = [];
 const BIN_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"]; // Okabe and Ito
 
 function unpacked(text, Kind) {
@@ -13,7 +13,7 @@ function positions({ start, step, positions: text }) {
 }
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
-const themed = (name) => rgb(getComputedStyle(document.documentElement).getPropertyValue(`--scene-${name}`).trim());
+const themed = (name) => rgb(getComputedStyle(document.documentElement).getPropertyValue(`--display-${name}`).trim());
 
 function decoded(data) {
   const item = { ...data, object: { ...data.object, points: positions(data.object) } };
