@@ -25,6 +25,9 @@ def evaluate(
     impaired: Annotated[
         bool, typer.Option("--impaired", help="Also: are copies that look right and do not work still called so?")
     ] = False,
+    copied: Annotated[
+        int | None, typer.Option(min=1, help="With --impaired: of how many objects a function copies are made; all.")
+    ] = None,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -73,7 +76,7 @@ def evaluate(
         from ..evaluation.impaired import impaired_shares
 
         shares = impaired_shares(
-            learnt, open_dataset(data), dropping, lengths, chosen, jobs=jobs, failed=failures.add
+            learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
     print_results(about, results, json, shares)
     failures.exit()

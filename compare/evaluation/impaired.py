@@ -19,12 +19,12 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import print_table, progress
-from spherefunc_bullet.datasets.dataset import Dataset, label_text
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.scenes.impairment.folder import Copy, function_of, impair_dataset, read_copies
-from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, Impairment
+from spherefunc_bullet.scenes.impairment.impairments import FUNCTIONS, IMPAIRMENTS, Impairment
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .evaluation import run_trial
@@ -78,6 +78,7 @@ def impaired_shares(
     radii: tuple[float, ...],
     method: Method,
     *,
+    copied: int | None = None,
     jobs: int = -1,
     failed: Failed,
 ) -> Shares:
@@ -91,16 +92,27 @@ def impaired_shares(
         The whole objects of the data set.
     dropping : Dropping
         How spheres fall; its seed is that of the copies too.
+    copied : int
+        Of each function so many objects at most have copies, evenly chosen; all are learnt.
     failed : callable
         Is given the error of each file that cannot be used.
     """
-    known = {item.path for item in learnt.objects}
-    usable = replace(dataset, objects=tuple(item for item in dataset.objects if item.path in known))
+    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
     folder = built_copies(usable, dropping, failed)
     impaired = joined(learnt, usable, folder, dropping, jobs, failed)
     splits, features = held_out(impaired, dropping.seed), all_distances(impaired.simulated, radii, method)
     said = {name: still_called(impaired, distances, splits, method) for name, distances in features.items()}
     return shares_of(impaired, splits, said)
+
+
+def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
+    """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
+    chosen: list[DatasetObject] = []
+    for function in FUNCTIONS:
+        members = [item for item in objects if function_of(item) == function]
+        count = len(members) if most is None else min(most, len(members))
+        chosen += [members[number * len(members) // count] for number in range(count)]
+    return tuple(chosen)
 
 
 def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
