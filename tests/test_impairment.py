@@ -198,8 +198,9 @@ def test_a_chair_of_the_catalogue_loses_its_seat():
     assert not [height for height in heights_on(bare, *middle) if height > 0.35 * chair.level.height]
 
 
-def test_gaps_are_wide_and_bars_stay():
-    bench = specimen(slab_on_posts(1.4, 0.4, 0.45), "sittable")
+@pytest.mark.parametrize("depth", [0.4, 1.2])
+def test_gaps_are_wide_and_bars_stay(depth):
+    bench = specimen(slab_on_posts(1.4, depth, 0.45), "sittable")
     gaps = changed(bench, "gaps")
     met = np.array([bool(heights_on(gaps, x, 0.013)) for x in np.linspace(-0.69, 0.69, 691)])
     edges = np.flatnonzero(np.diff(np.concatenate([[1], met, [1]])))
@@ -240,6 +241,15 @@ def test_other_legs_keep_the_top(seed):
     level = Specimen(as_cloud(other), "table").level
     assert level.height == pytest.approx(TABLE[2]) and level.area == pytest.approx(thing.level.area, rel=0.02)
     assert not np.array_equal(other.bounds[0], thing.surface.bounds[0]) or len(other.triangles) != 60
+
+
+def test_below_a_round_top_no_legs_stand_at_corners():
+    top, post = trimesh.creation.cylinder(0.5, 0.04), trimesh.creation.cylinder(0.04, 0.7)
+    top.apply_translation([0, 0, 0.72])
+    post.apply_translation([0, 0, 0.35])
+    thing = specimen(trimesh.util.concatenate([top, post]), "table")
+    for seed in range(3):
+        assert np.linalg.norm(changed(thing, "other_legs", seed).vertices[:, :2], axis=1).max() < 0.501
 
 
 def test_harmless_changes_keep_the_size_that_they_say():

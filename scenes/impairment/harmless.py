@@ -113,7 +113,8 @@ def other_legs(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     cut = level.height - max(0.05, 0.12 * level.height)
     spared = surface.without(surface.centres[:, 2] < cut)
     low, high = level.box + [[LEG / 2], [-LEG / 2]]
-    square = level.over(np.concatenate([[low, high], [[low[0], high[1]], [high[0], low[1]]]]), 0).all()
+    corners = np.array([low, high, [low[0], high[1]], [high[0], low[1]]])
+    square = level.cells[level.grid.cells_of(corners)].all()
     make = (posts, panels, column)[rng.integers(3)] if square else column  # below a round top, nothing at corners
     legs = make(low, high, level.height - 0.02)
     changed = spared.joined(Surface(np.concatenate(legs)))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +17,7 @@ DEEPEST = 0.35  # of a level's height: what hangs below a seat or a top ends abo
 LEFT_OVER = 0.12  # of a cut's cells that may still hold something at that height, such as legs
 ALIKE = (0.6, 1.4)  # times a level's height: another level there would serve as well
 ENOUGH = 0.5  # of its area
+Where = Callable[[np.ndarray], np.ndarray]  # of places (N, 2), which are meant
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +73,9 @@ class Level:
         places = self.grid.places(self.flat)
         return np.array([places.min(axis=0), places.max(axis=0)]) + [[-self.grid.cell / 2], [self.grid.cell / 2]]
 
-    def over(self, points: np.ndarray, grow: int = 1) -> np.ndarray:
-        """Return which points (N, 3) lie over or under it, and as many cells around."""
-        return ndimage.binary_dilation(self.cells, iterations=grow)[self.grid.cells_of(points)]
-
-    def part(self, inside) -> Level:
-        """Return the part of it at the places that a function of (C, 2) says."""
-        every = self.grid.places(np.ones(self.grid.shape, bool))
-        chosen = inside(every).reshape(self.grid.shape)
-        return replace(self, cells=self.cells & chosen, flat=self.flat & chosen)
+    def over(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) lie over or under it, and a cell around."""
+        return ndimage.binary_dilation(self.cells)[self.grid.cells_of(points)]
 
 
 def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
@@ -100,15 +96,23 @@ def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
     return Level(grid, cells, flat, height, float(start + BAND))
 
 
-def cut_away(surface: Surface, level: Level) -> Surface | None:
+def cut_away(surface: Surface, level: Level, where: Where | None = None) -> Surface | None:
     """Return a surface without a level and what lies close below it, None where something always remains.
 
     What stands deeper than about a third of the height stays: legs, shelves, the floor of a chest.
+
+    Parameters
+    ----------
+    where : callable
+        Says of places (N, 2) whether they are to be cut; by default the whole level is.
     """
-    below = level.over(surface.centres) & (surface.centres[:, 2] <= level.upper + 0.2 * BAND)
+    centres = surface.centres
+    cut = np.ones(len(centres), bool) if where is None else where(centres[:, :2])
+    cells = level.cells if where is None else level.cells & np.isfinite(level.grid.tops(centres[cut]))
+    below = cut & level.over(centres) & (centres[:, 2] <= level.upper + 0.2 * BAND)
     for depth in np.linspace(0.06, 1 - DEEPEST, 12):
-        gone = below & (surface.centres[:, 2] >= (1 - depth) * level.height)
-        tops = level.grid.tops(surface.centres[~gone])[level.cells]
+        gone = below & (centres[:, 2] >= (1 - depth) * level.height)
+        tops = level.grid.tops(centres[cut & ~gone])[cells]
         left = (tops > DEEPEST * level.height) & (tops <= level.upper)
         if left.mean() <= LEFT_OVER:
             return surface.without(gone)

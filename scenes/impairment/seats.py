@@ -34,7 +34,7 @@ def gaps_in_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     def between_bars(places: np.ndarray) -> np.ndarray:
         return np.abs((places[:, axis] - low[axis]) % pitch - pitch / 2) < (pitch - max(pitch - gap, BAR)) / 2
 
-    return cut_away(specimen.surface, seat.part(between_bars))
+    return cut_away(specimen.surface, seat, between_bars)
 
 
 def tilted_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:

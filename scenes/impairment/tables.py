@@ -22,7 +22,7 @@ def half_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
         return None
     axis, side = int((top.box[1] - top.box[0]).argmax()), rng.choice([-1, 1])
     middle = top.box.mean(axis=0)
-    return cut_away(specimen.surface, top.part(lambda places: side * (places[:, axis] - middle[axis]) > 0))
+    return cut_away(specimen.surface, top, lambda places: side * (places[:, axis] - middle[axis]) > 0)
 
 
 def tilted_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
