@@ -22,6 +22,12 @@ def evaluate(
     train_sizes: Annotated[str, typer.Option(help="Training examples, such as 20,45,half.")] = TRAIN_SIZES,
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
+    impaired: Annotated[
+        bool, typer.Option("--impaired", help="Also: are copies that look right and do not work still called so?")
+    ] = False,
+    copied: Annotated[
+        int | None, typer.Option(min=1, help="With --impaired: of how many objects a function copies are made; all.")
+    ] = None,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -65,5 +71,12 @@ def evaluate(
         protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
         results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
     about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
-    print_results(about, results, json)
+    shares = None
+    if impaired:
+        from ..evaluation.impaired import impaired_shares
+
+        shares = impaired_shares(
+            learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
+        )
+    print_results(about, results, json, shares)
     failures.exit()

@@ -9,6 +9,7 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.quantities import format_length
 
 from .features import SPHERES
+from .impaired import Shares, print_shares
 from .results import Result
 
 
@@ -22,11 +23,12 @@ class About(TypedDict):
     radii: NotRequired[Sequence[float]]  # metres
 
 
-def print_results(about: About, results: Sequence[Result], json: bool):
-    """Print the results as JSON or as tables."""
+def print_results(about: About, results: Sequence[Result], json: bool, impaired: Shares | None = None):
+    """Print the results, and those of impaired copies where they were asked for, as JSON or as tables."""
     last_split = [result for result in results if result["protocol"] in ("random_splits", "test")][-1]
     if json:
-        print_json(about | {"results": results, "baselines": last_split["baselines"]})
+        more = {} if impaired is None else {"impaired": impaired}
+        print_json(about | {"results": results, "baselines": last_split["baselines"]} | more)
         return
     print_table(
         f"{about['data']}, {about['objects']} objects, backend {about['backend']}, method {about['method']}",
@@ -36,6 +38,8 @@ def print_results(about: About, results: Sequence[Result], json: bool):
     pooled = [result for result in results if result["protocol"].startswith("leave")]
     for result in results if len(results) < 3 else [last_split, *pooled]:
         print_baselines(result)
+    if impaired is not None:
+        print_shares(impaired)
 
 
 def result_rows(result: Result) -> list[list[str]]:

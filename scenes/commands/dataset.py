@@ -151,6 +151,35 @@ def select(
     _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
 
 
+@app.command()
+def impair(
+    data: Data,
+    directory: Directory,
+    seed: Annotated[int, typer.Option(min=0, help="Another seed, other holes, angles and noise.")] = 0,
+    kinds: Annotated[str | None, typer.Option(help="Some kinds only, such as hole,tilted,turned.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Write copies that look right and do not work, and copies changed in what must not matter."""
+    from spherefunc_bullet.datasets.dataset import open_dataset
+
+    from ..impairment.folder import impair_dataset
+    from ..impairment.impairments import chosen_kinds
+
+    failures, dataset = Failures(), open_dataset(data)
+    copies = impair_dataset(
+        dataset,
+        directory,
+        seed=seed,
+        impairments=chosen_kinds(kinds.split(",") if kinds else None),
+        failed=failures.add,
+        progress=lambda objects: progress(objects, len(objects), "making copies"),
+    )
+    made, left_out = copies.made, copies.left_out
+    about = {"manifest": str(copies.manifest), "objects": sum(made.values()), "made": made, "left_out": left_out}
+    _say(about | {"seed": seed}, as_json)
+    failures.exit()
+
+
 def _count(names: Iterable[str]) -> dict[str, int]:
     """Return how often each name occurs, by name."""
     from collections import Counter

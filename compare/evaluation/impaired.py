@@ -1,0 +1,234 @@
+"""Does it still work? What is said of impaired copies of objects whose sources were not learnt.
+
+No benchmark can tell function from looks where all that looks like a chair is one. Here are copies that look right
+and do not work, and copies that look other and do.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.console import print_table, progress
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, label_text
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import cache_home, writing
+from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.scenes.impairment.folder import Copy, function_of, impair_dataset, read_copies
+from spherefunc_bullet.scenes.impairment.impairments import FUNCTIONS, IMPAIRMENTS, Impairment
+from spherefunc_bullet.settling.records import Dropping, Loading
+
+from .evaluation import run_trial
+from .features import Distances, all_distances
+from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+
+VERSION = 1  # of the copies; another number, made anew
+TRIALS = 4  # random halves, where there are no sources to leave out
+USELESS, HARMLESS = "useless, mean", "harmless, mean"
+Failed = Callable[[InputError], None]
+
+
+class KindShare(TypedDict):
+    """How many copies of one kind are still called by their function."""
+
+    works: bool
+    copies: int
+    share: dict[str, float]  # by feature set
+
+
+Shares = dict[str, dict[str, KindShare]]  # by function, then kind
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impaired:
+    """Whole objects first, their copies after them."""
+
+    simulated: Simulated  # both
+    labels: Labels  # of both; those of the copies are what they are for now
+    copies: Sequence[Copy]
+    originals: np.ndarray  # (C,) which whole object each is a copy of
+
+    @property
+    def whole(self) -> int:
+        """How many objects are whole."""
+        return len(self.labels) - len(self.copies)
+
+    def made_of(self, row: int) -> tuple[str, str]:
+        """Return the function of a copy's original, and the copy's kind."""
+        return function_of(self.simulated.objects[self.originals[row]]), self.copies[row].kind
+
+    def rows_of(self, originals: np.ndarray) -> np.ndarray:
+        """Return the rows of the copies of some whole objects."""
+        return self.whole + np.flatnonzero(np.isin(self.originals, originals))
+
+
+def impaired_shares(
+    learnt: Simulated,
+    dataset: Dataset,
+    dropping: Dropping,
+    radii: tuple[float, ...],
+    method: Method,
+    *,
+    copied: int | None = None,
+    jobs: int = -1,
+    failed: Failed,
+) -> Shares:
+    """Return the share of every kind of copy that is still called by its function, by spheres and every baseline.
+
+    All whole objects of other sources are learnt, or of a random half where the manifest names fewer than two.
+
+    Parameters
+    ----------
+    learnt : Simulated
+        The whole objects of the data set.
+    dropping : Dropping
+        How spheres fall; its seed is that of the copies too.
+    copied : int
+        Of each function so many objects at most have copies, evenly chosen; all are learnt.
+    failed : callable
+        Is given the error of each file that cannot be used.
+    """
+    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
+    folder = built_copies(usable, dropping, failed)
+    impaired = joined(learnt, usable, folder, dropping, jobs, failed)
+    splits, features = held_out(impaired, dropping.seed), all_distances(impaired.simulated, radii, method)
+    said = {name: still_called(impaired, distances, splits, method) for name, distances in features.items()}
+    return shares_of(impaired, splits, said)
+
+
+def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
+    """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
+    chosen: list[DatasetObject] = []
+    for function in FUNCTIONS:
+        members = [item for item in objects if function_of(item) == function]
+        count = len(members) if most is None else min(most, len(members))
+        chosen += [members[number * len(members) // count] for number in range(count)]
+    return tuple(chosen)
+
+
+def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
+    """Return the folder of a data set's copies, made in the cache the first time; see `catalogue.built_catalogue`."""
+    home = cache_home() / "impaired"
+    folder = home / content_name(dataset, dropping)
+    if not (folder / "manifest.csv").is_file():
+        with writing(home, "a folder"):
+            home.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=home) as scratch:
+            make_copies(dataset, Path(scratch) / "copies", dropping, failed)
+            try:
+                os.replace(Path(scratch) / "copies", folder)
+            except OSError as error:  # another process may have been first
+                if not (folder / "manifest.csv").is_file():
+                    raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+    return folder
+
+
+def make_copies(dataset: Dataset, folder: Path, dropping: Dropping, failed: Failed):
+    """Make a data set's copies in a folder."""
+    impair_dataset(
+        dataset,
+        folder,
+        seed=dropping.seed,
+        up=dropping.loading.up,
+        units=dropping.loading.units,
+        failed=failed,
+        progress=lambda objects: progress(objects, len(objects), "making copies"),
+    )
+
+
+def content_name(dataset: Dataset, dropping: Dropping) -> str:
+    """Return the hash of all that decides the copies: files, labels, how they are loaded, and the seed."""
+    digest = hashlib.sha256(f"{version('spherefunc-bullet')} {VERSION} {dropping.seed}".encode())
+    digest.update(" ".join(each.kind for each in IMPAIRMENTS).encode())
+    for item in dataset.objects:
+        about = (label_text(item.functions), label_text(item.also), item.category, item.group)
+        digest.update("\n".join([dataset.name_of(item.path), *about]).encode())
+        digest.update(dropping.content_hash(item.path).encode())
+    return digest.hexdigest()
+
+
+def joined(
+    learnt: Simulated, dataset: Dataset, folder: Path, dropping: Dropping, jobs: int, failed: Failed
+) -> Impaired:
+    """Drop spheres on the copies, and return them behind the whole objects."""
+    copies = {copy.item.path: copy for copy in read_copies(folder)}
+    data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
+    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
+    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
+    rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
+    kept = [copies[item.path] for item in simulated.objects]
+    originals = np.array([rows[copy.of] for copy in kept])
+    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
+
+
+def held_out(impaired: Impaired, seed: int) -> list[Split]:
+    """Return splits that learn whole objects and test copies of others: source by source, or in random halves."""
+    groups = impaired.labels.groups[: impaired.whole]
+    if len(set(groups.tolist())) > 1:
+        whole = leave_one_group_out(groups)
+    else:
+        whole = random_splits(impaired.whole, impaired.whole // 2, TRIALS, seed)
+    splits = [Split(split.train, impaired.rows_of(split.test)) for split in whole]
+    return [split for split in splits if len(split.test)]
+
+
+def still_called(impaired: Impaired, distances: Distances, splits: Iterable[Split], method: Method) -> list[np.ndarray]:
+    """Return of each split's copies which functions one feature says they have, (T, F) bool."""
+    return [run_trial(distances, impaired.labels, split, method).predicted for split in splits]
+
+
+def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:
+    """Return for each function and kind the share of its copies that every feature still calls by the function."""
+    rows = np.concatenate([split.test for split in splits]) - impaired.whole
+    called = {name: np.concatenate(answers) for name, answers in said.items()}
+    shares: Shares = {}
+    made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
+    for function, each in kinds_by_function():
+        of_kind = (made == [function, each.kind]).all(axis=1)
+        if of_kind.any():
+            column = impaired.labels.functions.index(function)
+            shares.setdefault(function, {})[each.kind] = {
+                "works": each.works,
+                "copies": len(set(rows[of_kind].tolist())),
+                "share": {name: round(float(answers[of_kind, column].mean()), 4) for name, answers in called.items()},
+            }
+    return shares
+
+
+def kinds_by_function() -> Iterator[tuple[str, Impairment]]:
+    """Yield each function with each kind that is made of its objects: whole first, useless, harmless."""
+    for function in sorted(set().union(*(each.functions for each in IMPAIRMENTS))):
+        for each in IMPAIRMENTS:
+            if function in each.functions:
+                yield function, each
+
+
+def print_shares(shares: Shares):
+    """Print a row for each kind and a column for each feature set, with means over useless and harmless kinds."""
+    features = list(next(iter(next(iter(shares.values())).values()))["share"])
+    rows = [
+        [f"{function}, {kind.replace('_', ' ')}", "yes" if row["works"] else "no", str(row["copies"])]
+        + [f"{row['share'][name]:.2f}" for name in features]
+        for function, kinds in shares.items()
+        for kind, row in [*kinds.items(), *mean_rows(kinds, features)]
+    ]
+    title = "\nimpaired copies of objects from sources not learnt: share still called by the function"
+    print_table(title, ["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows)
+
+
+def mean_rows(kinds: Mapping[str, KindShare], features: Sequence[str]) -> Iterator[tuple[str, KindShare]]:
+    """Yield the means over useless kinds and over harmless ones, each kind counted once and the whole not at all."""
+    for name, works in ((USELESS, False), (HARMLESS, True)):
+        rows = [row for kind, row in kinds.items() if row["works"] == works and kind != "whole"]
+        if rows:
+            means = {feature: float(np.mean([row["share"][feature] for row in rows])) for feature in features}
+            yield name, {"works": works, "copies": sum(row["copies"] for row in rows), "share": means}

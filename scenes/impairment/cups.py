@@ -1,0 +1,83 @@
+"""Cups that hold nothing. Each takes a specimen and a generator, and returns a surface, or None where it cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import circle, loft
+from .cavities import still_holds
+from .poses import laid, level_direction, upside_down
+from .specimen import Specimen
+from .surfaces import Surface
+
+HOLE = 0.7  # of the cavity's radius at its floor
+STEM = 0.3  # of the cup's height: a bowl that begins higher stands on a stem, which a hole would cut off
+SLIT = 0.6  # of the cavity's largest radius, the width
+HANDLE_ANGLES = 72  # directions from which the one farthest from a handle is chosen
+
+
+def hole_in_bottom(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Take away what lies under the middle of the cavity, down to the ground."""
+    cup, surface = specimen.cavity, specimen.surface
+    if cup is None or cup.floor > STEM * surface.size[2]:
+        return None
+    inside = np.interp(cup.floor + 0.15 * (cup.brim - cup.floor), cup.heights, cup.radii)
+    radius = max(HOLE * inside, 2 * cup.grid.cell)
+    rounded = cup.floor + 0.2 * (cup.brim - cup.floor)
+    spoilt = surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
+    return None if still_holds(spoilt, cup) else spoilt
+
+
+def slit_in_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Cut the wall open from the brim to the floor, on the side away from a handle."""
+    cup, surface = specimen.cavity, specimen.surface
+    if cup is None:
+        return None
+    places = surface.centres[:, :2] - cup.axis
+    every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
+    extents = [(places @ level_direction(angle)).max() for angle in every]
+    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))
+    out = level_direction(every[rng.choice(nearest)])
+    along, across = places @ out, places @ [-out[1], out[0]]
+    wide = max(SLIT * cup.radii.max(), 4 * cup.grid.cell)
+    inside = (along > 0) & (np.abs(across) < wide / 2) & (surface.centres[:, 2] > cup.floor + cup.grid.cell)
+    beyond = cup.distances(surface.centres) > 0.5 * np.interp(surface.centres[:, 2], cup.heights, cup.radii)
+    spoilt = surface.without(inside & beyond)
+    return None if still_holds(spoilt, cup) else spoilt
+
+
+def lid_on_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Close the cup with a disc that reaches over its brim."""
+    cup, surface = specimen.cavity, specimen.surface
+    if cup is None or surface.is_cloud:
+        return None
+    radius = 1.03 * cup.reach
+    foot = surface.centres[cup.distances(surface.centres) < radius, 2].max()
+    rings = [circle(cup.axis, radius, height) for height in (foot, foot + 0.03 * surface.size[2])]
+    return surface.joined(Surface(loft(rings)))
+
+
+def filled_to_brim(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Fill the cavity from its floor to its brim with something solid."""
+    cup, surface = specimen.cavity, specimen.surface
+    if cup is None or surface.is_cloud:
+        return None
+    rings = [circle(cup.axis, radius, height) for height, radius in zip(cup.heights, cup.radii, strict=True)]
+    filled = surface.joined(Surface(loft(rings)))
+    return None if still_holds(filled, cup) else filled
+
+
+def cup_upside_down(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Turn the cup over; one whose foot is as hollow as its bowl is left out."""
+    if specimen.cavity is None:
+        return None
+    spoilt = upside_down(specimen.surface, rng)
+    return None if still_holds(spoilt, specimen.cavity) else spoilt
+
+
+def cup_on_side(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Lay the cup on its side, any side."""
+    if specimen.cavity is None:
+        return None
+    spoilt = laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))
+    return None if still_holds(spoilt, specimen.cavity) else spoilt

@@ -1,0 +1,148 @@
+"""Impaired copies as a data set on disk: binary PLY files and a manifest that says what each is a copy of."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from csv import DictReader
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.datasets.catalogue import write_manifest
+from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
+
+from .impairments import FUNCTIONS, IMPAIRMENTS, Impairment
+from .specimen import Specimen
+from .surfaces import Surface
+
+COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group")
+Failed = Callable[[InputError], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Copy:
+    """One copy in a folder."""
+
+    item: DatasetObject  # with the function that it has now
+    of: str  # the original, as its data set calls it
+    kind: str
+    works: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Copies:
+    """What was made of a data set."""
+
+    manifest: Path
+    made: dict[str, int]  # by function and kind, such as "cup hole"
+    left_out: dict[str, int]  # of what cannot be made of an object
+
+
+def impair_dataset(
+    dataset: Dataset,
+    directory: Path,
+    *,
+    seed: int = 0,
+    impairments: Sequence[Impairment] = IMPAIRMENTS,
+    up: str = "z",
+    units: str = "m",
+    failed: Failed,
+    progress: Callable[[list], Iterable] = iter,
+) -> Copies:
+    """Write impaired copies of a data set's functional objects, and ``manifest.csv`` at the end.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same files, bit for bit.
+    up, units : str
+        How the files are read (see `load_cloud`); copies are in metres, z up.
+    failed : callable
+        Is given the error of each file that cannot be used; the others go on.
+    progress : callable
+        Passes on the list of objects that it is given and may show how far it is.
+
+    Raises
+    ------
+    InputError
+        If no object has a function that can be impaired, or the directory cannot be written.
+    """
+    numbered = [(number, item) for number, item in enumerate(dataset.objects) if function_of(item)]
+    if not numbered:
+        raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
+    prepare_folder(directory)
+    rows, left_out = [], Counter()
+    for number, item in progress(numbered):
+        try:
+            specimen = Specimen(load_cloud(item.path, up=up, units=units), function_of(item))
+        except InputError as error:
+            failed(error)
+            continue
+        for each, surface in changed_copies(specimen, dataset.name_of(item.path), seed, impairments):
+            if surface is None:
+                left_out[f"{specimen.function} {each.kind}"] += 1
+                continue
+            file = f"{number:04d}_{item.path.stem}_{each.kind}.ply"
+            write_bytes(directory / file, ply_bytes(surface))
+            rows.append(manifest_row(file, dataset.name_of(item.path), item, each))
+    made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
+    manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
+    return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
+
+
+def function_of(item: DatasetObject) -> str | None:
+    """Return the one function of an object that can be impaired; of several, the first by name."""
+    return next((function for function in FUNCTIONS if function in item.functions), None)
+
+
+def changed_copies(
+    specimen: Specimen, name: str, seed: int, impairments: Iterable[Impairment]
+) -> Iterator[tuple[Impairment, Surface | None]]:
+    """Yield each kind for an object's function, with the copy or None where it cannot be made."""
+    for each in impairments:
+        if specimen.function in each.functions:
+            yield each, each.applied(specimen, name, seed)
+
+
+def manifest_row(file: str, of: str, item: DatasetObject, each: Impairment) -> tuple:
+    """Return a copy's row of the manifest, and last its function and kind.
+
+    A useless copy has no function, nor one that was true of the original as well.
+    """
+    label, also = (label_text(item.functions), ";".join(sorted(item.also))) if each.works else (NONE, "")
+    return file, label, of, each.kind, int(each.works), also, item.category, item.group, (function_of(item), each.kind)
+
+
+def ply_bytes(surface: Surface) -> bytes:
+    """Return a surface as a binary PLY file, a mesh or a cloud."""
+    vertices, faces = surface.mesh()
+    vertices = vertices.astype(np.float32)
+    thing = trimesh.Trimesh(vertices, faces, process=False) if len(faces) else trimesh.PointCloud(vertices)
+    if len(faces):
+        return thing.export(file_type="ply", encoding="binary", vertex_normal=False)
+    return thing.export(file_type="ply", encoding="binary")
+
+
+def read_copies(folder: Path) -> list[Copy]:
+    """Return the copies in a folder, in the order of its manifest.
+
+    Raises
+    ------
+    InputError
+        If the folder is none that `impair_dataset` wrote.
+    """
+    objects, manifest = open_dataset(folder).objects, folder / "manifest.csv"
+    with manifest.open(newline="", encoding="utf-8-sig") as stream:
+        rows = list(DictReader(stream))
+    if not {"of", "kind", "works"} <= set(rows[0]):
+        raise InputError(f"{manifest}: expected the columns of, kind and works, got {', '.join(rows[0])}")
+    return [
+        Copy(item=item, of=row["of"], kind=row["kind"], works=row["works"] == "1")
+        for item, row in zip(objects, rows, strict=True)
+    ]

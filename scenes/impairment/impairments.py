@@ -1,0 +1,112 @@
+"""Every kind of change: of which functions' objects it is made, and whether they work afterwards."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from . import cups, harmless, seats, tables, tops
+from .specimen import Specimen
+from .surfaces import Surface
+
+FUNCTIONS = ("cup", "sittable", "table")
+Change = Callable[[Specimen, np.random.Generator], Surface | None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impairment:
+    """One kind of change."""
+
+    kind: str
+    functions: tuple[str, ...]  # of which it is made
+    works: bool  # whether what is changed still serves
+    change: Change  # returns None where it cannot be made of an object
+
+    def applied(self, specimen: Specimen, name: str, seed: int) -> Surface | None:
+        """Return a changed copy, standing on the ground, or None; the same seed gives the same bits.
+
+        The random stream is the object's and the kind's own, so that one more of either leaves all others alone.
+        """
+        rng = np.random.default_rng([seed, zlib.crc32(name.encode()), zlib.crc32(self.kind.encode())])
+        changed = self.change(specimen, rng)
+        return None if changed is None else changed.standing()
+
+
+def useless(function: str, **changes: Change) -> list[Impairment]:
+    """Return kinds that spoil objects of one function."""
+    return [
+        Impairment(kind=kind, functions=(function,), works=False, change=change) for kind, change in changes.items()
+    ]
+
+
+def spared(functions: tuple[str, ...], **changes: Change) -> list[Impairment]:
+    """Return kinds that must not matter."""
+    return [Impairment(kind=kind, functions=functions, works=True, change=change) for kind, change in changes.items()]
+
+
+IMPAIRMENTS = (
+    *spared(FUNCTIONS, whole=harmless.whole),
+    *useless(
+        "cup",
+        hole=cups.hole_in_bottom,
+        slit=cups.slit_in_wall,
+        lid=cups.lid_on_top,
+        filled=cups.filled_to_brim,
+        upside_down=cups.cup_upside_down,
+        on_side=cups.cup_on_side,
+    ),
+    *useless(
+        "sittable",
+        missing=tops.missing,
+        gaps=seats.gaps_in_seat,
+        tilted=seats.tilted_seat,
+        occupied=seats.box_on_seat,
+        upside_down=tops.turned_over,
+        on_back=seats.seat_on_back,
+    ),
+    *useless(
+        "table",
+        missing=tops.missing,
+        half=tables.half_top,
+        tilted=tables.tilted_top,
+        upside_down=tops.turned_over,
+        spikes=tables.spikes_on_top,
+    ),
+    *spared(("cup",), no_handle=harmless.without_handle),
+    *spared(("sittable",), no_arms=harmless.without_arms),
+    *spared(("sittable", "table"), other_legs=harmless.other_legs),
+    *spared(
+        FUNCTIONS,
+        smaller=harmless.smaller,
+        larger=harmless.larger,
+        turned=harmless.heading,
+        sensor=harmless.sensor,
+        triangulation=harmless.triangulation,
+    ),
+)
+
+
+def kinds_of(impairments: Iterable[Impairment] = IMPAIRMENTS) -> list[str]:
+    """Return the names of the kinds, each once, in order."""
+    return list(dict.fromkeys(each.kind for each in impairments))
+
+
+def chosen_kinds(kinds: Iterable[str] | None) -> tuple[Impairment, ...]:
+    """Return the impairments of some kinds, or all; what is whole is always among them.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind.
+    """
+    if kinds is None:
+        return IMPAIRMENTS
+    wanted = set(kinds)
+    if unknown := wanted - set(kinds_of()):
+        raise InputError(f"--kinds {', '.join(sorted(unknown))}: expected some of {', '.join(kinds_of())}")
+    return tuple(each for each in IMPAIRMENTS if each.kind in wanted | {"whole"})

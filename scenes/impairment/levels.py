@@ -1,0 +1,126 @@
+"""The level that makes a seat or a table: found as the height at which most of an object lies open to the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage
+
+from .surfaces import Surface
+
+BAND = 0.06  # metres of height that count as one level: cushions are not flat
+SHARE = 0.12  # of the footprint's box, at least: less is no seat and no top
+DEEPEST = 0.35  # of a level's height: what hangs below a seat or a top ends above that
+LEFT_OVER = 0.12  # of a cut's cells that may still hold something at that height, such as legs
+ALIKE = (0.6, 1.4)  # times a level's height: another level there would serve as well
+ENOUGH = 0.5  # of its area
+Where = Callable[[np.ndarray], np.ndarray]  # of places (N, 2), which are meant
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Square cells over the ground."""
+
+    low: np.ndarray  # (2,) metres
+    cell: float  # metres
+    shape: tuple[int, int]
+
+    def cells_of(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cell of each point (N, 2 or 3); those outside go to the margin, which is empty."""
+        index = np.floor((points[:, :2] - self.low) / self.cell).astype(int)
+        return tuple(np.clip(index, 0, np.array(self.shape) - 1).T)
+
+    def places(self, mask: np.ndarray) -> np.ndarray:
+        """Return the middles (C, 2) of the cells of a mask."""
+        return self.low + (np.argwhere(mask) + 0.5) * self.cell
+
+    def tops(self, points: np.ndarray) -> np.ndarray:
+        """Return the height of the highest point in each cell; -inf where there is none."""
+        tops = np.full(self.shape, -np.inf)
+        np.maximum.at(tops, self.cells_of(points), points[:, 2])
+        return tops
+
+
+def grid_over(surface: Surface) -> Grid:
+    """Return the cells that a surface covers, and a margin of two."""
+    low, high = surface.bounds[:, :2]
+    low = low - 2 * surface.cell
+    shape = np.ceil((high - low) / surface.cell).astype(int) + 3
+    return Grid(low, surface.cell, tuple(shape.tolist()))
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A level part of a surface, open to the sky."""
+
+    grid: Grid
+    cells: np.ndarray  # (X, Y) bool, where it is, its rounded edges and lower ledges with it
+    flat: np.ndarray  # (X, Y) bool, where it is level
+    height: float  # metres
+    upper: float  # metres, the highest place that still belongs to it
+
+    @property
+    def area(self) -> float:
+        """Square metres that are level."""
+        return float(self.flat.sum()) * self.grid.cell**2
+
+    @cached_property
+    def box(self) -> np.ndarray:
+        """Lowest and highest place (2, 2) of what is level."""
+        places = self.grid.places(self.flat)
+        return np.array([places.min(axis=0), places.max(axis=0)]) + [[-self.grid.cell / 2], [self.grid.cell / 2]]
+
+    def over(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) lie over or under it, and a cell around."""
+        return ndimage.binary_dilation(self.cells)[self.grid.cells_of(points)]
+
+
+def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
+    """Return the largest level between two heights, metres; None where there is none worth the name."""
+    grid = grid_over(surface)
+    tops = grid.tops(surface.centres)
+    heights = np.sort(tops[(tops >= lowest) & (tops <= highest)])
+    if not len(heights):
+        return None
+    counts = np.searchsorted(heights, heights + BAND, side="right") - np.arange(len(heights))
+    start = heights[counts.argmax()]
+    flat = (tops >= start) & (tops <= start + BAND)
+    if flat.sum() * grid.cell**2 < SHARE * surface.size[0] * surface.size[1]:
+        return None
+    height = float(np.median(tops[flat]))
+    parts, _ = ndimage.label((tops >= DEEPEST * height) & (tops <= start + BAND), structure=np.ones((3, 3)))
+    cells = np.isin(parts, np.unique(parts[flat])) & (parts > 0)
+    return Level(grid, cells, flat, height, float(start + BAND))
+
+
+def cut_away(surface: Surface, level: Level, where: Where | None = None) -> Surface | None:
+    """Return a surface without a level and what lies close below it, None where something always remains.
+
+    What stands deeper than about a third of the height stays: legs, shelves, the floor of a chest.
+
+    Parameters
+    ----------
+    where : callable
+        Says of places (N, 2) whether they are to be cut; by default the whole level is.
+    """
+    centres = surface.centres
+    cut = np.ones(len(centres), bool) if where is None else where(centres[:, :2])
+    cells = level.cells if where is None else level.cells & np.isfinite(level.grid.tops(centres[cut]))
+    below = cut & level.over(centres) & (centres[:, 2] <= level.upper + 0.2 * BAND)
+    for depth in np.linspace(0.06, 1 - DEEPEST, 12):
+        gone = below & (centres[:, 2] >= (1 - depth) * level.height)
+        tops = level.grid.tops(centres[cut & ~gone])[cells]
+        left = (tops > DEEPEST * level.height) & (tops <= level.upper)
+        if left.mean() <= LEFT_OVER:
+            return surface.without(gone)
+    return None
+
+
+def still_serves(surface: Surface, level: Level) -> bool:
+    """Return whether a surface has a level as high and half as large as the one that was to be spoilt."""
+    lowest, highest = np.array(ALIKE) * level.height
+    other = find_level(surface, lowest, highest)
+    return other is not None and other.area >= ENOUGH * level.area

@@ -1,0 +1,137 @@
+"""The surface of an object as it is found: triangles in any order, open or closed, wound either way, or points alone.
+
+Half of the models that people make are not watertight, so nothing here asks what is inside. Where a part of a
+surface is taken away, long triangles are halved first, until each piece is small enough to be in or out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, placed
+from spherefunc_bullet.clouds.outline import merge_vertices
+
+CELLS = 48  # across the longer side of a footprint
+PIECE = 0.7  # of a cell, the longest edge of a piece: then the piece over a cell's middle has its centre in the cell
+SPACINGS = 2.5  # of a cloud's points to a cell, so that few cells of a surface have no point
+
+
+def no_triangles() -> np.ndarray:
+    """Return no triangles, as a cloud has them."""
+    return np.empty((0, 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """An object in metres, z up: triangles, or points where there are none."""
+
+    triangles: np.ndarray = field(default_factory=no_triangles)  # (T, 3, 3)
+    points: np.ndarray | None = None  # (N, 3), of a cloud
+
+    @property
+    def is_cloud(self) -> bool:
+        """Whether it has points alone."""
+        return self.points is not None
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """All corners, or the points, (N, 3)."""
+        return self.points if self.is_cloud else self.triangles.reshape(-1, 3)
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest corner, (2, 3)."""
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    @property
+    def size(self) -> np.ndarray:
+        """Extents, (3,)."""
+        return self.bounds[1] - self.bounds[0]
+
+    @cached_property
+    def cell(self) -> float:
+        """Side of the cells in which one looks for levels and cavities, metres."""
+        side = max(self.size[:2].max() / CELLS, 1e-4)
+        return max(side, SPACINGS * Cloud(self.points).spacing) if self.is_cloud else side
+
+    @cached_property
+    def _halved(self) -> tuple[np.ndarray, np.ndarray]:
+        return halved(self.triangles, PIECE * self.cell)
+
+    @property
+    def pieces(self) -> np.ndarray:
+        """The triangles in pieces smaller than a cell, (P, 3, 3)."""
+        return self._halved[0]
+
+    @property
+    def owners(self) -> np.ndarray:
+        """Of each piece, which triangle it is of, (P,)."""
+        return self._halved[1]
+
+    @cached_property
+    def centres(self) -> np.ndarray:
+        """The centre of each piece (P, 3), or the points."""
+        return self.points if self.is_cloud else self.pieces.mean(axis=1)
+
+    def without(self, gone: np.ndarray) -> Surface:
+        """Return the surface without some of its pieces, (P,) bool; triangles of which none goes stay whole."""
+        if self.is_cloud:
+            return Surface(points=self.points[~gone])
+        touched = np.zeros(len(self.triangles), bool)
+        touched[self.owners[gone]] = True
+        return Surface(np.concatenate([self.triangles[~touched], self.pieces[touched[self.owners] & ~gone]]))
+
+    def only(self, kept: np.ndarray) -> Surface:
+        """Return some of the pieces alone, (P,) bool."""
+        return Surface(points=self.points[kept]) if self.is_cloud else Surface(self.pieces[kept])
+
+    def joined(self, other: Surface) -> Surface:
+        """Return both surfaces as one."""
+        if self.is_cloud:
+            return Surface(points=np.concatenate([self.points, other.points]))
+        return Surface(np.concatenate([self.triangles, other.triangles]))
+
+    def mapped(self, change) -> Surface:
+        """Return the surface with a function of points (N, 3) applied to each corner."""
+        moved = change(self.vertices)
+        return Surface(points=moved) if self.is_cloud else Surface(moved.reshape(-1, 3, 3))
+
+    def standing(self) -> Surface:
+        """Return it moved to the ground, its bounding box centred on the z axis."""
+        return self.mapped(placed)
+
+    def mesh(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return vertices (N, 3) and faces (M, 3), equal corners merged; a cloud has no faces."""
+        if self.is_cloud:
+            return self.points, np.empty((0, 3), np.int64)
+        return merge_vertices(self.vertices, np.arange(len(self.vertices)).reshape(-1, 3))
+
+
+def surface_of(cloud: Cloud) -> Surface:
+    """Return the surface of a cloud's mesh, or of its points where it has none."""
+    if cloud.mesh is None:
+        return Surface(points=cloud.points)
+    return Surface(cloud.mesh.vertices[cloud.mesh.faces])
+
+
+def halved(triangles: np.ndarray, longest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles (P, 3, 3) halved across their longest edge until none is longer, and whose each was (P,).
+
+    Halves of slivers are fewer than quarters would be.
+    """
+    done, owners, left, whose = [], [], triangles, np.arange(len(triangles))
+    while len(left):
+        edges = np.linalg.norm(left - np.roll(left, -1, axis=1), axis=2)
+        small = edges.max(axis=1) <= longest
+        done.append(left[small])
+        owners.append(whose[small])
+        left, whose, first = left[~small], whose[~small], edges[~small].argmax(axis=1)
+        row = np.arange(len(left))
+        a, b, c = (left[row, (first + step) % 3] for step in range(3))
+        middle = (a + b) / 2
+        left = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+        whose = np.concatenate([whose, whose])
+    return (np.concatenate(done), np.concatenate(owners)) if done else (triangles, np.arange(len(triangles)))

@@ -1,0 +1,46 @@
+"""What spoils a seat and a table top alike: gone, tilted, turned over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .levels import cut_away, still_serves
+from .poses import upside_down
+from .specimen import Specimen
+from .surfaces import Surface
+
+TILT_DEG = 35.0  # far beyond what anything stays on
+
+
+def missing(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Take away the seat or top with all that lies close below it."""
+    level = specimen.level
+    spoilt = None if level is None else cut_away(specimen.surface, level)
+    return None if spoilt is None or still_serves(spoilt, level) else spoilt
+
+
+def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray) -> Surface | None:
+    """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
+    level, rest = specimen.level, cut_away(surface, specimen.level)
+    if rest is None:
+        return None
+    height = surface.centres[:, 2]
+    slab = level.over(surface.centres) & (height >= 0.85 * level.height) & (height <= level.upper + 0.012)
+    slope, middle = np.tan(np.radians(TILT_DEG)), level.box.mean(axis=0)
+
+    def sloped(points: np.ndarray) -> np.ndarray:
+        rise = -slope * ((points[:, :2] - middle) @ downhill)
+        return points + np.outer(rise, [0, 0, 1])
+
+    top = surface.only(slab).mapped(sloped)
+    sunk = max(0.02 - top.bounds[0, 2], 0.0)
+    spoilt = rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
+    return None if still_serves(spoilt, level) else spoilt
+
+
+def turned_over(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Turn furniture over; a block that is then as high and level as before is left out."""
+    if specimen.level is None:
+        return None
+    spoilt = upside_down(specimen.surface, rng)
+    return None if still_serves(spoilt, specimen.level) else spoilt
