@@ -12,8 +12,8 @@ from spherefunc_bullet.compare.pages.pictures import (
     OBJECT_COLOUR,
     View,
     camera_rays,
-    render,
     drawn_box,
+    render,
 )
 from spherefunc_bullet.viewer.colours import sphere_colours
 

@@ -8,6 +8,7 @@ import typer
 
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
+from spherefunc_bullet.errors import InputError
 
 from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 
@@ -49,6 +50,8 @@ def evaluate(
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
 
+    if alternatives and impaired:
+        raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
     failures = Failures()
     chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
     lengths = dropping.radii
