@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +21,12 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.commands.dataset import app
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.folder import COLUMNS as COPY_COLUMNS
-from spherefunc_bullet.scenes.impairment.folder import impair_dataset, ply_bytes, read_copies
+from spherefunc_bullet.scenes.impairment.folder import copy_ply, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, chosen_kinds
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
 
+MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
 RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a plain cup, metres
 
 
@@ -291,7 +293,7 @@ def test_every_kind_is_made_or_left_out_and_repeats_bit_for_bit(category):
         first, again = (each.applied(specimen(item.mesh, item.label), item.name, 3) for _ in range(2))
         assert (first is None) == (again is None)
         if first is not None:
-            assert ply_bytes(first) == ply_bytes(again)
+            assert copy_ply(first) == copy_ply(again)
             assert first.bounds[0, 2] == pytest.approx(0, abs=1e-9) and np.isfinite(first.vertices).all()
 
 
@@ -416,3 +418,18 @@ def test_the_table_has_a_row_for_each_kind_and_the_means(capsys):
 
 def replace_row(row: dict, **values) -> dict:
     return row | values
+
+
+@pytest.mark.skipif(not (MODELS / "manifest.csv").is_file(), reason="the models are not beside the repository")
+def test_seats_and_tops_are_where_the_catalogue_says_things_come_to_rest():
+    """Which is known of 57 objects and never an input; ``pytest -s`` prints how far off the finder is."""
+    errors = []
+    with (MODELS / "manifest.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            known = re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])
+            if known and row["label"] in ("sittable", "table"):
+                level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
+                errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
+    near = sum(error < 0.05 for error in errors)
+    print(f"{near} of {len(errors)} within 5 cm, the median within {1000 * np.median(errors):.0f} mm")
+    assert len(errors) > 50 and near / len(errors) > 0.9 and np.median(errors) < 0.01

@@ -84,13 +84,13 @@ def impair_dataset(
         except InputError as error:
             failed(error)
             continue
-        for each, surface in changed_copies(specimen, dataset.name_of(item.path), seed, impairments):
+        for impairment, surface in changed_copies(specimen, dataset.name_of(item.path), seed, impairments):
             if surface is None:
-                left_out[f"{specimen.function} {each.kind}"] += 1
+                left_out[f"{specimen.function} {impairment.kind}"] += 1
                 continue
-            file = f"{number:04d}_{item.path.stem}_{each.kind}.ply"
-            write_bytes(directory / file, ply_bytes(surface))
-            rows.append(manifest_row(file, dataset.name_of(item.path), item, each))
+            file = f"{number:04d}_{item.path.stem}_{impairment.kind}.ply"
+            write_bytes(directory / file, copy_ply(surface))
+            rows.append(manifest_row(file, dataset.name_of(item.path), item, impairment))
     made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
     manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
     return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
@@ -105,21 +105,22 @@ def changed_copies(
     specimen: Specimen, name: str, seed: int, impairments: Iterable[Impairment]
 ) -> Iterator[tuple[Impairment, Surface | None]]:
     """Yield each kind for an object's function, with the copy or None where it cannot be made."""
-    for each in impairments:
-        if specimen.function in each.functions:
-            yield each, each.applied(specimen, name, seed)
+    for impairment in impairments:
+        if specimen.function in impairment.functions:
+            yield impairment, impairment.applied(specimen, name, seed)
 
 
-def manifest_row(file: str, of: str, item: DatasetObject, each: Impairment) -> tuple:
+def manifest_row(file: str, of: str, item: DatasetObject, impairment: Impairment) -> tuple:
     """Return a copy's row of the manifest, and last its function and kind.
 
     A useless copy has no function, nor one that was true of the original as well.
     """
-    label, also = (label_text(item.functions), ";".join(sorted(item.also))) if each.works else (NONE, "")
-    return file, label, of, each.kind, int(each.works), also, item.category, item.group, (function_of(item), each.kind)
+    label, also = (label_text(item.functions), ";".join(sorted(item.also))) if impairment.works else (NONE, "")
+    kind, works = impairment.kind, int(impairment.works)
+    return file, label, of, kind, works, also, item.category, item.group, (function_of(item), kind)
 
 
-def ply_bytes(surface: Surface) -> bytes:
+def copy_ply(surface: Surface) -> bytes:
     """Return a surface as a binary PLY file, a mesh or a cloud."""
     vertices, faces = surface.mesh()
     vertices = vertices.astype(np.float32)

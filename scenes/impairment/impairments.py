@@ -93,7 +93,7 @@ IMPAIRMENTS = (
 
 def kinds_of(impairments: Iterable[Impairment] = IMPAIRMENTS) -> list[str]:
     """Return the names of the kinds, each once, in order."""
-    return list(dict.fromkeys(each.kind for each in impairments))
+    return list(dict.fromkeys(impairment.kind for impairment in impairments))
 
 
 def chosen_kinds(kinds: Iterable[str] | None) -> tuple[Impairment, ...]:
@@ -109,4 +109,4 @@ def chosen_kinds(kinds: Iterable[str] | None) -> tuple[Impairment, ...]:
     wanted = set(kinds)
     if unknown := wanted - set(kinds_of()):
         raise InputError(f"--kinds {', '.join(sorted(unknown))}: expected some of {', '.join(kinds_of())}")
-    return tuple(each for each in IMPAIRMENTS if each.kind in wanted | {"whole"})
+    return tuple(impairment for impairment in IMPAIRMENTS if impairment.kind in wanted | {"whole"})
