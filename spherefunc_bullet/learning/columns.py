@@ -163,5 +163,8 @@ def largest_piece(level: Columns) -> Columns:
     spacing = np.sqrt(level.outline.area / len(level))
     first, second = near_pairs(level.centers[:, :2], 2 * max(spacing, 1.5 * level.radius))
     graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(level), len(level)))
-    pieces = connected_components(graph, directed=False)[1]
-    return level.kept(pieces == np.bincount(pieces, np.round(level.weights, 9)).argmax())
+    _, pieces = connected_components(graph, directed=False)
+    carried = np.round(np.bincount(pieces, level.weights), 9)
+    # Of equal pieces the wider one, whatever order they came in.
+    largest = max(np.flatnonzero(carried == carried.max()), key=lambda k: level.kept(pieces == k).outline.area)
+    return level.kept(pieces == largest)

@@ -32,7 +32,6 @@ class Quantity:
 
 QUANTITIES = (
     Quantity("settled", "spheres", "how many settled, of those that are read"),
-    Quantity("stays", "share", "drops that settled, of all"),
     Quantity("columns", "spheres", "how many stand side by side"),
     Quantity("covered", "share", "area under spheres, of that within their outline"),
     Quantity("area", "m2", "area within the outline of all spheres"),
@@ -78,14 +77,6 @@ NAMES = tuple(quantity.name for quantity in QUANTITIES)
 Profile = dict[str, float]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SettledSpheres:
-    """One run on one object, as far as a profile looks at it."""
-
-    centers: np.ndarray  # (S, 3) float, in the order in which they settled, metres, z up, the ground at 0
-    drops: int | None = None  # of the whole run; None where nobody counted
-
-
 class RestingProfile(TransformerMixin, BaseEstimator):
     """Turn settled spheres of one radius into named quantities.
 
@@ -108,9 +99,15 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         """Do nothing: quantities have a meaning of their own."""
         return self
 
-    def transform(self, X: Sequence[SettledSpheres | np.ndarray]) -> np.ndarray:
-        """Return the quantities (N, Q) of objects, each given as a run or as its centres (S, 3), metres."""
-        rows = [profile_of(as_settled(item), self.radius, self.first) for item in X]
+    def transform(self, X: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the quantities (N, Q) of objects.
+
+        Parameters
+        ----------
+        X : sequence of (S, 3) float
+            Settled centres of each object in the order in which they settled, metres, z up, the ground at 0.
+        """
+        rows = [profile_of(np.asarray(centers, float)[: self.first], self.radius) for centers in X]
         return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:
@@ -121,32 +118,21 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         return True
 
 
-def as_settled(item: SettledSpheres | np.ndarray) -> SettledSpheres:
-    """Return a run; bare centres are one of which the drops are not known."""
-    return item if isinstance(item, SettledSpheres) else SettledSpheres(centers=item)
-
-
-def profile_of(spheres: SettledSpheres, radius: float, first: int) -> Profile:
-    """Return the quantities of one object by name; all 0 where nothing settled."""
-    centers = np.asarray(spheres.centers[:first], float).reshape(-1, 3)
+def profile_of(centers: np.ndarray, radius: float) -> Profile:
+    """Return the quantities of settled centres (S, 3), metres, by name; all 0 where nothing settled."""
     if not len(centers):
         return dict.fromkeys(NAMES, 0.0)
     columns = columns_of(centers, radius)
     height, level = fullest_level(columns)
     piece = largest_piece(level)
     return (
-        {"settled": float(len(centers)), "stays": share_that_stays(spheres)}
+        {"settled": float(len(centers))}
         | extents(columns)
         | heights(columns)
         | pile(columns)
         | carrying_level(columns, height, level, piece)
         | above_and_below(columns, height, piece)
     )
-
-
-def share_that_stays(spheres: SettledSpheres) -> float:
-    """Return the share of the drops that settled; 1 where the drops are not known."""
-    return len(spheres.centers) / spheres.drops if spheres.drops else 1.0
 
 
 def extents(columns: Columns) -> Profile:
