@@ -1,6 +1,6 @@
 """Resting profiles against cubes: the same spheres read in two ways, and both against the object's own points.
 
-    python -m spherefunc_bullet.compare.evaluation.profiles DATA --radii 1cm,3cm
+    python -m spherefunc_bullet.compare.evaluation.profiles DATA
 
 Docs/method.md has the tables. ``--ranking`` prints what each quantity adds across sources, ``--classifiers`` what
 other classifiers make of the same quantities.
@@ -74,7 +74,7 @@ def milliseconds_each(simulated: Simulated, radii: tuple[float, ...]) -> float:
 
 def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
-    radii: Radii = "1cm,2cm,3cm",
+    radii: Radii = "1cm,3cm",
     first: First = f"30,60,120,{FIRST}",
     train_sizes: Sizes = "20,45,100",
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,

@@ -37,11 +37,6 @@ class Outline:
         depths = self.depths(self.corners)
         return float(depths.max(axis=1).min(initial=np.inf) if depths.size else 0.0) + 2 * self.radius
 
-    @property
-    def length(self) -> float:
-        """Area over width, metres: of a rectangle its longer side."""
-        return self.area / self.width
-
     def depths(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (N, 2) lie inside of each side of the outline (H, N), metres."""
         if len(self.corners) < 2:

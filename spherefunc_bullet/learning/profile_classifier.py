@@ -19,7 +19,7 @@ from .function_classifier import NO_SPHERES, Label, Membership, as_sets, members
 from .resting_profile import FIRST, RestingProfile
 from .validation import THRESHOLD
 
-PROFILE_RADII = (0.01, 0.02, 0.03)  # metres
+PROFILE_RADII = (0.01, 0.03)  # metres
 TREES = 300
 
 
