@@ -15,6 +15,7 @@ from spherefunc_bullet.compare.evaluation import profile_choices, profiles
 from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled
 from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
 from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning import profile_classifier
 from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
@@ -53,6 +54,13 @@ def splits(simulated):
     return Protocol(train_sizes=(8,), trials=2, groups=True).splits(labels_of(simulated))
 
 
+@pytest.fixture(autouse=True)
+def small_forests(monkeypatch):
+    """A few trees tell a plate from a block, in a hundredth of the time."""
+    monkeypatch.setattr(profile_classifier, "TREES", 5)
+    monkeypatch.setattr(profile_choices, "TREES", 2)
+
+
 def small() -> ProfileClassifier:
     return ProfileClassifier(RADII, estimator=ExtraTreesClassifier(20, random_state=0))
 
@@ -83,8 +91,7 @@ def test_results_hold_the_baselines_and_few_spheres(simulated, splits, capsys):
     assert "points, same quantities" in capsys.readouterr().out
 
 
-def test_ranking_names_every_quantity(simulated, splits, capsys, monkeypatch):
-    monkeypatch.setattr(profile_choices, "TREES", 5)
+def test_ranking_names_every_quantity(simulated, splits, capsys):
     profile_choices.print_ranking(simulated, RADII, splits, json=False)
     out = capsys.readouterr().out
     assert all(name in out for name in profile_choices.NAMES)
