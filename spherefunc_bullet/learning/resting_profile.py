@@ -32,7 +32,7 @@ class Quantity:
 QUANTITIES = (
     Quantity("settled", "spheres", "how many settled, of those that are read"),
     Quantity("area", "m2", "area within the outline of all spheres"),
-    Quantity("width", "m", "shorter side of that outline"),
+    Quantity("width", "m", "shorter side of the outline of all spheres"),
     Quantity("middle_bottom", "m", "height under which half of the columns begin"),
     Quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
     Quantity("middle_top", "m", "height under which half of the columns end"),
@@ -41,12 +41,12 @@ QUANTITIES = (
     Quantity("on_spheres", "share", "spheres that touch a lower one"),
     Quantity("rim_to_middle", "ratio", "depth along the outline over mean depth: 1 where walls hold the pile"),
     Quantity("level_height", "m", "height of the surface that carries most columns"),
-    Quantity("level_share", "share", "columns that this level carries"),
-    Quantity("level_piece", "share", "of these, those in its largest connected piece"),
-    Quantity("level_area", "m2", "area of that piece"),
-    Quantity("level_area_share", "share", "its area, of that within the outline of all spheres"),
-    Quantity("level_width", "m", "its shorter side"),
-    Quantity("level_depth", "m", "mean depth of spheres over it"),
+    Quantity("level_share", "share", "columns that begin at the level that carries most"),
+    Quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
+    Quantity("level_area", "m2", "area of the level's largest connected piece"),
+    Quantity("level_area_share", "share", "area of the level's largest piece, of that within all spheres' outline"),
+    Quantity("level_width", "m", "shorter side of the level's largest piece"),
+    Quantity("level_depth", "m", "mean depth of spheres over the level's largest piece"),
     Quantity("level_unevenness", "m", "standard deviation of the heights of the spheres that rest on it"),
 )
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
