@@ -12,7 +12,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profile_choices, profiles
-from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled
+from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning import profile_classifier
@@ -84,10 +84,14 @@ def test_points_stand_a_diameter_apart(simulated):
 
 
 def test_results_hold_the_baselines_and_few_spheres(simulated, splits, capsys):
-    results = profiles.results_of(profiles.evaluations(simulated, RADII, splits))
+    evaluated = profiles.evaluations(simulated, RADII, splits)
+    results = profiles.results_of(evaluated)
+    sure = reliability(evaluated[profiles.SPHERES].left_out[ACROSS], labels_of(simulated))
+    assert sum(row["scores"] for row in sure) == 18 * len(FUNCTIONS)
+    assert all(row["from"] <= row["said"] <= row["to"] for row in sure)
     assert {profiles.POINTS, "cubes (default)", "bounding_box"} <= set(results[0]["baselines"])
     few = profiles.few_spheres(simulated, RADII, [4, 16], splits)
-    profiles.print_all(results, few, 1.0, json=False)
+    profiles.print_all(results, few, sure, 1.0, json=False)
     assert "points, same quantities" in capsys.readouterr().out
 
 

@@ -17,6 +17,7 @@ from .features import voxel_centers
 from .protocol import Labels, Split, Splits
 
 ACROSS = "leave_one_group_out"
+BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -62,3 +63,14 @@ def points_as_spheres(record: ObjectRecord, radii: Sequence[float], seed: int = 
     """Return an object's own points (S, 3) in place of spheres: as far apart as spheres, in random order."""
     points = np.random.default_rng(seed).permutation(voxel_centers(record))
     return {radius: thin(points, 2 * radius) for radius in radii}
+
+
+def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:
+    """Return, for scores within each bin, how many there are, their mean, and the share that is true."""
+    members, rows = labels.members[trial.rows], []
+    bins = np.clip(np.searchsorted(BINS, trial.scores, side="right") - 1, 0, len(BINS) - 2)
+    for place in np.unique(bins).tolist():
+        here = bins == place
+        said, true = float(trial.scores[here].mean()), float(members[here].mean())
+        rows.append({"from": BINS[place], "to": BINS[place + 1], "scores": int(here.sum()), "said": said, "true": true})
+    return rows

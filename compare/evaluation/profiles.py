@@ -26,7 +26,7 @@ from .alternatives import f_measures, side_by_side
 from .evaluation import Evaluation, evaluate
 from .features import SPHERES, baseline_distances, sphere_distances
 from .profile_choices import print_classifiers, print_ranking
-from .profiled import ACROSS, points_as_spheres, profiled
+from .profiled import ACROSS, points_as_spheres, profiled, reliability
 from .protocol import Protocol, Splits, labels_of
 from .results import Result, results_of
 from .sizes import wanted_sizes
@@ -94,22 +94,35 @@ def main(
     if ranking or classifiers:
         (print_ranking if ranking else print_classifiers)(simulated, dropping.radii, splits, json)
     else:
-        results = results_of(evaluations(simulated, dropping.radii, splits))
+        evaluated = evaluations(simulated, dropping.radii, splits)
+        sure = reliability(evaluated[SPHERES].left_out[ACROSS], evaluated[SPHERES].labels)
         counts = few_spheres(simulated, dropping.radii, [int(count) for count in first.split(",")], splits)
-        print_all(results, counts, milliseconds_each(simulated, dropping.radii), json)
+        print_all(results_of(evaluated), counts, sure, milliseconds_each(simulated, dropping.radii), json)
     failures.exit()
 
 
-def print_all(results: Sequence[Result], counts: Mapping[int, dict[str, float]], milliseconds: float, json: bool):
-    """Print the results, those with few spheres, and the cost, as JSON or as tables."""
+def print_all(
+    results: Sequence[Result],
+    counts: Mapping[int, dict[str, float]],
+    sure: Sequence[Mapping[str, float]],
+    milliseconds: float,
+    json: bool,
+):
+    """Print the results, those with few spheres, what scores are worth, and the cost, as JSON or as tables."""
     if json:
-        print_json({"results": results, "first": counts, "milliseconds_per_object": round(milliseconds, 2)})
+        cost = round(milliseconds, 2)
+        print_json({"results": results, "first": counts, "reliability": sure, "milliseconds_per_object": cost})
         return
     for result in results:
         print_baselines(result)
     functions = ", ".join(next(iter(counts.values())))
     rows = [[str(count), side_by_side(row)] for count, row in counts.items()]
     print_table(f"\nacross sources, F-measure of {functions}", ["first settled spheres", "F"], rows)
+    bins = [
+        [f"{row['from']:g} to {row['to']:g}", str(row["scores"]), f"{row['said']:.3f}", f"{row['true']:.3f}"]
+        for row in sure
+    ]
+    print_table("\nacross sources, scores of all functions", ["score", "how many", "said", "true"], bins)
     print(f"\nquantities of one object: {milliseconds:.1f} ms")
 
 
