@@ -10,7 +10,7 @@ from sklearn.model_selection import StratifiedKFold, cross_val_predict
 
 FOLDS = 3  # of the cross-validation whose votes are looked at
 SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot tell them apart
-STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; lower log loss than 1 or 10
+STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
 Line = tuple[float, float]  # slope, and what is added to the log odds
 AS_VOTED: Line = (1.0, 0.0)
 
