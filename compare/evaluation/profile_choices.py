@@ -1,0 +1,119 @@
+"""How the resting profile was chosen: what each quantity adds, and what other classifiers make of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from sklearn.base import ClassifierMixin
+from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier, RandomForestClassifier
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import QuantileTransformer
+from sklearn.svm import SVC
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.console import print_json, print_table
+from spherefunc_bullet.learning.profile_classifier import ProfileClassifier, forest
+from spherefunc_bullet.learning.resting_profile import NAMES
+
+from .alternatives import f_measures, side_by_side
+from .evaluation import Evaluation, Trial
+from .profiled import ACROSS, Profiled, profiled
+from .protocol import Labels, Splits, labels_of
+
+SURE = 0.003  # a probability beyond this counts as this much, so that one object cannot decide a mean
+TREES = 100  # of the forests that rank quantities
+
+
+def scaled(classifier: ClassifierMixin) -> ClassifierMixin:
+    """Return a classifier of quantities in normal ranks, so that metres and shares can be compared."""
+    ranks = QuantileTransformer(n_quantiles=20, output_distribution="normal", random_state=0)
+    return make_pipeline(ranks, classifier)
+
+
+CLASSIFIERS = {
+    "extremely random trees": forest(),
+    "... examples as they are": ExtraTreesClassifier(300, random_state=0),
+    "random forest": RandomForestClassifier(300, class_weight="balanced", random_state=0),
+    "boosted trees": HistGradientBoostingClassifier(class_weight="balanced", random_state=0),
+    "support vectors": scaled(SVC(C=3, class_weight="balanced", probability=True, random_state=0)),
+    "nearest neighbours": scaled(KNeighborsClassifier(3, weights="distance")),
+}
+
+
+def print_classifiers(simulated: Simulated, radii: tuple[float, ...], splits: Splits, json: bool):
+    """Print what each classifier makes of the quantities, calibrated alike: across sources and on random halves."""
+    labels = labels_of(simulated)
+    quantities = profiled(simulated.settled, labels, ProfileClassifier(radii)).profiles
+    rows = {
+        name: summary(Profiled(profiles=quantities, labels=labels, classifier=classifier).evaluation(splits))
+        for name, classifier in (
+            (name, ProfileClassifier(radii, estimator=estimator)) for name, estimator in CLASSIFIERS.items()
+        )
+    }
+    if json:
+        print_json(rows)
+        return
+    columns = list(next(iter(rows.values())))
+    title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}, and the log loss across sources"
+    table = [[name, *(cell(value) for value in row.values())] for name, row in rows.items()]
+    print_table(title, ["classifier", *columns], table)
+
+
+def summary(evaluation: Evaluation) -> dict[str, dict[str, float] | float]:
+    """Return F-measures across sources and on random halves, and the log loss across sources."""
+    halves = {f"{size} train": f_measures(evaluation.quality(size)) for size in sorted(evaluation.trials)[::-1]}
+    across = f_measures(evaluation.left_out_quality(ACROSS))
+    return {"across sources": across, "log loss": log_loss(evaluation.left_out[ACROSS], evaluation.labels)} | halves
+
+
+def cell(value: dict[str, float] | float) -> str:
+    """Return one cell of a table."""
+    return side_by_side(value) if isinstance(value, dict) else f"{value:.4f}"
+
+
+def log_loss(trial: Trial, labels: Labels) -> float:
+    """Return the mean over functions and objects of minus the logarithm of what was said of the truth, nats."""
+    members, scores = labels.members[trial.rows], np.clip(trial.scores, SURE, 1 - SURE)
+    return round(float(-np.log(np.where(members, scores, 1 - scores)).mean()), 5)
+
+
+def print_ranking(simulated: Simulated, radii: tuple[float, ...], splits: Splits, json: bool):
+    """Print how much worse a forest does across sources without each quantity, at all radii, the most needed first.
+
+    The log loss, because an F-measure moves only when an object crosses 0.5. Differences of less than its change
+    with another seed, which is printed too, say nothing.
+    """
+    labels, names = labels_of(simulated), list(NAMES)
+    everything = profiled(simulated.settled, labels, ranking_classifier(radii)).profiles
+    full = loss_without(everything, labels, radii, splits)
+    noise = [loss_without(everything, labels, radii, splits, seed=seed) for seed in range(1, 6)]
+    added = {name: loss_without(everything, labels, radii, splits, [name]) - full for name in names}
+    ranked = {name: round(added[name], 5) for name in sorted(names, key=added.get, reverse=True)}
+    spread = round(float(np.std([full, *noise])), 5)
+    if json:
+        print_json({"log_loss": full, "spread_of_seeds": spread, "added_without": ranked})
+        return
+    title = f"{simulated.name}: log loss across sources {full:.4f}, {spread:.4f} from seed to seed"
+    print_table(title, ["quantity", "more without it"], [[name, f"{value:+.5f}"] for name, value in ranked.items()])
+
+
+def ranking_classifier(radii: Sequence[float], seed: int = 0) -> ProfileClassifier:
+    """Return a quicker classifier, to be learnt some hundred times."""
+    trees = ExtraTreesClassifier(TREES, class_weight="balanced", random_state=seed)
+    return ProfileClassifier(radii, estimator=trees, random_state=seed)
+
+
+def loss_without(
+    profiles: np.ndarray,
+    labels: Labels,
+    radii: Sequence[float],
+    splits: Splits,
+    left: Sequence[str] = (),
+    seed: int = 0,
+) -> float:
+    """Return the log loss across sources when quantities are left out at every radius."""
+    kept = np.tile([name not in left for name in NAMES], len(radii))
+    some = Profiled(profiles=profiles[:, kept], labels=labels, classifier=ranking_classifier(radii, seed))
+    return log_loss(some.trial(splits.left_out[ACROSS]), labels)

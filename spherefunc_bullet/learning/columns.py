@@ -1,0 +1,165 @@
+"""Settled spheres seen from above, by which neighbours each has: nothing here depends on heading or place.
+
+There is no grid. A column is what stands over and under one sphere, and a length across the ground is that of a
+convex outline, so that turning or moving the object changes no more than the last digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outline:
+    """The convex outline of spheres on the ground, their own width included."""
+
+    corners: np.ndarray  # (H, 2) float, counterclockwise, metres, of the centres
+    radius: float  # of the spheres, metres
+
+    @cached_property
+    def area(self) -> float:
+        """Square metres."""
+        edges = np.roll(self.corners, -1, axis=0) - self.corners
+        perimeter = float(np.hypot(*edges.T).sum())
+        return enclosed_area(self.corners) + perimeter * self.radius + np.pi * self.radius**2
+
+    @cached_property
+    def width(self) -> float:
+        """The narrowest gap between two parallel lines that holds all, metres."""
+        depths = self.depths(self.corners)
+        return float(depths.max(axis=1).min(initial=np.inf) if depths.size else 0.0) + 2 * self.radius
+
+    def depths(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points (N, 2) lie inside of each side of the outline (H, N), metres."""
+        if len(self.corners) < 2:
+            return np.zeros((len(self.corners), len(points)))
+        edges = np.roll(self.corners, -1, axis=0) - self.corners
+        inward = np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None]
+        return np.einsum("hnk,hk->hn", points[None] - self.corners[:, None], inward)
+
+
+def outline_of(points: np.ndarray, radius: float) -> Outline:
+    """Return the convex outline of centres (N, 2), metres, of which there is at least one."""
+    ordered = np.unique(points, axis=0)
+    corners = [*half_hull(ordered), *half_hull(ordered[::-1])] if len(ordered) > 1 else list(ordered)
+    return Outline(corners=np.array(corners), radius=radius)
+
+
+def half_hull(ordered: np.ndarray) -> list[np.ndarray]:
+    """Return the corners on the right of the way through ordered points (N, 2), without the last (Andrew, 1979)."""
+    chain: list[np.ndarray] = []
+    for x, y in ordered.tolist():
+        while len(chain) > 1:
+            (ax, ay), (bx, by) = chain[-2], chain[-1]
+            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+                break
+            chain.pop()
+        chain.append((x, y))
+    return chain[:-1]
+
+
+def enclosed_area(corners: np.ndarray) -> float:
+    """Return the area of a polygon (H, 2), square metres."""
+    x, y = (corners - corners[0]).T
+    return 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Columns:
+    """Spheres, and what stands over and under each."""
+
+    centers: np.ndarray  # (S, 3) float, metres
+    radius: float  # metres
+    weights: np.ndarray  # (S,) float: how much of a column each sphere is, so that they sum to the columns
+    tops: np.ndarray  # (S,) float, centre of the highest sphere of its column, metres
+    bottoms: np.ndarray  # (S,) float, that of the lowest, metres
+
+    def __len__(self) -> int:
+        return len(self.centers)
+
+    @property
+    def depths(self) -> np.ndarray:
+        """How deep spheres lie in each column (S,), metres; one diameter for one layer."""
+        return self.tops - self.bottoms + 2 * self.radius
+
+    def kept(self, which: np.ndarray) -> Columns:
+        """Return the columns of some spheres (S,) bool."""
+        return Columns(
+            centers=self.centers[which],
+            radius=self.radius,
+            weights=self.weights[which],
+            tops=self.tops[which],
+            bottoms=self.bottoms[which],
+        )
+
+    def mean(self, values: np.ndarray) -> float:
+        """Return the mean over columns of what spheres have (S,)."""
+        return float(np.average(values, weights=self.weights))
+
+    def spread(self, values: np.ndarray) -> float:
+        """Return the standard deviation over columns of what spheres have (S,)."""
+        return float(np.sqrt(max(self.mean(values**2) - self.mean(values) ** 2, 0.0)))
+
+    def quantiles(self, values: np.ndarray, shares: tuple[float, ...]) -> list[float]:
+        """Return the values (S,) below which these shares of the columns lie."""
+        order = np.argsort(values, kind="stable")
+        below = np.cumsum(self.weights[order])
+        at = np.searchsorted(below, np.array(shares) * below[-1] * (1 - 1e-9))
+        return values[order][at].tolist()
+
+    @cached_property
+    def outline(self) -> Outline:
+        """Their convex outline on the ground."""
+        return outline_of(self.centers[:, :2], self.radius)
+
+
+def columns_of(centers: np.ndarray, radius: float) -> Columns:
+    """Return the columns of settled spheres (S, 3), metres, of which there is at least one."""
+    z = centers[:, 2]
+    tops, bottoms, neighbours = z.copy(), z.copy(), np.ones(len(z))
+    first, second = near_pairs(centers[:, :2], OVERLAP * radius)
+    for here, there in ((first, second), (second, first)):
+        np.maximum.at(tops, here, z[there])
+        np.minimum.at(bottoms, here, z[there])
+        np.add.at(neighbours, here, 1)
+    return Columns(centers=centers, radius=radius, weights=1 / neighbours, tops=tops, bottoms=bottoms)
+
+
+def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of all pairs of points (N, D) that are at most so far apart, metres."""
+    return cKDTree(points).query_pairs(distance, output_type="ndarray").T
+
+
+def fullest_level(columns: Columns) -> tuple[float, Columns]:
+    """Return the height of the centres that most columns begin at, within one radius either way, and its columns."""
+    order = np.argsort(columns.bottoms, kind="stable")
+    heights, total = columns.bottoms[order], np.concatenate([[0], np.cumsum(columns.weights[order])])
+    low = np.searchsorted(heights, heights - columns.radius * (1 + 1e-9))
+    high = np.searchsorted(heights, heights + columns.radius * (1 + 1e-9))
+    carried = np.round(total[high] - total[low], 9)  # the order of equal heights decides the last digits
+    best = heights[np.flatnonzero(carried == carried.max())[-1]]
+    level = columns.kept(np.abs(columns.bottoms - best) <= columns.radius * (1 + 1e-9))
+    return level.mean(level.bottoms), level
+
+
+def largest_piece(level: Columns) -> Columns:
+    """Return the columns of the largest connected piece of a level.
+
+    Few spheres on a large plate do not touch, so spheres are linked up to twice their mean spacing.
+    """
+    spacing = np.sqrt(level.outline.area / len(level))
+    first, second = near_pairs(level.centers[:, :2], 2 * max(spacing, 1.5 * level.radius))
+    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(level), len(level)))
+    _, pieces = connected_components(graph, directed=False)
+    carried = np.round(np.bincount(pieces, level.weights), 9)
+    # Of equal pieces the wider one, whatever order they came in.
+    largest = max(np.flatnonzero(carried == carried.max()), key=lambda k: level.kept(pieces == k).outline.area)
+    return level.kept(pieces == largest)

@@ -1,0 +1,108 @@
+"""Profiles under the paper's protocol: every object tested once, by what has not seen it, and points like spheres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.distance import pdist
+from sklearn.ensemble import ExtraTreesClassifier
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.compare.evaluation import profile_choices, profiles
+from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled, reliability
+from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning import profile_classifier
+from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
+
+RADII = (0.02,)
+FUNCTIONS = ("table", "cup")
+
+
+def record(flat: bool, seed: int) -> ObjectRecord:
+    """Return a plate with a layer of spheres, or a small block with a stack."""
+    generator = np.random.default_rng(seed)
+    x, y = np.mgrid[0:8, 0:8] if flat else np.mgrid[0:2, 0:2]
+    layer = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]) * 0.04
+    centers = layer + [0, 0, 0.7] if flat else np.concatenate([layer + [0, 0, 0.03 + 0.04 * k] for k in range(4)])
+    cubes = np.argwhere(np.ones((60, 60, 1) if flat else (12, 12, 30)))
+    return ObjectRecord(
+        path=Path(f"{seed}.ply"),
+        size=(cubes.max(axis=0) + 1) * VOXEL,
+        voxels=cubes.astype(np.int16),
+        settled={RADII[0]: centers * generator.uniform(0.95, 1.05)},
+        seconds={RADII[0]: 0.1},
+        drops={RADII[0]: 100},
+    )
+
+
+@pytest.fixture(scope="module")
+def simulated() -> Simulated:
+    objects = [
+        DatasetObject(path=Path(f"{k}.ply"), functions=frozenset({FUNCTIONS[k % 2]}), group=f"source {k % 3}")
+        for k in range(18)
+    ]
+    return Simulated("toys", tuple(objects), tuple(record(k % 2 == 0, k) for k in range(18)))
+
+
+@pytest.fixture(scope="module")
+def splits(simulated):
+    return Protocol(train_sizes=(8,), trials=2, groups=True).splits(labels_of(simulated))
+
+
+@pytest.fixture(autouse=True)
+def small_forests(monkeypatch):
+    """A few trees tell a plate from a block, in a hundredth of the time."""
+    monkeypatch.setattr(profile_classifier, "TREES", 5)
+    monkeypatch.setattr(profile_choices, "TREES", 2)
+
+
+def small() -> ProfileClassifier:
+    return ProfileClassifier(RADII, estimator=ExtraTreesClassifier(20, random_state=0))
+
+
+def test_every_object_is_tested_once_and_told(simulated, splits):
+    evaluation = profiled(simulated.settled, labels_of(simulated), small()).evaluation(splits)
+    assert sorted(evaluation.left_out[ACROSS].rows.tolist()) == list(range(18))
+    assert {name: row["f_measure"] for name, row in evaluation.left_out_quality(ACROSS).items()} == {
+        "cup": 1.0,
+        "table": 1.0,
+    }
+    assert len(evaluation.trials[8]) == 2
+
+
+def test_points_stand_a_diameter_apart(simulated):
+    points = points_as_spheres(simulated.records[0], (0.02, 0.03))
+    for radius, centers in points.items():
+        assert pdist(centers).min() >= 2 * radius
+    again = points_as_spheres(simulated.records[0], (0.02, 0.03))
+    assert all(np.array_equal(points[radius], again[radius]) for radius in points)
+
+
+def test_results_hold_the_baselines_and_few_spheres(simulated, splits, capsys):
+    evaluated = profiles.evaluations(simulated, RADII, splits)
+    results = profiles.results_of(evaluated)
+    sure = reliability(evaluated[profiles.SPHERES].left_out[ACROSS], labels_of(simulated))
+    assert sum(row["scores"] for row in sure) == 18 * len(FUNCTIONS)
+    assert all(row["from"] <= row["said"] <= row["to"] for row in sure)
+    assert {profiles.POINTS, "cubes (default)", "bounding_box"} <= set(results[0]["baselines"])
+    few = profiles.few_spheres(simulated, RADII, [4, 16], splits)
+    profiles.print_all(results, few, sure, 1.0, json=False)
+    assert "points, same quantities" in capsys.readouterr().out
+
+
+def test_ranking_names_every_quantity(simulated, splits, capsys):
+    profile_choices.print_ranking(simulated, RADII, splits, json=False)
+    out = capsys.readouterr().out
+    assert all(name in out for name in profile_choices.NAMES)
+
+
+def test_log_loss_of_a_sure_truth_is_nothing(simulated, splits):
+    evaluation = profiled(simulated.settled, labels_of(simulated), small()).evaluation(splits)
+    trial, labels = evaluation.left_out[ACROSS], labels_of(simulated)
+    sure = replace(trial, scores=labels.members[trial.rows].astype(float))
+    assert profile_choices.log_loss(sure, labels) == pytest.approx(-np.log(1 - profile_choices.SURE), abs=1e-5)

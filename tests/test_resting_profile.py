@@ -1,0 +1,237 @@
+"""The resting profile: true of piles that are known by thought, whatever the heading, the place and the order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+
+from spherefunc_bullet.learning import profile_classifier
+from spherefunc_bullet.learning.calibration import AS_VOTED, calibrated, calibration_line
+from spherefunc_bullet.learning.columns import columns_of, largest_piece, outline_of
+from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
+from spherefunc_bullet.learning.resting_profile import NAMES, QUANTITIES, RestingProfile
+
+RADIUS = 0.02
+DIAMETER = 2 * RADIUS
+
+
+def layer(columns: int, rows: int, height: float, corner=(0.0, 0.0)) -> np.ndarray:
+    """Return spheres side by side that rest on a level surface at a height."""
+    x, y = np.meshgrid(np.arange(columns) * DIAMETER, np.arange(rows) * DIAMETER)
+    return np.column_stack([x.ravel() + corner[0], y.ravel() + corner[1], np.full(x.size, height + RADIUS)])
+
+
+def filled(layers: int, across: int, floor: float) -> np.ndarray:
+    """Return straight stacks of spheres within a round wall, as many across as said."""
+    square = layer(across, across, floor)
+    middle = square.mean(axis=0)
+    disc = square[np.hypot(*(square - middle)[:, :2].T) <= across * RADIUS]
+    return np.concatenate([disc + [0, 0, level * DIAMETER] for level in range(layers)])
+
+
+def chair() -> np.ndarray:
+    """Return a seat one sphere deep at 40 cm, and a row of spheres on a back's edge at 80 cm, behind one side."""
+    return np.concatenate([layer(8, 8, 0.4), layer(8, 1, 0.8, corner=(0, -DIAMETER))])
+
+
+def heap(seed: int, count: int = 200) -> np.ndarray:
+    """Return spheres in no order, more of them low than high."""
+    generator = np.random.default_rng(seed)
+    return generator.uniform([-0.3, -0.2, 0], [0.3, 0.2, 0.4], (count, 3)) * [1, 1, 0.6]
+
+
+def turned(centers: np.ndarray, angle: float) -> np.ndarray:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return centers @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+
+
+def quantities(centers: np.ndarray, radius: float = RADIUS) -> dict[str, float]:
+    return dict(zip(NAMES, RestingProfile(radius).transform([centers])[0].tolist(), strict=True))
+
+
+def test_one_layer_on_a_square_plate():
+    found = quantities(layer(8, 8, 0.4))
+    side = 8 * DIAMETER
+    rounded = side**2 - (4 - np.pi) * RADIUS**2  # spheres in the corners are round
+    assert found["settled"] == 64
+    assert (found["level_height"], found["high_bottom"]) == pytest.approx((0.4, 0.4))
+    assert found["one_deep"] == found["level_share"] == found["level_piece"] == 1
+    assert (found["level_area"], found["area"]) == pytest.approx((rounded, rounded))
+    assert (found["level_width"], found["width"]) == pytest.approx((side, side))
+    assert found["level_depth"] == pytest.approx(DIAMETER)
+    assert found["on_spheres"] == 0
+
+
+def test_a_filled_cylinder_is_as_deep_along_its_wall_as_in_its_middle():
+    found = quantities(filled(5, 7, 0.01))
+    assert found["level_depth"] == pytest.approx(5 * DIAMETER)
+    assert found["high_top"] == pytest.approx(0.01 + 5 * DIAMETER)
+    assert found["one_deep"] == 0
+    assert found["rim_to_middle"] == pytest.approx(1)
+    assert found["on_spheres"] == pytest.approx(4 / 5)
+    assert found["level_height"] == pytest.approx(0.01)
+
+
+def test_a_heap_without_walls_is_shallow_along_its_outline():
+    heap = np.concatenate([layer(9 - 2 * k, 9 - 2 * k, k * DIAMETER, (k * DIAMETER,) * 2) for k in range(4)])
+    assert quantities(heap)["rim_to_middle"] < 0.7
+
+
+def test_a_back_is_higher_than_the_seat_which_carries_most():
+    found = quantities(chair())
+    assert (found["level_height"], found["middle_bottom"]) == pytest.approx((0.4, 0.4))
+    assert found["high_bottom"] == pytest.approx(0.8)  # the back carries 8 columns of 72, more than a tenth
+    assert found["level_share"] == pytest.approx(64 / 72)
+    assert found["level_area_share"] < 1
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("make", [heap, lambda seed: chair() + np.random.default_rng(seed).normal(0, 1e-3, (72, 3))])
+def test_heading_place_and_order_change_nothing(make, seed):
+    generator, centers = np.random.default_rng(seed), make(seed)
+    other = turned(centers, generator.uniform(0, 2 * np.pi)) + [*generator.uniform(-2, 2, 2), 0]
+    # Coordinates of a metre have a rounding error of 2e-16, lengths some hundred times that after the sums; no
+    # neighbour of a random heap lies so near to a threshold.
+    np.testing.assert_allclose(*rows_of(centers, generator.permutation(other)), rtol=1e-7, atol=1e-9)
+
+
+def rows_of(*piles: np.ndarray) -> np.ndarray:
+    return RestingProfile(RADIUS).transform(piles)
+
+
+def test_only_the_first_spheres_are_read():
+    centers = heap(0, 300)
+    some = RestingProfile(RADIUS, first=60)
+    assert some.transform([centers]).tolist() == some.transform([centers[:60]]).tolist()
+
+
+ODD = {
+    "none": np.empty((0, 3)),
+    "one": np.array([[0.1, 0.2, 0.3]]),
+    "two": np.array([[0.1, 0.2, 0.3], [0.2, 0.2, 0.3]]),
+    "one column": np.array([[0, 0, RADIUS + k * DIAMETER] for k in range(6)]),
+    "one row": layer(9, 1, 0.4),
+    "the same place": np.zeros((5, 3)),
+    "float32": heap(1).astype(np.float32),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_every_quantity_is_finite(name):
+    row = RestingProfile(RADIUS).transform([ODD[name]])
+    assert row.shape == (1, len(NAMES)) and np.isfinite(row).all()
+
+
+def test_no_objects_have_no_rows():
+    assert RestingProfile().transform([]).shape == (0, len(NAMES))
+
+
+def test_quantities_are_named_and_said_once():
+    assert len(set(NAMES)) == len(QUANTITIES)
+    assert RestingProfile().get_feature_names_out().tolist() == list(NAMES)
+    assert {quantity.unit for quantity in QUANTITIES} <= {"m", "m2", "share", "spheres", "ratio"}
+
+
+def test_shares_are_shares():
+    rows = RestingProfile(RADIUS).transform([heap(seed) for seed in range(4)] + [chair()])
+    for quantity, column in zip(QUANTITIES, rows.T, strict=True):
+        if quantity.unit == "share":
+            assert (column >= 0).all() and (column <= 1 + 1e-9).all(), quantity.name
+
+
+def test_transformer_keeps_sklearns_contract():
+    profile = RestingProfile(0.03, first=60)
+    assert clone(profile).get_params() == {"radius": 0.03, "first": 60}
+    assert profile.fit_transform([heap(0)]).tolist() == profile.transform([heap(0)]).tolist()
+
+
+def test_outline_of_a_turned_rectangle():
+    corners = np.array([[0, 0, 0], [0.6, 0, 0], [0.6, 0.2, 0], [0, 0.2, 0], [0.3, 0.1, 0]])
+    outline = outline_of(turned(corners, 0.7)[:, :2], 0.0)
+    assert (outline.area, outline.width) == pytest.approx((0.12, 0.2))
+
+
+def test_pieces_of_a_level_are_told_apart():
+    apart = np.concatenate([layer(6, 6, 0.4), layer(3, 3, 0.4, corner=(1.5, 0))])
+    assert len(largest_piece(columns_of(apart, RADIUS))) == 36
+
+
+RADII = (0.02, 0.03)
+
+
+@pytest.fixture(autouse=True)
+def small_forests(monkeypatch):
+    """A tenth of the trees tells a layer from a chair, in a tenth of the time."""
+    monkeypatch.setattr(profile_classifier, "TREES", 30)
+
+
+def toy(count: int, seed: int = 0) -> tuple[list[dict[float, np.ndarray]], list[str]]:
+    """Return flat layers, which are tables, and chairs, of random sizes and headings."""
+    generator, objects, labels = np.random.default_rng(seed), [], []
+    for index in range(count):
+        flat = index % 2 == 0
+        size = generator.uniform(0.8, 1.2)
+        centers = turned((layer(8, 8, 0.7) if flat else chair()) * size, generator.uniform(0, 6))
+        objects.append({radius: centers for radius in RADII})
+        labels.append("table" if flat else "sittable")
+    return objects, labels
+
+
+def learnt(objects, labels, **options) -> ProfileClassifier:
+    return ProfileClassifier(RADII, **options).fit_settled(objects, labels, [str(k) for k in range(len(labels))])
+
+
+def test_a_table_is_told_from_a_chair():
+    classifier = learnt(*toy(24))
+    objects, labels = toy(10, seed=1)
+    told = classifier.memberships_of(objects, any_heading=True)
+    assert [[name for name, found in row.items() if found.member] for row in told] == [[label] for label in labels]
+    assert {row["table"].radius for row in told} <= set(RADII)
+    assert classifier.score_settled([]).shape == (0, 2)
+
+
+def test_shuffled_labels_fall_to_chance():
+    objects, labels = toy(60)
+    shuffled = np.random.default_rng(0).permutation(labels).tolist()
+    asked, truth = toy(60, seed=1)
+    scores = learnt(objects, shuffled).score_settled(asked)[:, 1]
+    right = np.mean((scores > 0.5) == [label == "table" for label in truth])
+    assert abs(right - 0.5) < 0.3  # 60 coins have a standard deviation of 0.065; alike objects fall the same way
+
+
+def test_same_seed_same_bits():
+    objects, labels = toy(20)
+    first, second, other = (learnt(objects, labels, random_state=seed).score_settled(objects) for seed in (0, 0, 1))
+    assert first.tobytes() == second.tobytes() != other.tobytes()
+
+
+def test_a_function_that_all_or_none_have_is_certain():
+    objects, _ = toy(4)
+    assert learnt(objects, ["table"] * 4).score_settled(objects).tolist() == [[1.0]] * 4
+
+
+def test_lengths_must_agree():
+    with pytest.raises(ValueError, match="2 objects, 1 labels and 2 names"):
+        ProfileClassifier(RADII).fit_settled(toy(2)[0], ["table"], ["a", "b"])
+
+
+def test_columns_of_a_profile_are_named():
+    objects, labels = toy(4)
+    classifier = learnt(objects, labels)
+    names = classifier.quantity_names()
+    assert len(names) == classifier.profiles_.shape[1]
+    assert "level_height at 3 cm" in names
+
+
+def test_votes_that_lean_are_straightened():
+    """Votes that stand for a probability in other odds are brought to it; with few examples they hardly move."""
+    generator = np.random.default_rng(0)
+    truth = generator.uniform(0.02, 0.98, 4000)
+    members = generator.uniform(size=4000) < truth
+    votes = 1 / (1 + np.exp(-0.5 * np.log(truth / (1 - truth)) + 1))
+    line = calibration_line(votes, members)
+    # The slope's standard error with 4,000 examples is about 0.04, and an error of 0.1 in log odds is 0.025 at most.
+    assert np.abs(calibrated(votes, line) - truth).max() < 0.05
+    few = calibration_line(votes[:4], members[:4])
+    assert np.abs(np.subtract(few, AS_VOTED)).max() < 0.5
