@@ -6,6 +6,7 @@ surface is taken away, long triangles are halved first, until each piece is smal
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -94,7 +95,7 @@ class Surface:
             return Surface(points=np.concatenate([self.points, other.points]))
         return Surface(np.concatenate([self.triangles, other.triangles]))
 
-    def mapped(self, change) -> Surface:
+    def mapped(self, change: Callable[[np.ndarray], np.ndarray]) -> Surface:
         """Return the surface with a function of points (N, 3) applied to each corner."""
         moved = change(self.vertices)
         return Surface(points=moved) if self.is_cloud else Surface(moved.reshape(-1, 3, 3))
