@@ -150,7 +150,7 @@ def make_copies(dataset: Dataset, folder: Path, dropping: Dropping, failed: Fail
 def content_name(dataset: Dataset, dropping: Dropping) -> str:
     """Return the hash of all that decides the copies: files, labels, how they are loaded, and the seed."""
     digest = hashlib.sha256(f"{version('spherefunc-bullet')} {VERSION} {dropping.seed}".encode())
-    digest.update(" ".join(each.kind for each in IMPAIRMENTS).encode())
+    digest.update(" ".join(impairment.kind for impairment in IMPAIRMENTS).encode())
     for item in dataset.objects:
         about = (label_text(item.functions), label_text(item.also), item.category, item.group)
         digest.update("\n".join([dataset.name_of(item.path), *about]).encode())
@@ -208,12 +208,12 @@ def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Se
     called = {name: np.concatenate(answers) for name, answers in said.items()}
     shares: Shares = {}
     made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
-    for function, each in kinds_by_function():
-        of_kind = (made == [function, each.kind]).all(axis=1)
+    for function, impairment in kinds_by_function():
+        of_kind = (made == [function, impairment.kind]).all(axis=1)
         if of_kind.any():
             column = impaired.labels.functions.index(function)
-            shares.setdefault(function, {})[each.kind] = {
-                "works": each.works,
+            shares.setdefault(function, {})[impairment.kind] = {
+                "works": impairment.works,
                 "copies": len(set(rows[of_kind].tolist())),
                 "share": {name: round(float(answers[of_kind, column].mean()), 4) for name, answers in called.items()},
             }
@@ -222,10 +222,10 @@ def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Se
 
 def kinds_by_function() -> Iterator[tuple[str, Impairment]]:
     """Yield each function with each kind that is made of its objects: whole first, useless, harmless."""
-    for function in sorted(set().union(*(each.functions for each in IMPAIRMENTS))):
-        for each in IMPAIRMENTS:
-            if function in each.functions:
-                yield function, each
+    for function in sorted(set().union(*(impairment.functions for impairment in IMPAIRMENTS))):
+        for impairment in IMPAIRMENTS:
+            if function in impairment.functions:
+                yield function, impairment
 
 
 def print_shares(shares: Shares):

@@ -93,7 +93,9 @@ class ProfileClassifier(BaseEstimator):
         """Return the quantities (N, R * Q) of objects, radius by radius."""
         return np.hstack(
             [
-                RestingProfile(radius, first=self.first).transform([each.get(radius, NO_SPHERES) for each in settled])
+                RestingProfile(radius, first=self.first).transform(
+                    [spheres.get(radius, NO_SPHERES) for spheres in settled]
+                )
                 for radius in self.radii
             ]
         )
