@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,9 @@ needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to draw
 FLAGS = [
     *("--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     *("--hide-scrollbars", "--enable-logging=stderr", "--no-first-run", "--disable-background-networking"),
-    "--disable-extensions",
+    *("--disable-extensions", "--disable-gpu-watchdog"),
 ]
+PATIENCE = (1, 4, 16)  # how many times the page's own time is given, until what is looked for is there
 
 
 @dataclass(frozen=True)
@@ -27,13 +29,30 @@ class Drawn:
     console: list[str]  # what the page's program complained of
 
 
-def draw(page: Path, folder: Path, *, size=(1280, 900), budget: int = 1500) -> Drawn:
-    """Draw a page in a window of a size, after so many milliseconds of the page's own time."""
+def draw(
+    page: Path, folder: Path, shows: Callable[[np.ndarray], bool], *, size=(1280, 900), budget: int = 1500
+) -> Drawn:
+    """Draw a page in a window of a size, until the pixels show what is looked for or patience ends.
+
+    The page's own clock runs ahead of the graphics where the machine is busy, so a picture may be taken before the
+    first frame is drawn: then it is taken again after more milliseconds (budget) of that clock.
+    """
+    for turn, patience in enumerate(PATIENCE):
+        drawn = drawn_once(page, folder / f"browser_{turn}", size, budget * patience)
+        if shows(drawn.pixels):
+            break
+    return drawn
+
+
+def drawn_once(page: Path, folder: Path, size: tuple[int, int], budget: int) -> Drawn:
+    """Draw a page after so many milliseconds of its own time; a blank picture where the browser gave none."""
     from PIL import Image
 
     picture = folder / "page.png"
+    folder.mkdir()
     flags = [*FLAGS, f"--window-size={size[0]},{size[1]}", f"--virtual-time-budget={budget}"]
     command = [CHROMIUM, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={picture}", page.as_uri()]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    return Drawn(np.asarray(Image.open(picture).convert("RGB"), float), console)
+    image = Image.open(picture).convert("RGB") if picture.exists() else Image.new("RGB", size, "white")
+    return Drawn(np.asarray(image, float), console)

@@ -138,10 +138,14 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
 @pytest.mark.parametrize("width", [1280, 800])
 def test_a_browser_opens_it_without_errors(written, tmp_path, width):
     """How soon is measured by `python -m spherefunc_bullet.compare.bench.opening`, on an idle machine."""
-    drawn = draw(written / "report.html", tmp_path, size=(width, 7000), budget=2500)
+    drawn = draw(written / "report.html", tmp_path, shows_spheres, size=(width, 7000), budget=2500)
     assert not drawn.console, drawn.console
     inked = drawn.pixels.min(axis=-1) < 200
     assert not inked[:, -8:].any(), "something runs out of the window on the right"
-    coloured = drawn.pixels.max(axis=-1) - drawn.pixels.min(axis=-1) > 60
-    below = coloured[len(coloured) // 5 :]
-    assert below.sum() > 2000  # spheres; charts are further up
+    assert shows_spheres(drawn.pixels)
+
+
+def shows_spheres(pixels: np.ndarray) -> bool:
+    """Return whether pixels (H, W, 3) are coloured below their first fifth, where the charts are."""
+    coloured = pixels.max(axis=-1) - pixels.min(axis=-1) > 60
+    return coloured[len(coloured) // 5 :].sum() > 2000
