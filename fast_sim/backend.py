@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -51,7 +52,7 @@ class FastSimulator:
         while not ended:
             run.reserve(CHUNK)
             xy = columns.uniform(run.low[:2], run.high[:2], size=(CHUNK, 2))
-            ended = drop_spheres(*run.arguments(xy))
+            ended = run.drop(drop_spheres, xy)
         return run.result(time.perf_counter() - started, self, seed)
 
 
@@ -72,6 +73,13 @@ class DropRun:
         self.nearby = nowhere(len(cloud.points), MAX_CONTACTS)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
+        self.columns: list[np.ndarray] = []
+        self.outcomes: list[np.ndarray] = []
+
+    @property
+    def drops(self) -> int:
+        """How many spheres have been dropped."""
+        return int(self.state[:4].sum())
 
     def reserve(self, count: int):
         """Make room for so many more settled spheres."""
@@ -82,15 +90,27 @@ class DropRun:
             self.spheres = grown(self.spheres, 2 * capacity)
             self.on_object = np.concatenate([self.on_object, np.zeros(capacity, np.bool_)])
 
-    def arguments(self, columns: np.ndarray) -> tuple:
-        """Return the kernel's arguments for columns (M, 2)."""
-        s = self.settings
-        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object)
-        return (self.points, self.spheres, self.nearby, columns, s.radius, self.shape, self.low, self.high, *limits)
+    def drop(self, kernel: Callable[..., bool], columns: np.ndarray) -> bool:
+        """Drop a sphere down each of the columns (M, 2), until one of the limits is reached: then return True."""
+        s, before = self.settings, self.drops
+        columns = columns if s.max_drops is None else columns[: s.max_drops - before]
+        outcomes = np.empty(len(columns), np.int8)
+        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
+        body = (self.points, self.spheres, self.nearby)
+        ended = kernel(*body, columns, s.radius, self.shape, self.low, self.high, *limits)
+        self.columns.append(columns[: self.drops - before])
+        self.outcomes.append(outcomes[: self.drops - before])
+        return ended or self.drops == s.max_drops
+
+    def stop(self) -> Stop:
+        """Return why the run ended."""
+        if self.state[4] >= self.settings.miss_limit:
+            return Stop.MISSES
+        return Stop.SPHERE_LIMIT if self.state[0] >= self.settings.max_spheres else Stop.DROP_LIMIT
 
     def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
         """Return what came of the run."""
-        settled, rolled_off, rejected, timed_out, misses = self.state.tolist()
+        settled, rolled_off, rejected, timed_out, _ = self.state.tolist()
         provenance = {
             "backend": simulator.name,
             "version": simulator.version,
@@ -104,8 +124,10 @@ class DropRun:
             rolled_off=rolled_off,
             rejected=rejected,
             timed_out=timed_out,
-            stop=Stop.MISSES if misses >= self.settings.miss_limit else Stop.SPHERE_LIMIT,
+            stop=self.stop(),
             seconds=seconds,
+            columns=np.concatenate(self.columns),
+            outcomes=np.concatenate(self.outcomes),
             provenance=provenance,
         )
 

@@ -10,7 +10,9 @@ from .rolling import SETTLED, roll
 
 
 @njit(cache=True, error_model="numpy")
-def drop_spheres(points, spheres, nearby, columns, radius, shape, low, high, miss_limit, limit, state, on_object):
+def drop_spheres(
+    points, spheres, nearby, columns, radius, shape, low, high, miss_limit, limit, state, on_object, outcomes
+):
     """Drop a sphere down each of the columns until one of the limits is reached.
 
     Parameters
@@ -29,6 +31,8 @@ def drop_spheres(points, spheres, nearby, columns, radius, shape, low, high, mis
         Settled, rolled off, rejected, timed out, and consecutive misses so far; updated.
     on_object : (capacity,) bool
         Receives whether each settled sphere touches the object.
+    outcomes : (M,) int8
+        Receives what became of each column's sphere.
 
     Returns
     -------
@@ -44,6 +48,7 @@ def drop_spheres(points, spheres, nearby, columns, radius, shape, low, high, mis
         z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
         x, y, z, outcome, touching = roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
         state[outcome] += 1
+        outcomes[k] = outcome
         if outcome == SETTLED:
             i = state[0] - 1
             insert(spheres, i, x, y, z)

@@ -35,6 +35,7 @@ class Stop(enum.IntEnum):
 
     MISSES = 0  # the paper's rule: so many consecutive spheres were not placed
     SPHERE_LIMIT = 1  # the stated cap on settled spheres was reached
+    DROP_LIMIT = 2  # so many spheres as were asked for have been dropped
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,12 +45,13 @@ class DropSettings:
     radius: float  # of the spheres, metres
     miss_limit: int = 50  # consecutive spheres not placed that end the run
     max_spheres: int = 5_000_000  # settled spheres at which the run stops, a cap on memory
+    max_drops: int | None = None  # drops at which the run stops, whatever became of them; None: as many as it takes
 
     def __post_init__(self):
         if not (math.isfinite(self.radius) and self.radius > 0):
             raise InputError(f"radius {self.radius}: expected more than zero metres")
-        if self.miss_limit < 1 or self.max_spheres < 1:
-            raise InputError("miss_limit and max_spheres: expected at least 1")
+        if self.miss_limit < 1 or self.max_spheres < 1 or (self.max_drops is not None and self.max_drops < 1):
+            raise InputError("miss_limit, max_spheres and max_drops: expected at least 1")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +65,10 @@ class DropResult:
     timed_out: int
     stop: Stop
     seconds: float  # wall time of the simulation alone
+    # Every drop in the order in which they ended, the settled ones in the order of ``centers``; empty where a backend
+    # does not tell.
+    columns: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # (D, 2) float64, where it began, metres
+    outcomes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int8))  # (D,) int8, each an `Outcome`
     provenance: dict[str, Any] = field(default_factory=dict)  # backend, version, settings, seed
 
     @property

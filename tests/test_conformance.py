@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulator import DropSettings, Simulator, Stop, backend_entry_points, make_simulator
+from spherefunc_bullet.simulator import DropSettings, Outcome, Simulator, Stop, backend_entry_points, make_simulator
 
 # Shapes and radii in metres: up to a thousand spheres each, so that a run takes the roller milliseconds.
 SHAPES = {
@@ -214,7 +214,34 @@ def test_provenance_says_what_produced_the_result(simulator):
     provenance = json.loads(json.dumps(result.provenance))
     assert provenance["backend"] == simulator.name and provenance["version"] == simulator.version
     assert provenance["seed"] == 1
-    assert provenance["settings"] == {"radius": radius_of("mug"), "miss_limit": 50, "max_spheres": 5_000_000}
+    limits = {"miss_limit": 50, "max_spheres": 5_000_000, "max_drops": None}
+    assert provenance["settings"] == {"radius": radius_of("mug")} | limits
+
+
+@on_each_shape
+def test_what_became_of_every_drop_is_told(simulator, name):
+    result = dropped(simulator.name, name, 1)
+    counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
+    assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
+    low, high = shape(name).bounds
+    assert result.columns.shape == (result.drops, 2)
+    assert (result.columns >= low[:2]).all() and (result.columns <= high[:2]).all()
+
+
+@pytest.mark.parametrize("name", ["plate", "mug"])
+def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator, name):
+    settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
+    result = simulator.drop(shape(name), settings, 1)
+    assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
+    assert 0 < result.settled < 90
+
+
+def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator):
+    settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
+    result = simulator.drop(shape("plate"), settings, 1)
+    settled = result.columns[result.outcomes == Outcome.SETTLED]
+    moved = np.linalg.norm(settled - result.centers[:, :2], axis=1)
+    assert np.median(moved) < 0.05 * radius_of("plate")
 
 
 def test_cloud_is_left_as_it_was(simulator):

@@ -19,7 +19,6 @@ from ..datasets.dataset import Dataset
 from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..settling.records import Dropping
-from ..settling.settling import drop_settings
 from .folder import RunFolder
 from .freshness import standing_row
 from .ledger import Ledger, Row, Way, settings_json
@@ -45,7 +44,7 @@ class Batch:
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""
         simulator = self.dropping.simulator
-        settings = asdict(drop_settings(simulator, radius)) | {
+        settings = self.dropping.settings(radius) | {
             "version": simulator.version,
             "options": simulator.options(),
             "loading": asdict(self.dropping.loading),

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, Unexpected
+from ..settling.drops import settled_centers
 from ..settling.records import Dropping
 from ..settling.settling import measured_run
 from .folder import FullDisk, RunFolder, digest
@@ -53,7 +54,8 @@ def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callab
     run = task.dropping.run_hash(content, radius)
     arrays = folder.find(run)
     if arrays is None:
-        arrays = measured_run(cloud(), task.dropping.simulator, radius, task.dropping.seed)
+        how = task.dropping
+        arrays = measured_run(cloud(), how.simulator, radius, how.seed, how.drops)
         folder.put(run, arrays)
     return done_row(task, way, content, run, arrays)
 
@@ -67,7 +69,7 @@ def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.
         content=content,
         run=run,
         digest=digest(arrays["centers"]),
-        settled=len(arrays["centers"]),
+        settled=len(settled_centers(arrays["centers"])),
         drops=int(arrays["drops"]),
         seconds=float(arrays["seconds"]),
         memory=int(arrays["memory"]) if "memory" in arrays else None,

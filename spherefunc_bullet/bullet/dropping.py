@@ -7,6 +7,7 @@ to the ground, at rest, or still on its way.
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,10 @@ class DropRun:
         self.flights = Flights(slots, world.physics, self.low, self.high)
         self.centers: list[np.ndarray] = []
         self.on_object: list[bool] = []
-        self.counts = dict.fromkeys(Outcome, 0)
+        self.starts = np.zeros((slots, 2))  # the column of each slot's sphere
+        self.launched = 0
+        self.ended_at: list[np.ndarray] = []  # the columns of the drops that ended, and what became of each
+        self.outcomes: list[Outcome] = []
         self.misses = 0
 
     def until_over(self):
@@ -53,21 +57,25 @@ class DropRun:
 
     @property
     def over(self) -> bool:
-        return self.misses >= self.settings.miss_limit or len(self.centers) >= self.settings.max_spheres
+        limits = self.settings
+        full = len(self.centers) >= limits.max_spheres or len(self.outcomes) == limits.max_drops
+        return full or self.misses >= limits.miss_limit
 
     def launch(self):
         """Start a sphere in every free slot for which there is a column."""
         for slot in np.flatnonzero(~self.flights.flying):
-            xy = self.next_column()
+            xy = None if self.launched == self.settings.max_drops else self.next_column()
+            self.launched += xy is not None
             height = -np.inf if xy is None else self.columns.height(*xy)
             if height > -np.inf:
                 start = np.array([*xy, height + CLEARANCE])
                 self.world.place(slot, start)
                 self.flights.start(slot, start)
+                self.starts[slot] = xy
                 continue
             self.world.park(slot)
             if xy is not None:  # nothing under it but the ground
-                self.count(Outcome.ROLLED_OFF)
+                self.count(Outcome.ROLLED_OFF, xy)
                 if self.over:
                     return
 
@@ -108,7 +116,7 @@ class DropRun:
         elif not np.isfinite(center).all():
             self.world.renew(slot)
         self.flights.flying[slot] = False
-        self.count(outcome)
+        self.count(outcome, self.starts[slot].copy())
 
     def resting_place(self, center: np.ndarray, on_object: bool) -> Outcome:
         """Return what becomes of a sphere at rest, and leave it there for ever if it is settled."""
@@ -129,20 +137,30 @@ class DropRun:
         distance, _ = self.cloud.tree.query(center * self.settings.radius)
         return distance >= (1 - OVERLAP) * self.settings.radius
 
-    def count(self, outcome: Outcome):
-        """Take an outcome into account."""
-        self.counts[outcome] += 1
+    def count(self, outcome: Outcome, column: np.ndarray):
+        """Take into account what became of the sphere that came down a column (2,)."""
+        self.outcomes.append(outcome)
+        self.ended_at.append(column)
         self.misses = 0 if outcome == Outcome.SETTLED else self.misses + 1
+
+    def stop(self) -> Stop:
+        """Return why the run ended."""
+        if self.misses >= self.settings.miss_limit:
+            return Stop.MISSES
+        return Stop.SPHERE_LIMIT if len(self.centers) >= self.settings.max_spheres else Stop.DROP_LIMIT
 
     def result(self, seconds: float, provenance: dict[str, Any]) -> DropResult:
         """Return what came of the run, in metres."""
+        counts = Counter(self.outcomes)
         return DropResult(
             centers=np.array(self.centers, float).reshape(-1, 3) * self.settings.radius,
             on_object=np.array(self.on_object, bool),
-            rolled_off=self.counts[Outcome.ROLLED_OFF],
-            rejected=self.counts[Outcome.REJECTED],
-            timed_out=self.counts[Outcome.TIMED_OUT],
-            stop=Stop.MISSES if self.misses >= self.settings.miss_limit else Stop.SPHERE_LIMIT,
+            rolled_off=counts[Outcome.ROLLED_OFF],
+            rejected=counts[Outcome.REJECTED],
+            timed_out=counts[Outcome.TIMED_OUT],
+            stop=self.stop(),
             seconds=seconds,
+            columns=np.array(self.ended_at, float).reshape(-1, 2) * self.settings.radius,
+            outcomes=np.array(self.outcomes, np.int8),
             provenance=provenance,
         )

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from ..formats.limits import require_file
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
-from .settling import drop_settings, measured_run
+from .settling import Settled, drop_settings, measured_run
 
 FORMAT = 1  # of the cache; another number, other entries
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
@@ -44,6 +45,7 @@ class Dropping:
     radii: tuple[float, ...]  # metres
     seed: int = 0
     loading: Loading = field(default_factory=Loading)
+    drops: int | None = None  # so many a run; None: until 50 in a row were not placed
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
@@ -73,11 +75,16 @@ class Dropping:
                 raise InputError(f"{one_line(part)}: expected a file that can be read; {error.strerror}") from error
         return digest.hexdigest()
 
+    def settings(self, radius: float) -> dict[str, Any]:
+        """Return the settings of the runs of one radius, without limits that are not set."""
+        settings = asdict(drop_settings(self.simulator, radius, self.drops))
+        return {name: value for name, value in settings.items() if value is not None}
+
     def run_hash(self, content: str, radius: float) -> str:
         """Return the hash of all that decides one run, which names its results."""
         simulator = self.simulator
         run = [content, simulator.name, simulator.version, simulator.options(), round(radius, 9), self.seed]
-        run.append(asdict(drop_settings(simulator, radius)))
+        run.append(self.settings(radius))
         return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -88,7 +95,7 @@ class ObjectRecord:
     path: Path
     size: np.ndarray  # (3,) extents of the bounding box, metres
     voxels: np.ndarray  # (V, 3) int16, the occupied cubes of VOXEL metres
-    settled: dict[float, np.ndarray] = field(repr=False)  # radius in metres -> centres (S, 3) float32, metres
+    settled: Settled = field(repr=False)  # float32, metres
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
@@ -132,7 +139,8 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = {}
     for radius in dropping.radii:
-        run = partial(measured_run, simulator=dropping.simulator, radius=radius, seed=dropping.seed)
+        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed, "drops": dropping.drops}
+        run = partial(measured_run, **how)
         entry = entry_path("settled", dropping.run_hash(content, radius), home)
         runs[radius] = computed_once(entry, lambda run=run: run(cloud()))
     return ObjectRecord(
