@@ -1,0 +1,97 @@
+"""A grown forest as plain arrays: what is kept in model files, and asked in microseconds.
+
+scikit-learn grows the trees; asking it about one object takes tens of milliseconds, nearly all of it bookkeeping.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+LEAF = -1  # in place of a feature
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forest:
+    """Binary decision trees, all nodes in one row.
+
+    A node sends what is at most its threshold to ``below``, the rest to the node after that. Children come after
+    their parent.
+    """
+
+    roots: np.ndarray  # (T,) int32, the node that each tree begins at
+    feature: np.ndarray  # (M,) int16, the quantity that is looked at, or LEAF
+    threshold: np.ndarray  # (M,) float64
+    below: np.ndarray  # (M,) int32, node
+    vote: np.ndarray  # (M,) float32, the share of members in a leaf, each side weighted alike
+
+    def votes(self, X: np.ndarray) -> np.ndarray:
+        """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
+        X = np.asarray(X, np.float32).astype(np.float64)  # as when they grew
+        node = np.tile(self.roots.astype(np.int64), (len(X), 1))
+        rows = np.arange(len(X))[:, None]
+        while True:
+            feature = self.feature[node]
+            inner = feature != LEAF
+            if not inner.any():
+                return self.vote[node].astype(float).mean(axis=1)
+            above = X[rows, np.maximum(feature, 0)] > self.threshold[node]
+            node = np.where(inner, self.below[node] + above, node)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return what `Forest` is made of, by name."""
+        return dict(vars(self))
+
+    def require_whole(self, quantities: int):
+        """Raise InputError if these are not trees over so many quantities, as where a file was tampered with."""
+        count = len(self.feature)
+        inner = np.flatnonzero(self.feature != LEAF)
+        lengths = {len(values) for values in (self.feature, self.threshold, self.below, self.vote)}
+        whole = (
+            lengths == {count}
+            and len(self.roots) > 0
+            and ((self.roots >= 0) & (self.roots < count)).all()
+            and ((self.feature >= LEAF) & (self.feature < quantities)).all()
+            and ((self.below[inner] > inner) & (self.below[inner] < count - 1)).all()
+            and np.isfinite(self.threshold).all()
+            and ((self.vote >= 0) & (self.vote <= 1)).all()
+        )
+        if not whole:
+            raise InputError(f"expected trees over {quantities} quantities, got {count} nodes that are none")
+
+
+def forest_of(grown: ExtraTreesClassifier) -> Forest:
+    """Return the arrays of a forest of two classes, False and True, as scikit-learn grew it."""
+    trees = [in_pairs(estimator.tree_) for estimator in grown.estimators_]
+    starts = np.cumsum([0, *(len(tree["feature"]) for tree in trees)])[:-1]
+    for tree, start in zip(trees, starts, strict=True):
+        tree["below"] = tree["below"] + start
+    joined = {name: np.concatenate([tree[name] for tree in trees]) for name in trees[0]}
+    kinds = {"feature": np.int16, "threshold": np.float64, "below": np.int32, "vote": np.float32}
+    return Forest(roots=starts.astype(np.int32), **{name: joined[name].astype(kind) for name, kind in kinds.items()})
+
+
+def in_pairs(tree) -> dict[str, np.ndarray]:
+    """Return one tree's nodes level by level, so that two children stand side by side."""
+    left, right = tree.children_left, tree.children_right
+    order, below = [0], []
+    for node in order:  # grows while it is read
+        if left[node] < 0:
+            below.append(0)
+        else:
+            below.append(len(order))
+            order += [left[node], right[node]]
+    inner = left[order] >= 0
+    return {
+        "feature": np.where(inner, tree.feature[order], LEAF),
+        "threshold": np.where(inner, tree.threshold[order], 0.0),
+        "below": np.array(below),
+        "vote": tree.value[order, 0, 1] / tree.value[order, 0].sum(axis=1),
+    }
