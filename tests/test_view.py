@@ -58,9 +58,9 @@ def shown(cloud: Cloud, centers: np.ndarray, radius: float = RADIUS) -> dict:
     return display(cloud, [Panel(title="fast", layers=[layer])])
 
 
-@pytest.mark.parametrize("neighbors", [(1,), (1, 3)])
-def test_evidence_sums_to_the_difference_of_squared_distances(neighbors):
-    model = learnt(Method(name="test", neighbors=neighbors))
+@pytest.mark.parametrize("neighbors, of_all", [((1,), False), ((1, 3), False), ((8,), True)])
+def test_evidence_sums_to_the_difference_of_squared_distances(neighbors, of_all):
+    model = learnt(Method(name="test", neighbors=neighbors, of_all=of_all))
     asked = {RADIUS: heap(90, 77, shift=0.4)}  # some of it where no training object had a sphere
     distances = model.distances([asked], RADIUS)[0]
     weights = model.neighbor_weights(distances, "cup")
@@ -100,6 +100,17 @@ def test_with_one_neighbour_the_cubes_decide_as_the_classifier_does():
         asked = {RADIUS: heap(count, 50 + seed)}
         total = cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum()
         assert (total > 0) == (model.score_settled([asked])[0, 0] > 0.5)
+
+
+def test_the_nearest_stands_for_a_side_that_has_no_neighbour():
+    # Both of the nearest of all are full heaps; the cubes still tell them from the nearest other.
+    model = learnt(Method(name="test", neighbors=(2,), of_all=True))
+    asked = {RADIUS: heap(148, 0)}
+    weights = model.neighbor_weights(model.distances([asked], RADIUS)[0], "cup")
+    others = model.distances([asked], RADIUS)[0][~model.members_[:, 0]]
+    means = [np.average(model.distances([asked], RADIUS)[0] ** 2, weights=weights), others.min() ** 2]
+    assert not weights[~model.members_[:, 0]].any()
+    assert cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum() == pytest.approx(means[1] - means[0])
 
 
 def test_cubes_are_where_their_spheres_are():

@@ -94,7 +94,8 @@ def run_demo(demo: Demo) -> Path:
     InputError
         If there is no such backend or method, or the folder cannot be written.
     """
-    dropping, watch = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed), Stopwatch()
+    watch, to_the_end = Stopwatch(), find_method(demo.method).to_the_end
+    dropping = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed, to_the_end=to_the_end)
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
         simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=demo.jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):

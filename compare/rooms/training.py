@@ -11,6 +11,7 @@ from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.recognition.recognition import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
@@ -42,6 +43,11 @@ class Training:
         if self.examples not in EXAMPLES:
             raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
 
+    @property
+    def to_the_end(self) -> bool:
+        """Whether runs end by the paper's rule alone; see `Method`."""
+        return find_method(self.method).to_the_end
+
 
 def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
@@ -51,7 +57,9 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    dropping = Dropping(simulator=training.simulator, radii=training.radii, seed=training.seed)
+    dropping = Dropping(
+        simulator=training.simulator, radii=training.radii, seed=training.seed, to_the_end=training.to_the_end
+    )
     simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
@@ -102,4 +110,5 @@ def partial_examples(
             if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
             name = f"{room.objects[number].item.path.stem} in {room.name}"
-            yield room.objects[number].item, name, settle(cloud, training.simulator, training.radii, training.seed)
+            how = training.simulator, training.radii, training.seed, training.to_the_end
+            yield room.objects[number].item, name, settle(cloud, *how)

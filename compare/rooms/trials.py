@@ -149,7 +149,8 @@ class Fold:
         """Keep what the model says of the whole models of objects; each is asked for once."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
         model = self.model
-        dropping = Dropping(simulator=model.simulator, radii=tuple(model.chosen_radii()), seed=model.seed)
+        radii, to_the_end = tuple(model.chosen_radii()), model.to_the_end
+        dropping = Dropping(simulator=model.simulator, radii=radii, seed=model.seed, to_the_end=to_the_end)
         for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
             self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)

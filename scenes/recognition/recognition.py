@@ -190,7 +190,7 @@ def settled_on(clouds: Sequence[Cloud], model: FunctionClassifier) -> list[Settl
     settled: list[Settled] = [{} for _ in clouds]
     radii = [telling_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
-    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names):
+    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.to_the_end):
         if isinstance(outcome, InputError):
             logger.warning("object %d: %s", number, outcome)
         else:

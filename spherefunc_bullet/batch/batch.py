@@ -45,7 +45,7 @@ class Batch:
     def way(self, radius: float) -> Way:
         """Return how the ledger describes the runs of one radius."""
         simulator = self.dropping.simulator
-        settings = asdict(drop_settings(simulator, radius)) | {
+        settings = asdict(drop_settings(simulator, radius, self.dropping.to_the_end)) | {
             "version": simulator.version,
             "options": simulator.options(),
             "loading": asdict(self.dropping.loading),

@@ -58,11 +58,11 @@ def classified(file: Path, classifier: FunctionClassifier, explain: bool, up: st
 
 def settling(file: Path, classifier: FunctionClassifier, up: str, units: str) -> tuple:
     """Return the arguments of `settled_file` for a file."""
-    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, up, units
+    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.to_the_end, up, units
 
 
 def settled_file(
-    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, up: str, units: str
+    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, to_the_end: bool, up: str, units: str
 ) -> tuple[Settled, float]:
     """Return the settled centres on one file's object for each radius, and the seconds that it took."""
     from ..clouds.cloud import load_cloud
@@ -70,7 +70,7 @@ def settled_file(
 
     started = time.perf_counter()
     cloud = load_cloud(file, up=up, units=units, report=say)
-    return settle(cloud, simulator, radii, seed), time.perf_counter() - started
+    return settle(cloud, simulator, radii, seed, to_the_end), time.perf_counter() - started
 
 
 def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionClassifier, explain: bool) -> Row:

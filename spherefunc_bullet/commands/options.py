@@ -28,14 +28,17 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 DEFAULT_RADII = "5mm,1cm,2cm,3cm,5cm"
 
 
-def dropping(backend: str, shape: str | None, radii: str, seed: int, up: str, units: str) -> Dropping:
+def dropping(
+    backend: str, shape: str | None, radii: str, seed: int, up: str, units: str, to_the_end: bool = False
+) -> Dropping:
     """Return how spheres are dropped, as options say it."""
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape))
     lengths = parse_lengths(radii)
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=Loading(up=up, units=units))
+    loading = Loading(up=up, units=units)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, to_the_end=to_the_end)
 
 
 def simulator_options(shape: str | None) -> dict:

@@ -38,10 +38,12 @@ def train(
     """Learn every function's radius and examples, and write the model."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.dataset import joined_datasets, open_dataset
+    from ..learning.method import find_method
     from ..learning.model_file import save_model
 
     require_place(out)
-    failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units)
+    failures, to_the_end = Failures(), find_method(method).to_the_end
+    how = options.dropping(backend, shape, radii, seed, up, units, to_the_end)
     dataset = joined_datasets([open_dataset(name) for name in data])
     simulated = simulate_dataset(dataset, how, jobs=jobs, run=run, failed=failures.add)
     model = train_on(simulated, how, method)

@@ -175,7 +175,7 @@ def settle_on_all(objects: Sequence[Viewed], classifier: FunctionClassifier, fai
 
     clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
     radii = [classifier.chosen_radii()] * len(objects)
-    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files)
+    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.to_the_end)
     for index, outcome in progress(outcomes, len(objects), "explaining"):
         if isinstance(outcome, InputError):
             failures.add(outcome)

@@ -50,9 +50,10 @@ def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, r
     """
     histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
     here = histogram.transform([settled[radius]]).toarray()[0, :-1]
-    weights = classifier.neighbor_weights(classifier.distances([settled], radius)[0], name)
+    distances = classifier.distances([settled], radius)[0]
+    weights = classifier.neighbor_weights(distances, name)
     members = classifier.members_[:, classifier.functions_.index(name)]
-    sides = [side_counts(examples, np.where(side, weights, 0.0), here) for side in (members, ~members)]
+    sides = [side_counts(examples, side_weights(weights, side, distances), here) for side in (members, ~members)]
     (inside, to_members), (outside, to_others) = sides
     speaks_for = to_others - to_members
     known = np.flatnonzero((here > 0) | (inside > 0) | (outside > 0))
@@ -66,6 +67,14 @@ def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, r
         others=np.concatenate([outside[known], nothing]),
         speaks_for=np.concatenate([speaks_for[known], nothing]),
     )
+
+
+def side_weights(weights: np.ndarray, side: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Return one side's weights (N,); where the score has none of that side, its nearest stands for it."""
+    own = np.where(side, weights, 0.0)
+    if side.any() and not own.any():
+        own[np.flatnonzero(side)[np.argmin(distances[side])]] = 1.0
+    return own
 
 
 def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

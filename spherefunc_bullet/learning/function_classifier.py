@@ -126,6 +126,11 @@ class FunctionClassifier(BaseEstimator):
         """The radius that counts most for each function, metres."""
         return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
 
+    @property
+    def to_the_end(self) -> bool:
+        """Whether runs end by the paper's rule alone; see `Method`."""
+        return find_method(self.method).to_the_end
+
     def predict_proba(self, X: Sequence[Cloud]) -> np.ndarray:
         """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
         return self.score_settled(self._settled(X, self.chosen_radii()))
@@ -202,10 +207,11 @@ class FunctionClassifier(BaseEstimator):
             From one object to the training examples, at one radius.
         """
         members = self.members_[:, self.functions_.index(name)]
-        counts = find_method(self.method).neighbors
-        weights = np.zeros(len(members))
+        method = find_method(self.method)
+        counts, weights = method.neighbors, np.zeros(len(members))
+        sides = (np.arange(len(members)),) if method.of_all else both_sides(members)
         for count in counts:
-            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in both_sides(members)]
+            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in sides]
             inverse = [1 / np.maximum(distances[rows], SAME) / max(len(rows), 1) for rows in nearest]
             total = sum(rows.sum() for rows in inverse)
             for rows, values in zip(nearest, inverse, strict=True):
@@ -242,7 +248,8 @@ class FunctionClassifier(BaseEstimator):
         return np.zeros(len(self.members_), bool)
 
     def _settled(self, clouds: Sequence[Cloud], radii: Sequence[float] | None = None) -> list[Settled]:
-        return [settle(cloud, self.simulator, radii or self.radii, self.seed) for cloud in clouds]
+        how = self.simulator, radii or self.radii, self.seed, self.to_the_end
+        return [settle(cloud, *how) for cloud in clouds]
 
 
 def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:

@@ -14,12 +14,16 @@ from .histogram import DIAMETERS, CubeHistogram
 
 @dataclass(frozen=True, kw_only=True)
 class Method:
-    """The choices between settled spheres and scores; see `CubeHistogram` and `inverse_distance_scores`."""
+    """The choices between settled spheres and scores; see `CubeHistogram` and `member_scores`."""
 
     name: str
     diameters: float = DIAMETERS  # side of a cube
     neighbors: tuple[int, ...] = (1, 3)  # nearest of either side; the mean score over several such numbers
     vote: bool = False  # over radii, instead of the best one alone
+    of_all: bool = False  # the nearest of all examples instead, whichever side they are on
+    splits: int = 20  # of the training set, that choose the radius: with one, a rare function's is a matter of luck
+    tied: str = "largest"  # radius that is chosen of equally good ones, or "smallest"
+    to_the_end: bool = False  # runs end by the paper's rule alone, without a limit of settled spheres
 
     def histogram(self, radius: float) -> CubeHistogram:
         """Return the histogram of this method for a radius in metres."""
@@ -27,7 +31,7 @@ class Method:
 
 
 METHODS = {
-    "paper": Method(name="paper"),
+    "paper": Method(name="paper", neighbors=(3,), of_all=True, splits=1, to_the_end=True),
     "default": Method(name="default", vote=True),
 }
 

@@ -44,6 +44,7 @@ class Dropping:
     radii: tuple[float, ...]  # metres
     seed: int = 0
     loading: Loading = field(default_factory=Loading)
+    to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres; see `drop_settings`
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
@@ -77,7 +78,7 @@ class Dropping:
         """Return the hash of all that decides one run, which names its results."""
         simulator = self.simulator
         run = [content, simulator.name, simulator.version, simulator.options(), round(radius, 9), self.seed]
-        run.append(asdict(drop_settings(simulator, radius)))
+        run.append(asdict(drop_settings(simulator, radius, self.to_the_end)))
         return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
 
 
@@ -132,7 +133,8 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = {}
     for radius in dropping.radii:
-        run = partial(measured_run, simulator=dropping.simulator, radius=radius, seed=dropping.seed)
+        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed}
+        run = partial(measured_run, **how, to_the_end=dropping.to_the_end)
         entry = entry_path("settled", dropping.run_hash(content, radius), home)
         runs[radius] = computed_once(entry, lambda run=run: run(cloud()))
     return ObjectRecord(

@@ -18,17 +18,24 @@ Settled = dict[float, np.ndarray]  # radius in metres -> where spheres settled, 
 _warm: set[str] = set()  # the simulators that have run in this process
 
 
-def settle(cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0) -> Settled:
+def settle(
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, to_the_end: bool = False
+) -> Settled:
     """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
 
-    Where the sphere is larger than the object nothing can settle, and there are none.
+    Where the sphere is larger than the object nothing can settle, and there are none. See `drop_settings`.
     """
     simulator = make_simulator(simulator)
-    return {radius: drop_or_nothing(cloud, simulator, radius, seed)[0] for radius in radii}
+    return {radius: drop_or_nothing(cloud, simulator, radius, seed, to_the_end)[0] for radius in radii}
 
 
 def settle_all(
-    clouds: Sequence[Cloud], simulator: str | Simulator, radii: Sequence[Sequence[float]], seed: int, names: Sequence
+    clouds: Sequence[Cloud],
+    simulator: str | Simulator,
+    radii: Sequence[Sequence[float]],
+    seed: int,
+    names: Sequence,
+    to_the_end: bool = False,
 ) -> Iterator[tuple[int, Settled | InputError]]:
     """Settle several clouds, each at radii of its own; a simulator that may crash does so in another process.
 
@@ -43,31 +50,40 @@ def settle_all(
         In the order of the clouds.
     """
     simulator = make_simulator(simulator)
-    tasks = [(cloud, simulator, lengths, seed) for cloud, lengths in zip(clouds, radii, strict=True)]
+    tasks = [(cloud, simulator, lengths, seed, to_the_end) for cloud, lengths in zip(clouds, radii, strict=True)]
     yield from run_tasks(settle, tasks, names, isolate=isolated(simulator))
 
 
-def drop_or_nothing(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> tuple[np.ndarray, float, int]:
+def drop_or_nothing(
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, to_the_end: bool = False
+) -> tuple[np.ndarray, float, int]:
     """Return the settled centres (S, 3) float32, the seconds and the drops of one radius."""
     if radius > cloud.size.max():
         return np.empty((0, 3), np.float32), 0.0, 0
-    result = simulator.drop(cloud, drop_settings(simulator, radius), seed)
+    result = simulator.drop(cloud, drop_settings(simulator, radius, to_the_end), seed)
     return result.centers.astype(np.float32), result.seconds, result.drops
 
 
-def drop_settings(simulator: Simulator, radius: float) -> DropSettings:
-    """Return the settings of a run whose spheres become features."""
+def drop_settings(simulator: Simulator, radius: float, to_the_end: bool = False) -> DropSettings:
+    """Return the settings of a run whose spheres become features.
+
+    Runs to the end stop by the paper's rule alone (§III-A), unless the simulator declares a limit of its own.
+    """
+    if to_the_end and not hasattr(simulator, "sphere_limit"):
+        return DropSettings(radius=radius)
     return DropSettings(radius=radius, max_spheres=sphere_limit(simulator))
 
 
-def measured_run(cloud: Cloud, simulator: Simulator, radius: float, seed: int) -> dict[str, np.ndarray]:
+def measured_run(
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, to_the_end: bool = False
+) -> dict[str, np.ndarray]:
     """Return a cache entry: where spheres settled, the drops, the seconds and, where it is known, the peak of memory.
 
     Entries that were made before memory was measured lack it.
     """
     warm_up(simulator)
     forget_peak()
-    centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed)
+    centers, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed, to_the_end)
     run = {"centers": centers, "seconds": np.array(seconds), "drops": np.array(drops)}
     peak = peak_bytes()
     return run if peak is None or not drops else run | {"memory": np.array(peak)}
