@@ -6,7 +6,7 @@ cloud = sf.load_cloud("chair.ply")                        # metres, z up, on the
 simulator = sf.make_simulator("fast")
 result = simulator.drop(cloud, sf.DropSettings(radius=0.02), seed=0)
 features = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
-model = sf.FunctionClassifier(simulator="fast").fit(clouds, functions)
+model = sf.CubeClassifier(simulator="fast").fit(clouds, functions)
 """
 
 import lazy_loader

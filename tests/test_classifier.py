@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import clouds
 import numpy as np
 import pytest
 from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier, as_sets
-from spherefunc_bullet.learning.inverse_distance import InverseDistanceClassifier, inverse_distance_scores
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier, as_sets
+from spherefunc_bullet.learning.inverse_distance import (
+    InverseDistanceClassifier,
+    inverse_distance_scores,
+    nearest_of_all_scores,
+)
 from spherefunc_bullet.learning.method import METHODS
 from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
 
@@ -36,6 +43,16 @@ def test_scores_without_members_or_without_others():
     assert inverse_distance_scores(distances, np.array([False, False])) == 0
     assert inverse_distance_scores(distances, np.array([True, True])) == 1
     assert inverse_distance_scores(np.empty((3, 0)), np.zeros(0, bool), 2).tolist() == [0, 0, 0]
+
+
+def test_scores_of_the_nearest_of_all_by_hand():
+    distances, members = np.array([[4.0, 1.0, 2.0, 4.0]]), np.array([True, False, False, True])
+    assert nearest_of_all_scores(distances, members, 1) == 0  # the nearest is no member
+    # 1, 2 and the first of those at 4: a quarter of 1 + 1/2 + 1/4.
+    assert nearest_of_all_scores(distances, members, 3) == pytest.approx(0.25 / 1.75)
+    assert nearest_of_all_scores(distances, members, 9) == pytest.approx(0.5 / 2)
+    assert nearest_of_all_scores(distances, members, (1, 9)) == pytest.approx(0.125)
+    assert nearest_of_all_scores(distances, ~members, 3) == pytest.approx(1.5 / 1.75)  # the others' share
 
 
 def test_the_same_histogram_decides():
@@ -92,8 +109,8 @@ def collection(count: int, start: int = 0) -> tuple[list[dict], list[str], list[
     return [heap(label, start + i) for i, label in enumerate(labels)], labels, names
 
 
-def fitted(settled, labels, names, method="default") -> FunctionClassifier:
-    return FunctionClassifier(radii=RADII, method=method).fit_settled(settled, labels, names)
+def fitted(settled, labels, names, method="default") -> CubeClassifier:
+    return CubeClassifier(radii=RADII, method=method).fit_settled(settled, labels, names)
 
 
 def f_measures(model, settled, labels) -> np.ndarray:
@@ -156,8 +173,9 @@ def test_one_example_is_enough_to_begin():
     ]
 
 
-def test_neighbours_explain_the_score():
-    model = fitted(*collection(6))
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_neighbours_explain_the_score(method):
+    model = fitted(*collection(6), method=method)
     asked = heap("sittable", 77)
     for column, name in enumerate(model.functions_):
         rows = model.neighbors(asked, name)
@@ -172,6 +190,35 @@ def test_labels_are_counted():
         fitted([heap("cup", 0), heap("cup", 1)], ["cup"], ["a", "b"])
     with pytest.raises(InputError, match="at least one labelled object"):
         fitted([], [], [])
+
+
+def test_a_method_says_which_of_equal_radii():
+    members = np.arange(10) < 4
+    apart = np.where(members[:, None] == members, 1.0, 9.0)
+    smallest = replace(METHODS["paper"], tied="smallest")
+    assert radius_weights({0.01: apart, 0.05: apart, 0.02: apart}, members, smallest) == {0.01: 1.0}
+
+
+def test_one_split_chooses_by_its_validation_set_alone():
+    members = np.arange(20) < 8
+    ((train, held_out),) = validation_splits(members, 1, 0)
+    # At 1 cm the training objects that train lie among others, at 5 cm those that validate do.
+    useful, useless = np.where(members[:, None] == members, 1.0, 9.0), np.where(members[:, None] == members, 9.0, 1.0)
+    spoiled = useful.copy()
+    spoiled[np.ix_(train, train)] = useless[np.ix_(train, train)]
+    misled = useful.copy()
+    misled[np.ix_(held_out, train)] = useless[np.ix_(held_out, train)]
+    assert radius_weights({0.01: spoiled, 0.05: misled}, members, METHODS["paper"]) == {0.01: 1.0}
+
+
+def test_runs_go_to_the_end_where_the_method_says_so(monkeypatch):
+    monkeypatch.setattr("spherefunc_bullet.simulator.SPHERE_LIMIT", 5)
+    mug = clouds.mug()
+    limited, whole = (
+        CubeClassifier(radii=(0.01,), method=method).fit([mug, clouds.plate()], ["cup", "none"])
+        for method in ("default", "paper")
+    )
+    assert limited.examples_[0.01].sum() == 10 < whole.examples_[0.01].sum()
 
 
 def test_ties_go_to_the_larger_radius():

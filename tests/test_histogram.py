@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import clouds
 import numpy as np
@@ -11,7 +12,14 @@ from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.compare.evaluation.alternatives import Alternative, front_first, long_side_along_x
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.compare.evaluation.alternatives import (
+    Alternative,
+    Reading,
+    front_first,
+    long_side_along_x,
+    randomly_turned,
+)
 from spherefunc_bullet.learning.histogram import (
     CubeHistogram,
     SphereHistogram,
@@ -20,6 +28,8 @@ from spherefunc_bullet.learning.histogram import (
     quarter_turns,
     widened,
 )
+from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.settling.records import ObjectRecord
 
 RADIUS = 0.02
 SIDE = 3.5 * 2 * RADIUS
@@ -140,12 +150,36 @@ def test_four_quarter_turns_are_none():
     assert np.array_equal(quarter_turns(quarter_turns(centers, 1), 3), centers)
 
 
+def recorded(centers, size) -> ObjectRecord:
+    """Return an object of a size in metres, with its settled spheres."""
+    nothing = np.empty((0, 3), np.int16)
+    settled = {RADIUS: np.array(centers, float)}
+    return ObjectRecord(path=Path("x"), size=np.array(size), voxels=nothing, settled=settled, seconds={}, drops={})
+
+
 def test_an_alternative_reads_the_same_spheres_otherwise():
-    keys, counts = Alternative(rooted=True, limit=50).cubes(pile(0), RADIUS)
-    plain, all_counts = Alternative(limit=50).cubes(pile(0), RADIUS)
+    heap = recorded(pile(0), [1.2, 1.4, 0.5])
+    keys, counts = Reading(rooted=True, limit=50).cubes(heap, RADIUS)
+    plain, all_counts = Reading(limit=50).cubes(heap, RADIUS)
     assert np.array_equal(keys, plain) and np.allclose(counts**2, all_counts) and all_counts.sum() == 50
-    lowest = cube_indices(Alternative(from_corner=True).cubes(pile(0), RADIUS)[0]).min(axis=0)
+    lowest = cube_indices(Reading(grid="spheres").cubes(heap, RADIUS)[0]).min(axis=0)
     assert lowest.tolist() == [0, 0, 0]
+
+
+def test_a_grid_from_the_objects_corner_moves_with_the_object():
+    # Spheres at one place in a grid that begins 60 and 75 cm to their left: 4 and 5 cubes of 14 cm, and a rest.
+    heap = recorded([[0.0, 0.0, 0.1]], [1.2, 1.5, 0.5])
+    assert cube_indices(Reading(grid="object").cubes(heap, RADIUS)[0]).tolist() == [[4, 5, 0]]
+    assert cube_indices(Reading().cubes(heap, RADIUS)[0]).tolist() == [[0, 0, 0]]
+    simulated = Simulated("one", (), (heap,) * 8)
+    turned = randomly_turned(simulated, 0).records
+    assert {tuple(record.size) for record in turned} == {(1.2, 1.5, 0.5), (1.5, 1.2, 0.5)}
+
+
+def test_a_method_with_a_limit_reads_the_first_spheres():
+    assert Alternative().read(1000).limit is None  # the paper's runs go to the end
+    assert Alternative(method=METHODS["default"]).read(1000).limit == 1000
+    assert Alternative(method=METHODS["default"], reading=Reading(limit=250)).read(1000).limit == 250
 
 
 def test_nothing_in_nothing_out():

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, evaluate, run_trial
+from spherefunc_bullet.compare.evaluation.alternatives import EVERY
+from spherefunc_bullet.compare.evaluation.confusion import said_of
+from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, evaluate, run_trial
 from spherefunc_bullet.compare.evaluation.features import (
     Distances,
     baseline_distances,
@@ -33,7 +35,7 @@ from spherefunc_bullet.learning.histogram import cube_indices
 from spherefunc_bullet.learning.method import METHODS, Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
-PAPER = replace(METHODS["paper"], neighbors=(1,))  # answers known by hand
+PAPER = replace(METHODS["paper"], neighbors=(1,), of_all=False)  # answers known by hand
 
 
 def line_labels(members, also=None, groups=None) -> Labels:
@@ -124,6 +126,41 @@ def test_scores_are_those_of_inverse_distances():
     distances = on_a_line([0, 1, 9, 10, 2])
     trial = run_trial(distances, line_labels([1, 1, 0, 0, 1]), Split(np.arange(4), np.array([4])), PAPER)
     assert trial.scores.tolist() == [[pytest.approx((1 / 1) / (1 / 1 + 1 / 7))]] and trial.weights == [[{0.02: 1.0}]]
+
+
+def test_the_letter_counts_the_nearest_of_all():
+    # From the one at 4, the three nearest of all are the cup at 1 and the others at 6 and 9; the cup at -5 is not.
+    distances = on_a_line([-5, 1, 6, 9, 4])
+    trial = run_trial(distances, line_labels([1, 1, 0, 0, 1]), Split(np.arange(4), np.array([4])), METHODS["paper"])
+    assert trial.scores[0, 0] == pytest.approx((1 / 3) / (1 / 2 + 1 / 3 + 1 / 5))
+
+
+def test_every_example_outvotes_a_rare_function():
+    # Cups lie nearer to cups than to anything else, but there are three of them beside a hundred.
+    places = [0, 1, 2, *range(10, 110)]
+    every = replace(METHODS["paper"], neighbors=(EVERY,))
+    labels, splits = line_labels([1, 1, 1, *[0] * 100]), leave_one_out(103, 0)
+    alone = Splits(halves={}, left_out={"all": splits})
+    nearest, all_ = (
+        evaluate(on_a_line(places), labels, method, alone).left_out_quality("all")["cup"]
+        for method in (replace(METHODS["paper"], neighbors=(1,)), every)
+    )
+    assert nearest["f_measure"] == 1 and all_["recall"] == 0
+
+
+def test_what_was_said_is_counted():
+    # Said of four: the cup is missed, the table found, one thing is both, one nothing.
+    labels = Labels(("cup", "table"), np.array([[1, 0], [0, 1], [0, 0], [0, 0]], bool), np.zeros((4, 2), bool), None)
+    scores = np.array([[0.2, 0.1], [0.4, 0.9], [0.7, 0.8], [0.5, 0.0]])
+    weights = [[{0.01: 1.0}, {0.005: 0.4, 0.05: 0.6}]]
+    said = said_of(labels, [Trial(learnt=1, rows=np.arange(4), scores=scores, weights=weights)] * 2)
+    assert said["tested"] == 8 and said["memberships"] == {"none": 4, "one": 2, "several": 2}
+    assert said["confusion"] == {
+        "cup": {"cup": 0, "table": 0, "none": 2},
+        "table": {"cup": 0, "table": 2, "none": 0},
+        "none": {"cup": 2, "table": 2, "none": 2},
+    }
+    assert said["radii"] == {"cup": {"0.01": 2}, "table": {"0.05": 2}}
 
 
 def test_fair_score_leaves_out_what_is_true_as_well():

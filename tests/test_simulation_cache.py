@@ -10,8 +10,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry
 from spherefunc_bullet.settling.records import Dropping, Loading, simulate_objects
-from spherefunc_bullet.settling.settling import settle
-from spherefunc_bullet.simulator import make_simulator
+from spherefunc_bullet.settling.settling import drop_settings, settle
+from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 RADII = (0.01, 0.02)
 
@@ -76,6 +76,21 @@ def test_only_what_is_missing_is_computed(files):
     simulated(files)
     after = entries()
     assert before.items() <= after.items() and len(after) == len(before) + 2
+
+
+def test_runs_to_the_end_begin_as_those_with_a_limit(files, monkeypatch):
+    monkeypatch.setattr("spherefunc_bullet.simulator.SPHERE_LIMIT", 12)
+    limited, whole = simulated(files, (0.01,)), simulated(files, (0.01,), length=TO_THE_END)
+    for few, all_ in zip(limited, whole, strict=True):
+        assert len(few.settled[0.01]) == 12 < len(all_.settled[0.01])
+        assert np.array_equal(few.settled[0.01], all_.settled[0.01][:12])
+
+
+def test_a_simulator_keeps_the_limit_that_it_declares():
+    assert drop_settings(make_simulator("bullet"), 0.01, TO_THE_END).max_spheres == 1000
+    fast = make_simulator("fast")
+    assert drop_settings(fast, 0.01).max_spheres == 20_000
+    assert drop_settings(fast, 0.01, TO_THE_END) == DropSettings(radius=0.01)
 
 
 def test_entry_cut_short_is_computed_again(files):

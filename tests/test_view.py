@@ -19,7 +19,7 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.commands.view import fitting_radius
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.evidence import cube_evidence, strongest_cubes
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
 from spherefunc_bullet.viewer.page import display_html, display_page
@@ -45,10 +45,10 @@ def heap(count: int, seed: int, shift: float = 0.0) -> np.ndarray:
     return np.random.default_rng(seed).uniform([-0.3, -0.3, 0.1], [0.3, 0.2, 0.5], (count, 3)) + [shift, 0, 0]
 
 
-def learnt(method: Method) -> FunctionClassifier:
+def learnt(method: Method) -> CubeClassifier:
     """Return a classifier of full and nearly empty heaps."""
     settled = [{RADIUS: heap(150 if i < 5 else 40, i)} for i in range(10)]
-    model = FunctionClassifier(radii=[RADIUS], method=method)
+    model = CubeClassifier(radii=[RADIUS], method=method)
     return model.fit_settled(settled, ["cup"] * 5 + ["none"] * 5, [f"heap {i % 3}" for i in range(10)])
 
 
@@ -58,9 +58,9 @@ def shown(cloud: Cloud, centers: np.ndarray, radius: float = RADIUS) -> dict:
     return display(cloud, [Panel(title="fast", layers=[layer])])
 
 
-@pytest.mark.parametrize("neighbors", [(1,), (1, 3)])
-def test_evidence_sums_to_the_difference_of_squared_distances(neighbors):
-    model = learnt(Method(name="test", neighbors=neighbors))
+@pytest.mark.parametrize("neighbors, of_all", [((1,), False), ((1, 3), False), ((8,), True)])
+def test_evidence_sums_to_the_difference_of_squared_distances(neighbors, of_all):
+    model = learnt(Method(name="test", neighbors=neighbors, of_all=of_all))
     asked = {RADIUS: heap(90, 77, shift=0.4)}  # some of it where no training object had a sphere
     distances = model.distances([asked], RADIUS)[0]
     weights = model.neighbor_weights(distances, "cup")
@@ -100,6 +100,17 @@ def test_with_one_neighbour_the_cubes_decide_as_the_classifier_does():
         asked = {RADIUS: heap(count, 50 + seed)}
         total = cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum()
         assert (total > 0) == (model.score_settled([asked])[0, 0] > 0.5)
+
+
+def test_the_nearest_stands_for_a_side_that_has_no_neighbour():
+    # Both of the nearest of all are full heaps; the cubes still tell them from the nearest other.
+    model = learnt(Method(name="test", neighbors=(2,), of_all=True))
+    asked = {RADIUS: heap(148, 0)}
+    weights = model.neighbor_weights(model.distances([asked], RADIUS)[0], "cup")
+    others = model.distances([asked], RADIUS)[0][~model.members_[:, 0]]
+    means = [np.average(model.distances([asked], RADIUS)[0] ** 2, weights=weights), others.min() ** 2]
+    assert not weights[~model.members_[:, 0]].any()
+    assert cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum() == pytest.approx(means[1] - means[0])
 
 
 def test_cubes_are_where_their_spheres_are():

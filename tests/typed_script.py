@@ -21,7 +21,7 @@ def settled_share(path: Path) -> float:
 
 def best_function(clouds: list[sf.Cloud], labels: list[str], asked: sf.Cloud) -> str:
     """Return what an object is most likely for, learnt from others."""
-    model = sf.FunctionClassifier("fast", radii=(0.02, 0.03)).fit(clouds, labels)
+    model = sf.CubeClassifier("fast", radii=(0.02, 0.03)).fit(clouds, labels)
     sf.save_model(model, "model.npz")
     scores: np.ndarray = sf.load_model("model.npz", backend="fast").predict_proba([asked])
     said: list[frozenset[str]] = model.predict([asked])

@@ -29,6 +29,9 @@ def evaluate(
     copied: Annotated[
         int | None, typer.Option(min=1, help="With --impaired: of how many objects a function copies are made; all.")
     ] = None,
+    confusion: Annotated[
+        bool, typer.Option("--confusion", help="Also print what is taken for what, and the radii chosen; JSON has it.")
+    ] = False,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -45,6 +48,7 @@ def evaluate(
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.method import find_method
+    from spherefunc_bullet.simulator import sphere_limit
 
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
@@ -53,7 +57,9 @@ def evaluate(
     if alternatives and impaired:
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
     failures = Failures()
-    chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
+    chosen = find_method(method)
+    # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
+    dropping = options.dropping(backend, shape, radii, seed, up, units, alternatives or chosen.to_the_end)
     lengths = dropping.radii
 
     def simulated(name: str) -> Simulated:
@@ -64,7 +70,7 @@ def evaluate(
     if alternatives:
         from ..evaluation.alternatives import print_alternatives
 
-        print_alternatives(learnt, lengths, trials, seed, json)
+        print_alternatives(learnt, lengths, trials, seed, json, sphere_limit(dropping.simulator))
         failures.exit()
         return
     if test is not None:
@@ -81,5 +87,5 @@ def evaluate(
         shares = impaired_shares(
             learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
-    print_results(about, results, json, shares)
+    print_results(about, results, json, shares, confusion)
     failures.exit()

@@ -44,7 +44,8 @@ def figures(
     from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
-    chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
+    chosen = find_method(method)
+    dropping = options.dropping(backend, shape, radii, seed, up, units, chosen.to_the_end)
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
     prepare_folder(out)

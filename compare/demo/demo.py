@@ -22,7 +22,7 @@ from spherefunc_bullet.console import Failures, progress, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.formats.writing import write_text
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.quantities import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.settling.records import Dropping
@@ -94,7 +94,8 @@ def run_demo(demo: Demo) -> Path:
     InputError
         If there is no such backend or method, or the folder cannot be written.
     """
-    dropping, watch = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed), Stopwatch()
+    watch, length = Stopwatch(), find_method(demo.method).length
+    dropping = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed, length=length)
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
         simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=demo.jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):
@@ -158,7 +159,7 @@ def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
 
 
 def drawn_objects(
-    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: FunctionClassifier, demo: Demo
+    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: CubeClassifier, demo: Demo
 ) -> Iterator[ClassifiedObject]:
     """Yield each classified object with its picture, which is also written beside the page."""
     pairs = zip(unseen, rows, strict=True)

@@ -1,33 +1,39 @@
-"""What the paper leaves open, measured: anchoring, heading, counts, cube side, neighbours, votes.
+"""What the paper leaves open, measured by section: limit, grid, heading, counts, cubes, neighbours, splits, votes.
 
-``spherefunc evaluate DATA --alternatives`` prints the table from which the default was chosen.
+``spherefunc evaluate DATA --alternatives`` prints the table from which the default was chosen. It reads runs that went
+to the end (§III-A); where a method has a limit of settled spheres, their first ones, as if each run had ended there.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.console import print_json, print_table
+from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import METHODS, Method
+from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.simulator import SPHERE_LIMIT
 
-from .evaluation import FunctionQuality, evaluate
+from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import Distances, cube_distances
-from .protocol import Protocol, Splits, labels_of
+from .protocol import Labels, Protocol, Splits, labels_of
 
 PAPER, DEFAULT = METHODS["paper"], METHODS["default"]
+EVERY = sys.maxsize  # neighbours: all training objects
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alternative:
-    """One way to read settled spheres where the paper leaves it open."""
+class Reading:
+    """One way to read settled spheres as a histogram where the paper leaves it open."""
 
-    method: Method = PAPER
-    from_corner: bool = False  # the grid begins at the lowest sphere; else it is centred on the axis
+    diameters: float = PAPER.diameters  # side of a cube
+    grid: str = "axis"  # its middle cube is centred there; or it begins at the "object" 's corner, or "spheres"
     heading: Callable[[np.ndarray], np.ndarray] | None = None  # turns an object's spheres
     rooted: bool = False  # square roots: a cube with many spheres counts less beside many cubes with few
     limit: int | None = None  # of the spheres that settled first, as if each run had ended there
@@ -35,18 +41,58 @@ class Alternative:
     def distances(self, simulated: Simulated, radii: Sequence[float]) -> Distances:
         """Return the distances between all objects' histograms at each radius."""
         return {
-            radius: cube_distances([self.cubes(settled[radius], radius) for settled in simulated.settled])
-            for radius in radii
+            radius: cube_distances([self.cubes(record, radius) for record in simulated.records]) for radius in radii
         }
 
-    def cubes(self, centers: np.ndarray, radius: float) -> Counts:
-        """Return the cubes that hold spheres of an object (S, 3), metres, and how many."""
-        centers = np.asarray(centers[: self.limit], dtype=np.float64).reshape(-1, 3)
+    def cubes(self, record: ObjectRecord, radius: float) -> Counts:
+        """Return the cubes that hold an object's spheres of a radius in metres, and how many."""
+        centers = np.asarray(record.settled[radius][: self.limit], dtype=np.float64).reshape(-1, 3)
         if self.heading is not None and len(centers):
             centers = self.heading(centers)
-        corner = centers[:, :2].min(axis=0) if self.from_corner and len(centers) else None
-        keys, counts = counted_cubes(centers, self.method.histogram(radius).side, corner)
+        keys, counts = counted_cubes(centers, self.diameters * 2 * radius, self.corner(record, centers))
         return keys, np.sqrt(counts) if self.rooted else counts
+
+    def corner(self, record: ObjectRecord, centers: np.ndarray) -> np.ndarray | None:
+        """Return where the grid begins, x and y (2,) in metres; None: see `cube_keys`."""
+        if self.grid == "object":
+            return -record.size[:2] / 2
+        return centers[:, :2].min(axis=0) if self.grid == "spheres" and len(centers) else None
+
+
+AS_GIVEN = Reading()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alternative:
+    """One way to read settled spheres and to score what was read."""
+
+    reading: Reading = AS_GIVEN
+    method: Method = PAPER
+
+    def read(self, limit: int) -> Reading:
+        """Return how spheres are read, of a method with a limit no more than that."""
+        if self.method.to_the_end or self.reading.limit is not None:
+            return self.reading
+        return replace(self.reading, limit=limit)
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """A data set that is read in several ways, each once, under one protocol."""
+
+    simulated: Simulated
+    labels: Labels
+    radii: Sequence[float]  # metres
+    splits: Splits
+    limit: int  # settled spheres, of methods that do not read runs to the end
+    known: dict[Reading, Distances] = field(default_factory=dict)
+
+    def evaluation(self, alternative: Alternative) -> Evaluation:
+        """Return what an alternative says of the objects."""
+        how = alternative.read(self.limit)
+        if how not in self.known:
+            self.known[how] = how.distances(self.simulated, self.radii)
+        return evaluate(self.known[how], self.labels, alternative.method, self.splits)
 
 
 def long_side_along_x(centers: np.ndarray) -> np.ndarray:
@@ -72,38 +118,70 @@ def front_first(centers: np.ndarray) -> np.ndarray:
     return quarter_turns(centers, (1 if across else 0) + (2 if rise < 0 else 0))
 
 
+def reading(**changes: Any) -> Alternative:
+    """Return the paper's method on spheres that are read in another way."""
+    return Alternative(reading=Reading(**changes))
+
+
+def paper(**changes: Any) -> Alternative:
+    """Return the paper's method with other choices between histograms and scores."""
+    return Alternative(method=replace(PAPER, **changes))
+
+
+def default(how: Reading = AS_GIVEN, **changes: Any) -> Alternative:
+    """Return the default method with other choices, on spheres that are read in another way."""
+    return Alternative(reading=how, method=replace(DEFAULT, **changes))
+
+
 ALTERNATIVES = {
     "paper": Alternative(),
-    "anchor: corner": Alternative(from_corner=True),
-    "heading: long side along x": Alternative(heading=long_side_along_x),
-    "heading: front to -y": Alternative(heading=front_first),
-    "counts: square roots": Alternative(rooted=True),
-    "cubes of 3 diameters": Alternative(method=replace(PAPER, diameters=3.0)),
-    "cubes of 4 diameters": Alternative(method=replace(PAPER, diameters=4.0)),
-    "1 neighbour of either side": Alternative(method=replace(PAPER, neighbors=(1,))),
-    "3 neighbours of either side": Alternative(method=replace(PAPER, neighbors=(3,))),
-    "radii vote (default)": Alternative(method=DEFAULT),
-    "default, 1 neighbour": Alternative(method=replace(DEFAULT, neighbors=(1,))),
-    "default, square roots": Alternative(method=DEFAULT, rooted=True),
-    "default, front to -y": Alternative(method=DEFAULT, heading=front_first),
-    "default, 2,000 spheres at most": Alternative(method=DEFAULT, limit=2000),
-    "default, 1,000 spheres at most": Alternative(method=DEFAULT, limit=1000),
-    "default, 250 spheres at most": Alternative(method=DEFAULT, limit=250),
+    "§III-A: 20,000 spheres at most": reading(limit=20_000),
+    "§III-A: 1,000 spheres at most": reading(limit=1000),
+    "§III-B: grid from the object's corner": reading(grid="object"),
+    "§III-B: grid from the lowest spheres": reading(grid="spheres"),
+    "§III-B: long side along x": reading(heading=long_side_along_x),
+    "§III-B: front to -y": reading(heading=front_first),
+    "§III-B: square roots of counts": reading(rooted=True),
+    **{f"§III-B: cubes of {d} diameters": reading(diameters=float(d)) for d in (1, 2, 3, 4, 5, 7, 14)},
+    "§III-C: all examples": paper(neighbors=(EVERY,)),
+    "§III-C: the nearest of all": paper(neighbors=(1,)),
+    "§III-C: nearest 5 of all": paper(neighbors=(5,)),
+    "§III-C: 1 and 3 of either side": paper(neighbors=(1, 3), of_all=False),
+    "§III-C: 1 of either side": paper(neighbors=(1,), of_all=False),
+    "§III-C: 3 of either side": paper(neighbors=(3,), of_all=False),
+    "§III-C: 20 splits choose the radius": paper(splits=20),
+    "§III-C: of equal radii the smallest": paper(tied="smallest"),
+    "§III-C: radii vote": paper(splits=20, vote=True),
+    "default": default(),
+    "default, best radius alone": default(vote=False),
+    "default, to the end": default(to_the_end=True),
+    "default, 1 neighbour": default(neighbors=(1,)),
+    "default, square roots": default(Reading(rooted=True)),
+    "default, front to -y": default(Reading(heading=front_first)),
+    "default, 2,000 spheres at most": default(Reading(limit=2000)),
+    "default, 1,000 spheres at most": default(Reading(limit=1000)),
+    "default, 250 spheres at most": default(Reading(limit=250)),
 }
 
 
-def print_alternatives(simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool):
-    """Print every alternative's F-measures on random halves and across sources, as given and turned at random."""
-    labels, half = labels_of(simulated), len(simulated.objects) // 2
-    groups = len(set(labels.groups.tolist())) > 1
+def print_alternatives(
+    simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool, limit: int = SPHERE_LIMIT
+):
+    """Print every alternative's F-measures on random halves and across sources, as given and turned at random.
+
+    Parameters
+    ----------
+    limit : int
+        Settled spheres at which runs end for methods that do not read them to the end.
+    """
+    labels = labels_of(simulated)
+    half, groups = len(labels) // 2, len(set(labels.groups.tolist())) > 1
     splits = Protocol(train_sizes=(half,), trials=trials, seed=seed, groups=groups).splits(labels)
-    turned, halves = randomly_turned(simulated, seed), Splits(halves=splits.halves)
+    given = Read(simulated, labels, radii, splits, limit)
+    turned = Read(randomly_turned(simulated, seed), labels, radii, Splits(halves=splits.halves), limit)
     rows: dict[str, dict[str, dict[str, float]]] = {}
-    for name, alternative in ALTERNATIVES.items():
-        as_given, as_turned = (
-            evaluate(alternative.distances(objects, radii), labels, alternative.method, tested)
-            for objects, tested in ((simulated, splits), (turned, halves))
-        )
+    for name, alternative in progress(ALTERNATIVES.items(), len(ALTERNATIVES), "learning and testing"):
+        as_given, as_turned = (read.evaluation(alternative) for read in (given, turned))
         rows[name] = {"random halves": f_measures(as_given.quality(half))}
         if groups:
             rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
@@ -131,7 +209,11 @@ def randomly_turned(simulated: Simulated, seed: int) -> Simulated:
     """Return the data set with each object's settled spheres turned by a random multiple of 90 degrees."""
     turns = np.random.default_rng(seed).integers(4, size=len(simulated.records))
     records = [
-        replace(record, settled={r: quarter_turns(centers, turn) for r, centers in record.settled.items()})
+        replace(
+            record,
+            settled={radius: quarter_turns(centers, turn) for radius, centers in record.settled.items()},
+            size=record.size[[1, 0, 2]] if turn % 2 else record.size,
+        )
         for record, turn in zip(simulated.records, turns, strict=True)
     ]
     return replace(simulated, records=tuple(records))

@@ -11,6 +11,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import say
 from spherefunc_bullet.learning.method import Method
 
+from .confusion import Said, said_of
 from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import SPHERES, all_distances
 from .protocol import Protocol, Split, Splits, labels_of
@@ -26,6 +27,7 @@ class Result(TypedDict):
     functions: Qualities
     baselines: dict[str, Qualities]
     trials: NotRequired[int]
+    said: NotRequired[Said]  # of the tested objects, by the spheres
 
 
 def evaluate_features(
@@ -45,10 +47,11 @@ def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
     spheres, results = evaluations[SPHERES], []
     for size, trials in spheres.trials.items():
         figures = {name: evaluation.quality(size) for name, evaluation in evaluations.items()}
-        results.append(result("random_splits", size, figures) | {"trials": len(trials)})
+        said = said_of(spheres.labels, trials)
+        results.append(result("random_splits", size, figures) | {"trials": len(trials), "said": said})
     for protocol, pooled in spheres.left_out.items():
         figures = {name: evaluation.left_out_quality(protocol) for name, evaluation in evaluations.items()}
-        results.append(result(protocol, pooled.learnt, figures))
+        results.append(result(protocol, pooled.learnt, figures) | {"said": said_of(spheres.labels, [pooled])})
     return results
 
 
@@ -73,8 +76,9 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
     labels, count = labels_of(both), len(learnt.objects)
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
-    figures = {
-        name: evaluate(distances, labels, method, splits).quality(count)
+    evaluations = {
+        name: evaluate(distances, labels, method, splits)
         for name, distances in all_distances(both, radii, method).items()
     }
-    return result("test", count, figures)
+    figures = {name: evaluation.quality(count) for name, evaluation in evaluations.items()}
+    return result("test", count, figures) | {"said": said_of(labels, evaluations[SPHERES].trials[count])}

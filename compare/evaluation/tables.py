@@ -23,7 +23,9 @@ class About(TypedDict):
     radii: NotRequired[Sequence[float]]  # metres
 
 
-def print_results(about: About, results: Sequence[Result], json: bool, impaired: Shares | None = None):
+def print_results(
+    about: About, results: Sequence[Result], json: bool, impaired: Shares | None = None, confusion: bool = False
+):
     """Print the results, and those of impaired copies where they were asked for, as JSON or as tables."""
     last_split = [result for result in results if result["protocol"] in ("random_splits", "test")][-1]
     if json:
@@ -38,6 +40,8 @@ def print_results(about: About, results: Sequence[Result], json: bool, impaired:
     pooled = [result for result in results if result["protocol"].startswith("leave")]
     for result in results if len(results) < 3 else [last_split, *pooled]:
         print_baselines(result)
+    for result in results if confusion else []:
+        print_confusion(result)
     if impaired is not None:
         print_shares(impaired)
 
@@ -51,6 +55,24 @@ def result_rows(result: Result) -> list[list[str]]:
         figures = [f"{row[key]:.3f}" for key in ("f_measure_fair", "precision", "recall", "accuracy")]
         rows.append([*start, spread, *figures, format_length(row["radius"])])
     return rows
+
+
+def print_confusion(result: Result):
+    """Print who was said to have which function, of one result: the mean of its trials (paper, Fig. 4)."""
+    said, trials = result["said"], result.get("trials", 1)
+    rows = [[label, *(f"{n / trials:.1f}" for n in row.values())] for label, row in said["confusion"].items()]
+    several = "".join(f", {n / trials:.1f} {name}" for name, n in said["memberships"].items())
+    print_table(
+        f"\n{result['protocol'].replace('_', ' ')}, {result['train_size']} training objects, "
+        f"{said['tested'] / trials:g} tested: said to have functions{several}",
+        ["labelled", *(f"said {name}" for name in said["confusion"])],
+        rows,
+    )
+    counted = [
+        f"{name} {', '.join(f'{format_length(float(radius))} {n}x' for radius, n in radii.items())}"
+        for name, radii in said["radii"].items()
+    ]
+    print(f"radii chosen: {'; '.join(counted)}")
 
 
 def print_baselines(result: Result):

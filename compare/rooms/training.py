@@ -10,7 +10,8 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.recognition.recognition import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
@@ -42,6 +43,11 @@ class Training:
         if self.examples not in EXAMPLES:
             raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
 
+    @property
+    def length(self) -> Length:
+        """How long runs are."""
+        return find_method(self.method).length
+
 
 def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
@@ -51,7 +57,9 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    dropping = Dropping(simulator=training.simulator, radii=training.radii, seed=training.seed)
+    dropping = Dropping(
+        simulator=training.simulator, radii=training.radii, seed=training.seed, length=training.length
+    )
     simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
@@ -71,7 +79,7 @@ def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
 
 def trained_classifier(
     dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
-) -> FunctionClassifier:
+) -> CubeClassifier:
     """Return a classifier that has learnt a data set's objects as whole models, partial views, or both.
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
@@ -87,7 +95,7 @@ def trained_classifier(
             settled.append(spheres)
             labels.append(item.functions)
             names.append(name)
-    model = FunctionClassifier(training.simulator, radii=training.radii, method=training.method, seed=training.seed)
+    model = CubeClassifier(training.simulator, radii=training.radii, method=training.method, seed=training.seed)
     return model.fit_settled(settled, labels, names)
 
 
@@ -102,4 +110,5 @@ def partial_examples(
             if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
             name = f"{room.objects[number].item.path.stem} in {room.name}"
-            yield room.objects[number].item, name, settle(cloud, training.simulator, training.radii, training.seed)
+            how = training.simulator, training.radii, training.seed, training.length
+            yield room.objects[number].item, name, settle(cloud, *how)

@@ -11,7 +11,7 @@ import numpy as np
 
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -141,7 +141,7 @@ class Fold:
     """Objects to furnish rooms with, and a model that has not learnt them."""
 
     dataset: Dataset
-    model: FunctionClassifier
+    model: CubeClassifier
     jobs: int = 1
     of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # what it says of whole models
 
@@ -149,7 +149,8 @@ class Fold:
         """Keep what the model says of the whole models of objects; each is asked for once."""
         paths = sorted({item.path for item in items} - self.of_models.keys())
         model = self.model
-        dropping = Dropping(simulator=model.simulator, radii=tuple(model.chosen_radii()), seed=model.seed)
+        radii = tuple(model.chosen_radii())
+        dropping = Dropping(simulator=model.simulator, radii=radii, seed=model.seed, length=model.length)
         for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
             self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)

@@ -10,7 +10,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier, Membership
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier, Membership
 from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
@@ -88,7 +88,7 @@ def compile_kernels():
 
 def recognise(
     scan: Scan,
-    model: FunctionClassifier,
+    model: CubeClassifier,
     *,
     up: str = "auto",
     settings: Segmentation | None = None,
@@ -99,7 +99,7 @@ def recognise(
     Parameters
     ----------
     scan : Scan
-    model : FunctionClassifier
+    model : CubeClassifier
         Trained on whole models, as the paper did, or on scans.
     up : str
         See `levelling.level`.
@@ -125,7 +125,7 @@ def recognise(
 def recognise_objects(
     points: np.ndarray,
     labels: np.ndarray,
-    model: FunctionClassifier,
+    model: CubeClassifier,
     *,
     completion: Sequence[str] = DEFAULT,
     watch: Stopwatch | None = None,
@@ -182,7 +182,7 @@ def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) 
     return Cloud(own, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model: FunctionClassifier) -> list[Settled]:
+def settled_on(clouds: Sequence[Cloud], model: CubeClassifier) -> list[Settled]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
     An object that the simulator cannot do holds no spheres, and that is logged.
@@ -190,7 +190,7 @@ def settled_on(clouds: Sequence[Cloud], model: FunctionClassifier) -> list[Settl
     settled: list[Settled] = [{} for _ in clouds]
     radii = [telling_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
-    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names):
+    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
         if isinstance(outcome, InputError):
             logger.warning("object %d: %s", number, outcome)
         else:
@@ -203,7 +203,7 @@ def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float
     return next((value for least, value in choices if side >= least), 0.0)
 
 
-def telling_radii(cloud: Cloud, model: FunctionClassifier) -> list[float]:
+def telling_radii(cloud: Cloud, model: CubeClassifier) -> list[float]:
     """Return the radii that tell something of an object, metres."""
     smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
     return [radius for radius in model.chosen_radii() if radius >= smallest]

@@ -55,7 +55,7 @@ def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callab
     arrays = folder.find(run)
     if arrays is None:
         how = task.dropping
-        arrays = measured_run(cloud(), how.simulator, radius, how.seed, how.drops)
+        arrays = measured_run(cloud(), how.simulator, radius, how.seed, how.length)
         folder.put(run, arrays)
     return done_row(task, way, content, run, arrays)
 

@@ -17,6 +17,7 @@ from .orientation import Report, require_choices, require_size, to_metres, to_z_
 MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
 MAX_GAP = 0.005  # metres: the paper's half centimetre between a surface and its nearest sample
+THINNED = 0.005  # metres: how dense meshes are sampled
 _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent
 
 
@@ -67,6 +68,24 @@ class Cloud:
         from scipy.spatial import cKDTree
 
         return cKDTree(self.points)
+
+    @cached_property
+    def _thinned(self) -> dict[float, np.ndarray]:
+        return {}
+
+    def thinned(self, side: float) -> np.ndarray:
+        """Return fewer points (M, 3): one in each cube whose side in metres is `THINNED` doubled, at most as asked.
+
+        The same whatever order the points came in; all points where the side asked for is smaller than that.
+        """
+        from .thinning import one_per_cell
+
+        points, cell = self.points, THINNED
+        while cell <= side:  # each from the one before, which is shorter
+            if cell not in self._thinned:
+                self._thinned[cell] = one_per_cell(points, cell)
+            points, cell = self._thinned[cell], 2 * cell
+        return points
 
     @property
     def spacing(self) -> float:

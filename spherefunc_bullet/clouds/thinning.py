@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from ..compilation import prepare
+
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 _OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
 
@@ -87,3 +89,36 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
     """
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
     return points[_thin(np.ascontiguousarray(points, dtype=np.float64), float(distance), bits)]
+
+
+def one_per_cell(points: np.ndarray, side: float) -> np.ndarray:
+    """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in."""
+    prepare(_first_of_cells)
+    bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
+    return points[_first_of_cells(points, 1 / side, bits)]
+
+
+@njit(cache=True)
+def _first_of_cells(points, per_metre, bits):
+    """Return the index of the point of each cell that is first in x, then y, then z (M,), cells in no order."""
+    table = np.full((1 << bits, 2), -1, dtype=np.int64)
+    shift = 64 - bits
+    slots, count = np.empty(len(points), np.int64), 0
+    for p in range(len(points)):
+        x, y, z = points[p]
+        i, j, k = (
+            np.int64(math.floor(x * per_metre)),
+            np.int64(math.floor(y * per_metre)),
+            np.int64(math.floor(z * per_metre)),
+        )
+        slot, key = _slot(i, j, k, table, shift)
+        other = table[slot, 1]
+        if other < 0:
+            table[slot, 0], table[slot, 1] = key, p
+            slots[count] = slot
+            count += 1
+        else:
+            a, b, c = points[other]
+            if x < a or (x == a and (y < b or (y == b and z < c))):
+                table[slot, 1] = p
+    return table[slots[:count], 1]

@@ -55,6 +55,9 @@ def run(
     shared_path: Annotated[
         bool, typer.Option("--shared-path", help="The cluster sees DATA at the same path; else files are sent.")
     ] = False,
+    to_the_end: Annotated[
+        bool, typer.Option("--to-the-end", help="Runs without a limit of spheres, as --method paper reads them.")
+    ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Also objects that failed before.")] = False,
     status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
     json: Json = False,
@@ -73,7 +76,7 @@ def run(
     from ..quantities import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units), shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, to_the_end), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 

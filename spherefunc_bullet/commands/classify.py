@@ -16,7 +16,8 @@ from ..quantities import format_length
 from .options import Json, Units, Up
 
 if TYPE_CHECKING:
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.cube_classifier import CubeClassifier
+    from ..settling.drops import Length
     from ..settling.settling import Settled
     from ..simulator import Simulator
 
@@ -51,18 +52,18 @@ def classify(
     failures.exit()
 
 
-def classified(file: Path, classifier: FunctionClassifier, explain: bool, up: str, units: str) -> Row:
+def classified(file: Path, classifier: CubeClassifier, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
     return scored(file, *settled_file(*settling(file, classifier, up, units)), classifier, explain)
 
 
-def settling(file: Path, classifier: FunctionClassifier, up: str, units: str) -> tuple:
+def settling(file: Path, classifier: CubeClassifier, up: str, units: str) -> tuple:
     """Return the arguments of `settled_file` for a file."""
-    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, up, units
+    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.length, up, units
 
 
 def settled_file(
-    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, up: str, units: str
+    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, length: Length, up: str, units: str
 ) -> tuple[Settled, float]:
     """Return the settled centres on one file's object for each radius, and the seconds that it took."""
     from ..clouds.cloud import load_cloud
@@ -70,10 +71,10 @@ def settled_file(
 
     started = time.perf_counter()
     cloud = load_cloud(file, up=up, units=units, report=say)
-    return settle(cloud, simulator, radii, seed), time.perf_counter() - started
+    return settle(cloud, simulator, radii, seed, length), time.perf_counter() - started
 
 
-def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionClassifier, explain: bool) -> Row:
+def scored(file: Path, settled: Settled, seconds: float, classifier: CubeClassifier, explain: bool) -> Row:
     """Return the scores of one file's object, on which the spheres have settled."""
     started = time.perf_counter()
     functions = {name: asdict(membership) for name, membership in classifier.memberships_of([settled])[0].items()}

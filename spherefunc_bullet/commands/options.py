@@ -17,25 +17,31 @@ Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
 Up = Annotated[str, typer.Option(help="Which axis of the file points up: z, y, x or auto.")]
 Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
-Radii = Annotated[str, typer.Option(help="Sphere radii to choose from, such as 5mm,1cm,2cm.")]
-Method = Annotated[str, typer.Option(help="default, or paper: Hinkle and Olson's method to the letter.")]
+Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm; by default the method's.")]
+Method = Annotated[
+    str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
+]
 Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
 RunDir = Annotated[
     Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
-DEFAULT_RADII = "5mm,1cm,2cm,3cm,5cm"
+DEFAULT_METHOD = "profile"
 
 
-def dropping(backend: str, shape: str | None, radii: str, seed: int, up: str, units: str) -> Dropping:
-    """Return how spheres are dropped, as options say it."""
+def dropping(
+    backend: str, shape: str | None, radii: str | None, seed: int, up: str, units: str, method: str = DEFAULT_METHOD
+) -> Dropping:
+    """Return how spheres are dropped, as options say it and otherwise as a method has it."""
+    from ..learning.method import find_method
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape))
-    lengths = parse_lengths(radii)
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=Loading(up=up, units=units))
+    way, loading = find_method(method), Loading(up=up, units=units)
+    lengths = way.radii if radii is None else parse_lengths(radii)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
 
 
 def simulator_options(shape: str | None) -> dict:

@@ -15,7 +15,7 @@ from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.cube_classifier import CubeClassifier
     from ..settling.records import Dropping
 
 
@@ -38,10 +38,12 @@ def train(
     """Learn every function's radius and examples, and write the model."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.dataset import joined_datasets, open_dataset
+    from ..learning.method import find_method
     from ..learning.model_file import save_model
 
     require_place(out)
-    failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units)
+    failures, to_the_end = Failures(), find_method(method).to_the_end
+    how = options.dropping(backend, shape, radii, seed, up, units, to_the_end)
     dataset = joined_datasets([open_dataset(name) for name in data])
     simulated = simulate_dataset(dataset, how, jobs=jobs, run=run, failed=failures.add)
     model = train_on(simulated, how, method)
@@ -55,12 +57,12 @@ def train(
     failures.exit()
 
 
-def train_on(simulated: Simulated, how: Dropping, method: str = "default") -> FunctionClassifier:
+def train_on(simulated: Simulated, how: Dropping, method: str = "default") -> CubeClassifier:
     """Return a classifier that has learnt all objects of a data set."""
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.cube_classifier import CubeClassifier
     from ..learning.method import find_method
 
-    model = FunctionClassifier(how.simulator, radii=how.radii, method=find_method(method), seed=how.seed)
+    model = CubeClassifier(how.simulator, radii=how.radii, method=find_method(method), seed=how.seed)
     labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")

@@ -19,7 +19,7 @@ from .options import Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.cube_classifier import CubeClassifier
     from ..settling.settling import Settled
     from ..simulator import DropResult, DropSettings, Simulator
     from ..viewer.data import Panel
@@ -90,7 +90,7 @@ def backend_names(text: str) -> list[str]:
     return names
 
 
-def explaining_model(model: Path | None, names: Sequence[str]) -> FunctionClassifier:
+def explaining_model(model: Path | None, names: Sequence[str]) -> CubeClassifier:
     """Return the model that is given, or the first that ships for one of the backends shown."""
     from ..learning.model_file import load_model, shipped_model
 
@@ -169,13 +169,13 @@ def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], se
     return [simulator.drop(cloud, settings, seed) for settings in runs]
 
 
-def settle_on_all(objects: Sequence[Viewed], classifier: FunctionClassifier, failures: Failures):
+def settle_on_all(objects: Sequence[Viewed], classifier: CubeClassifier, failures: Failures):
     """Drop the spheres that the classifier looks at on every object."""
     from ..settling.settling import settle_all
 
     clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
     radii = [classifier.chosen_radii()] * len(objects)
-    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files)
+    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.length)
     for index, outcome in progress(outcomes, len(objects), "explaining"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
@@ -184,7 +184,7 @@ def settle_on_all(objects: Sequence[Viewed], classifier: FunctionClassifier, fai
 
 
 def write_pages(
-    objects: Sequence[Viewed], out: Path | None, classifier: FunctionClassifier | None, failures: Failures
+    objects: Sequence[Viewed], out: Path | None, classifier: CubeClassifier | None, failures: Failures
 ) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
     from ..viewer.page import display_page
@@ -211,7 +211,7 @@ def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
     return path
 
 
-def object_parts(viewed: Viewed, classifier: FunctionClassifier | None) -> list[str]:
+def object_parts(viewed: Viewed, classifier: CubeClassifier | None) -> list[str]:
     """Return the HTML of one object: its title, the display, and why where that is asked for."""
     from html import escape
 

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from ..compilation import prepare
 
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
 
@@ -37,6 +40,12 @@ class Outline:
         depths = self.depths(self.corners)
         return float(depths.max(axis=1).min(initial=np.inf) if depths.size else 0.0) + 2 * self.radius
 
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points (N, 2) lie inside of the outline of the centres (N,), metres; below 0 outside."""
+        if len(self.corners) < 3:
+            return np.full(len(points), -np.inf)
+        return self.depths(points).min(axis=0)
+
     def depths(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (N, 2) lie inside of each side of the outline (H, N), metres."""
         if len(self.corners) < 2:
@@ -49,21 +58,26 @@ class Outline:
 def outline_of(points: np.ndarray, radius: float) -> Outline:
     """Return the convex outline of centres (N, 2), metres, of which there is at least one."""
     ordered = np.unique(points, axis=0)
-    corners = [*half_hull(ordered), *half_hull(ordered[::-1])] if len(ordered) > 1 else list(ordered)
-    return Outline(corners=np.array(corners), radius=radius)
+    if len(ordered) > 1:
+        prepare(half_hull)
+        back = ordered[::-1].copy()
+        ordered = np.concatenate([ordered[half_hull(ordered)[:-1]], back[half_hull(back)[:-1]]])
+    return Outline(corners=ordered, radius=radius)
 
 
-def half_hull(ordered: np.ndarray) -> list[np.ndarray]:
-    """Return the corners on the right of the way through ordered points (N, 2), without the last (Andrew, 1979)."""
-    chain: list[np.ndarray] = []
-    for x, y in ordered.tolist():
-        while len(chain) > 1:
-            (ax, ay), (bx, by) = chain[-2], chain[-1]
-            if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0:
+@njit(cache=True)
+def half_hull(ordered):
+    """Return how many corners are on the right of the way through ordered points (N, 2), and which (Andrew, 1979)."""
+    chain, count = np.empty(len(ordered), np.int64), 0
+    for i in range(len(ordered)):
+        while count > 1:
+            a, b = ordered[chain[count - 2]], ordered[chain[count - 1]]
+            if (b[0] - a[0]) * (ordered[i, 1] - a[1]) - (b[1] - a[1]) * (ordered[i, 0] - a[0]) > 0:
                 break
-            chain.pop()
-        chain.append((x, y))
-    return chain[:-1]
+            count -= 1
+        chain[count] = i
+        count += 1
+    return chain[:count]
 
 
 def enclosed_area(corners: np.ndarray) -> float:

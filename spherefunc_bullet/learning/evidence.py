@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from ..settling.settling import Settled
-from .function_classifier import FunctionClassifier
+from .cube_classifier import CubeClassifier
 from .histogram import Counts, CubeHistogram, counted_cubes, cube_indices
 
 
@@ -24,7 +24,7 @@ class Cubes:
     speaks_for: np.ndarray | None = None  # (V,) float, spheres squared; below 0 it speaks against
 
 
-def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, radius: float) -> Cubes:
+def cube_evidence(classifier: CubeClassifier, settled: Settled, name: str, radius: float) -> Cubes:
     """Return the cubes that tell an object from its nearest training objects with and without a function.
 
     A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared.
@@ -50,9 +50,10 @@ def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, r
     """
     histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
     here = histogram.transform([settled[radius]]).toarray()[0, :-1]
-    weights = classifier.neighbor_weights(classifier.distances([settled], radius)[0], name)
+    distances = classifier.distances([settled], radius)[0]
+    weights = classifier.neighbor_weights(distances, name)
     members = classifier.members_[:, classifier.functions_.index(name)]
-    sides = [side_counts(examples, np.where(side, weights, 0.0), here) for side in (members, ~members)]
+    sides = [side_counts(examples, side_weights(weights, side, distances), here) for side in (members, ~members)]
     (inside, to_members), (outside, to_others) = sides
     speaks_for = to_others - to_members
     known = np.flatnonzero((here > 0) | (inside > 0) | (outside > 0))
@@ -66,6 +67,14 @@ def cube_evidence(classifier: FunctionClassifier, settled: Settled, name: str, r
         others=np.concatenate([outside[known], nothing]),
         speaks_for=np.concatenate([speaks_for[known], nothing]),
     )
+
+
+def side_weights(weights: np.ndarray, side: np.ndarray, distances: np.ndarray) -> np.ndarray:
+    """Return one side's weights (N,); where the score has none of that side, its nearest stands for it."""
+    own = np.where(side, weights, 0.0)
+    if side.any() and not own.any():
+        own[np.flatnonzero(side)[np.argmin(distances[side])]] = 1.0
+    return own
 
 
 def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -90,7 +99,7 @@ def corners(keys: np.ndarray, side: float) -> np.ndarray:
     return (cube_indices(keys) + 0.5) * side + [-side / 2, -side / 2, 0.0] - side / 2
 
 
-def strongest_cubes(classifier: FunctionClassifier, settled: Settled, name: str, count: int) -> list[dict]:
+def strongest_cubes(classifier: CubeClassifier, settled: Settled, name: str, count: int) -> list[dict]:
     """Return the cubes that say most about a function, those for it and those against it, ready for JSON.
 
     Those of the radius that counts most, at most ``count`` of either side, the strongest first. ``share`` is a cube's

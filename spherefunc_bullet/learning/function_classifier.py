@@ -1,40 +1,30 @@
-"""What an object is for: one binary classifier per function, each with the radius that serves it best (§III-C)."""
+"""What an object is for, from resting profiles: one forest per function, over the quantities of all radii.
+
+Which classifier, and what it was measured against, docs/method.md says.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
-from sklearn.base import BaseEstimator
-from sklearn.metrics.pairwise import euclidean_distances
+from sklearn.base import ClassifierMixin, clone
+from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.utils.validation import check_is_fitted
 
-from ..clouds.cloud import Cloud
-from ..datasets.dataset import parse_functions
-from ..errors import InputError
-from ..settling.settling import Settled, settle
+from ..settling.drops import NO_DROPS, Length
+from ..settling.settling import Settled
 from ..simulator import Simulator
-from .histogram import quarter_turns, widened
-from .inverse_distance import SAME
-from .method import Method, find_method
-from .validation import THRESHOLD, radius_weights, remaining_weights, voted_scores
+from .calibration import AS_VOTED, Line, calibrated, calibration_line, held_out_votes
+from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
+from .forest import Forest, forest_of
+from .method import DROPS, PROFILE_RADII
+from .resting_profile import NAMES, RestingProfile
 
-Label = str | Iterable[str]  # an object's functions: a set, a list, ``'table;sittable'`` or ``'none'``
-RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
-NO_SPHERES = np.empty((0, 3))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Membership:
-    """Whether an object has a function."""
-
-    member: bool
-    score: float  # 0 to 1, to four places
-    radius: float  # of the spheres that count most, metres
+TREES = 200
 
 
-class FunctionClassifier(BaseEstimator):
+class FunctionClassifier(CloudClassifier):
     """Learn functions from labelled clouds, and tell those of others: several, or none.
 
     Parameters
@@ -42,21 +32,28 @@ class FunctionClassifier(BaseEstimator):
     simulator : str or Simulator
         A registered backend's name, or a simulator.
     radii : sequence of float
-        Sphere radii to choose from, metres.
-    method : {'default', 'paper'} or Method
+        Of the spheres, metres; the quantities of all of them count together.
+    drops : int
+        Spheres dropped on an object at each radius.
+    estimator : classifier, optional
+        One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int
         Of the drops.
     random_state : int
-        Of the validation splits.
+        Of the forests; with another estimator, its own counts.
 
     Attributes
     ----------
     functions_ : tuple of str
-    weights_ : dict of str to dict of float to float
-        For each function, the radii in metres that count and how much; one alone where the method takes the best.
-    histograms_ : dict of float to CubeHistogram
-    examples_ : dict of float to (N, V + 1) sparse matrix
-        The training objects' features at each radius.
+    forests_ : list of Forest, classifier or None
+        One for each function, a classifier where ``estimator`` is none of extremely random trees; None where all
+        training objects have the function or none has.
+    lines_ : list of (float, float)
+        What makes a probability of each one's votes, see `calibration`.
+    radius_ : dict of str to float
+        The radius whose quantities count most for each function, metres; the largest where that is not known.
+    profiles_ : (N, R * Q) float
+        The training objects' quantities, radius by radius.
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
@@ -66,212 +63,111 @@ class FunctionClassifier(BaseEstimator):
         self,
         simulator: str | Simulator = "fast",
         *,
-        radii: Sequence[float] = RADII,
-        method: str | Method = "default",
+        radii: Sequence[float] = PROFILE_RADII,
+        drops: int = DROPS,
+        estimator: ClassifierMixin | None = None,
         seed: int = 0,
         random_state: int = 0,
     ):
         self.simulator = simulator
         self.radii = radii
-        self.method = method
+        self.drops = drops
+        self.estimator = estimator
         self.seed = seed
         self.random_state = random_state
 
-    def fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> FunctionClassifier:
-        """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""
-        return self.fit_settled(self._settled(X), y, [cloud.name for cloud in X])
-
-    def partial_fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> FunctionClassifier:
-        """Learn from more clouds: earlier examples stay, and the radii are chosen anew."""
-        if not hasattr(self, "examples_"):
-            return self.fit(X, y)
-        return self.add_settled(self._settled(X), y, [cloud.name for cloud in X])
+    @property
+    def length(self) -> Length:
+        """How long its runs are."""
+        return Length(drops=self.drops)
 
     def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
-        """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
+        """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it."""
         labels = as_sets(y)
-        if not len(settled) == len(labels) == len(names):
-            raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")
-        method = find_method(self.method)
-        self.functions_ = tuple(sorted(set().union(*labels)))
-        self.members_ = memberships(labels, self.functions_)
-        self.names_ = list(names)
-        self.histograms_, self.examples_ = {}, {}
-        for radius in self.radii:
-            self.histograms_[radius] = method.histogram(radius)
-            self.examples_[radius] = self.histograms_[radius].fit_transform([spheres[radius] for spheres in settled])
-        return self._choose_radii()
+        require_alike(settled, labels, names)
+        functions = tuple(sorted(set().union(*labels)))
+        return self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names)
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
-        """Learn from more settled centres."""
-        from scipy import sparse
+        """Learn from more objects: all examples are kept, and forests are grown anew from all of them."""
+        check_is_fitted(self, "members_")
+        functions, members = more_members(self.functions_, self.members_, as_sets(y))
+        profiles = np.vstack([self.profiles_, self.profiles(settled)])
+        return self.fit_profiles(profiles, members, functions, [*self.names_, *names])
 
-        check_is_fitted(self)
-        labels = as_sets(y)
-        functions = tuple(sorted(set(self.functions_).union(*labels)))
-        known = [self.functions_.index(name) if name in self.functions_ else None for name in functions]
-        old = np.column_stack([self.members_[:, k] if k is not None else self._no_members() for k in known])
-        self.functions_, self.members_ = functions, np.vstack([old, memberships(labels, functions)])
-        self.names_ = [*self.names_, *names]
-        for radius, histogram in self.histograms_.items():
-            centers = [spheres[radius] for spheres in settled]
-            before = histogram.keys_
-            histogram.partial_fit(centers)
-            old = widened(self.examples_[radius], before, histogram.keys_)
-            self.examples_[radius] = sparse.vstack([old, histogram.transform(centers)]).tocsr()
-        return self._choose_radii()
-
-    @property
-    def radius_(self) -> dict[str, float]:
-        """The radius that counts most for each function, metres."""
-        return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
-
-    def predict_proba(self, X: Sequence[Cloud]) -> np.ndarray:
-        """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
-        return self.score_settled(self._settled(X, self.chosen_radii()))
-
-    def predict(self, X: Sequence[Cloud]) -> list[frozenset[str]]:
-        """Return the functions of each cloud, an empty set for none."""
-        return [
-            frozenset(name for name, score in zip(self.functions_, row, strict=True) if score > THRESHOLD)
-            for row in self.predict_proba(X)
+    def fit_profiles(
+        self, profiles: np.ndarray, members: np.ndarray, functions: Sequence[str], names: Sequence[str]
+    ) -> FunctionClassifier:
+        """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool."""
+        self.functions_, self.names_ = tuple(functions), list(names)
+        self.profiles_, self.members_ = profiles, members
+        base = forest(self.random_state) if self.estimator is None else self.estimator
+        grown = [
+            clone(base).fit(profiles, column) if column.any() and not column.all() else None for column in members.T
         ]
-
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects given as settled centres.
-
-        Parameters
-        ----------
-        settled : sequence of dict of radius in metres to (S, 3) float, metres
-            At the chosen radii. Where spheres of one were not dropped, the others vote alone.
-        any_heading : bool
-            Whether an object may face any way, as in a scan: its distance to a training object is then that at the
-            best of four quarter turns.
-        """
-        check_is_fitted(self)
-        scores = np.zeros((len(settled), len(self.functions_)))
-        if not len(settled):
-            return scores
-        measure = self.turned_distances if any_heading else self.distances
-        distances = {radius: measure(settled, radius) for radius in self.chosen_radii()}
-        for radii, rows in by_radii(settled).items():
-            known = {radius: matrix[rows] for radius, matrix in distances.items() if radius in radii}
-            for column, name in enumerate(self.functions_):
-                weights = remaining_weights(self.weights_[name], radii)
-                members = self.members_[:, column]
-                scores[rows, column] = voted_scores(known, members, weights, find_method(self.method))
-        return scores
-
-    def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
-        """Return what each object is for, by the function's name; see `score_settled`."""
-        return [
-            {
-                name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=self.radius_[name])
-                for name, score in zip(self.functions_, row, strict=True)
-            }
-            for row in self.score_settled(settled, any_heading=any_heading).tolist()
-        ]
-
-    def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
-        """Return the Euclidean distances (Q, N) from objects to the training examples."""
-        features = self.histograms_[radius].transform([spheres.get(radius, NO_SPHERES) for spheres in settled])
-        return euclidean_distances(features, self.examples_[radius])
-
-    def turned_distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
-        """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
-        turns = [[{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)]
-        return np.min([self.distances(turned, radius) for turned in turns], axis=0)
-
-    def neighbors(self, settled: Settled, name: str) -> list[dict]:
-        """Return the training objects that decide one object's membership, by radius and nearest first.
-
-        The weights of those that have the function sum to its score.
-        """
-        rows = []
-        for radius, share in self.weights_[name].items():
-            distances = self.distances([settled], radius)[0]
-            rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
-        return rows
-
-    def neighbor_weights(self, distances: np.ndarray, name: str) -> np.ndarray:
-        """Return the share (N,) of each training object in one radius's score; that of the members sums to it.
-
-        Parameters
-        ----------
-        distances : (N,) float
-            From one object to the training examples, at one radius.
-        """
-        members = self.members_[:, self.functions_.index(name)]
-        counts = find_method(self.method).neighbors
-        weights = np.zeros(len(members))
-        for count in counts:
-            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in both_sides(members)]
-            inverse = [1 / np.maximum(distances[rows], SAME) / max(len(rows), 1) for rows in nearest]
-            total = sum(rows.sum() for rows in inverse)
-            for rows, values in zip(nearest, inverse, strict=True):
-                weights[rows] += values / total / len(counts)
-        return weights
-
-    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
-        members = self.members_[:, self.functions_.index(name)]
-        weights = share * self.neighbor_weights(distances, name)
-        return [
-            {
-                "name": self.names_[i],
-                "member": bool(members[i]),
-                "distance": round(float(distances[i]), 4),
-                "weight": round(float(weights[i]), 4),
-            }
-            for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
-        ]
-
-    def chosen_radii(self) -> list[float]:
-        """Return the radii that some function uses, ascending, metres."""
-        check_is_fitted(self)
-        return sorted(set().union(*self.weights_.values()))
-
-    def _choose_radii(self) -> FunctionClassifier:
-        distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
-        self.weights_ = {
-            name: radius_weights(distances, members, find_method(self.method), self.random_state)
-            for name, members in zip(self.functions_, self.members_.T, strict=True)
-        }
+        self.forests_ = [forest_of(one) if isinstance(one, ExtraTreesClassifier) else one for one in grown]
+        self.lines_ = [self._line(base, column) for column in members.T]
+        self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
-    def _no_members(self) -> np.ndarray:
-        return np.zeros(len(self.members_), bool)
+    def profiles(self, settled: Sequence[Settled]) -> np.ndarray:
+        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
+        return np.hstack(
+            [
+                RestingProfile(radius).transform([spheres.get(radius, NO_DROPS) for spheres in settled])
+                for radius in self.radii
+            ]
+        )
 
-    def _settled(self, clouds: Sequence[Cloud], radii: Sequence[float] | None = None) -> list[Settled]:
-        return [settle(cloud, self.simulator, radii or self.radii, self.seed) for cloud in clouds]
+    def quantity_names(self) -> list[str]:
+        """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
+        return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in NAMES]
+
+    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+        """Return the scores (N, F) of objects, probabilities where training objects stand for what will be asked.
+
+        ``any_heading`` changes nothing, as quantities do not depend on which way an object faces.
+        """
+        check_is_fitted(self, "members_")
+        return self.score_profiles(self.profiles(settled))
+
+    def score_profiles(self, profiles: np.ndarray) -> np.ndarray:
+        """Return the scores (N, F) of objects given as quantities (N, R * Q)."""
+        scores = np.zeros((len(profiles), len(self.functions_)))
+        if not len(profiles):
+            return scores
+        for column, (one, line) in enumerate(zip(self.forests_, self.lines_, strict=True)):
+            if one is None:
+                scores[:, column] = self.members_[:, column].all()
+            else:
+                scores[:, column] = calibrated(votes_of(one, profiles), line)
+        return scores
+
+    def chosen_radii(self) -> list[float]:
+        """Return the radii, ascending, metres; all of them count."""
+        return sorted(self.radii)
+
+    def _radius(self, grown: ClassifierMixin | None) -> float:
+        """Return the radius whose quantities count most in a classifier, metres."""
+        weights = getattr(grown, "feature_importances_", np.zeros(self.profiles_.shape[1]))
+        by_radius = dict(zip(self.radii, weights.reshape(len(self.radii), -1).sum(axis=1), strict=True))
+        return max(sorted(by_radius, reverse=True), key=by_radius.get)
+
+    def _line(self, base: ClassifierMixin, members: np.ndarray) -> Line:
+        """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
+        if min(members.sum(), (~members).sum()) < 2:
+            return AS_VOTED
+        return calibration_line(held_out_votes(base, self.profiles_, members, self.random_state), members)
 
 
-def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
-    """Return each label as a set of functions.
+def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
+    """Return what a forest, or another classifier, says of objects (N,) given as quantities."""
+    return one.votes(profiles) if isinstance(one, Forest) else one.predict_proba(profiles)[:, 1]
 
-    Examples
-    --------
-    >>> [sorted(functions) for functions in as_sets(["cup", "none", {"table", "sittable"}])]
-    [['cup'], [], ['sittable', 'table']]
+
+def forest(random_state: int = 0) -> ExtraTreesClassifier:
+    """Return the classifier of one function.
+
+    Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise.
     """
-    sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]
-    if not sets:
-        raise InputError("training set: expected at least one labelled object, got none")
-    return sets
-
-
-def by_radii(settled: Sequence[Settled]) -> dict[frozenset[float], list[int]]:
-    """Return which objects had spheres dropped at which radii: the rows of each such set."""
-    rows: dict[frozenset[float], list[int]] = {}
-    for row, spheres in enumerate(settled):
-        rows.setdefault(frozenset(spheres), []).append(row)
-    return rows
-
-
-def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows with and the rows without the function."""
-    return np.flatnonzero(members), np.flatnonzero(~members)
-
-
-def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:
-    """Return which object has which function, (N, F) bool."""
-    return np.array([[name in label for name in functions] for label in labels], bool).reshape(len(labels), -1)
+    return ExtraTreesClassifier(TREES, class_weight="balanced", random_state=random_state)

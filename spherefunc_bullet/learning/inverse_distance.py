@@ -61,6 +61,32 @@ def mean_inverse_distances(distances: np.ndarray, n_neighbors: int | Sequence[in
     return (np.cumsum(inverse, axis=1) / np.arange(1, most + 1))[:, counts - 1]
 
 
+def nearest_of_all_scores(
+    distances: np.ndarray, members: np.ndarray, n_neighbors: int | Sequence[int] = NEIGHBOURS
+) -> np.ndarray:
+    """Return the members' share of the inverse distances to the nearest of all examples, 0 to 1 (paper, §III-C).
+
+    Nothing keeps a rare function from being outvoted: with as many neighbours as examples, those without it win.
+
+    Parameters
+    ----------
+    distances : (Q, N) float
+        From each queried object to each example; of equally near ones the first counts.
+    members : (N,) bool
+    n_neighbors : int or sequence of int
+        Of several numbers, the mean of their scores is returned.
+
+    Returns
+    -------
+    (Q,) float
+    """
+    counts = np.minimum(np.atleast_1d(n_neighbors), distances.shape[1])
+    nearest = np.argsort(distances, axis=1, kind="stable")[:, : counts.max()]
+    inverse = 1 / np.maximum(np.take_along_axis(distances, nearest, axis=1), SAME)
+    inside, total = (np.cumsum(part, axis=1)[:, counts - 1] for part in (inverse * members[nearest], inverse))
+    return (inside / total).mean(axis=1)
+
+
 class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
     """Classify rows by the inverse distances to each class's nearest examples.
 

@@ -21,7 +21,7 @@ from ..formats import FormatError
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
 from ..simulator import make_simulator
-from .function_classifier import FunctionClassifier
+from .cube_classifier import CubeClassifier
 from .method import Method, find_method
 
 FORMAT = "spherefunc-model"
@@ -48,7 +48,7 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     return path
 
 
-def save_model(model: FunctionClassifier, path: str | Path):
+def save_model(model: CubeClassifier, path: str | Path):
     """Write a fitted classifier."""
     simulator = make_simulator(model.simulator)
     about = {
@@ -74,7 +74,7 @@ def save_model(model: FunctionClassifier, path: str | Path):
         np.savez_compressed(file, **arrays)
 
 
-def load_model(path: str | Path, backend: str | None = None) -> FunctionClassifier:
+def load_model(path: str | Path, backend: str | None = None) -> CubeClassifier:
     """Read a classifier back, ready to classify and to learn more.
 
     Parameters
@@ -141,12 +141,12 @@ def rebuilt_method(about: dict[str, Any]) -> Method:
     return Method(**about)
 
 
-def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> FunctionClassifier:
+def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> CubeClassifier:
     """Return the classifier that a model file describes."""
     simulator = make_simulator(about["backend"], **about["backend_options"])
     method = rebuilt_method(about["method"])
     radii = tuple(about["radii"])
-    model = FunctionClassifier(
+    model = CubeClassifier(
         simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]
     )
     model.functions_ = tuple(about["functions"])

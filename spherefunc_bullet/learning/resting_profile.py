@@ -1,8 +1,8 @@
-"""The resting profile: settled spheres as quantities that a person would name, whatever the heading and the place.
+"""The resting profile: what becomes of drops, as quantities that a person would name.
 
 Cubes say where spheres lie, so they change when an object turns, moves or grows. A table is a table because a level
-at hip height carries most of what settles, one sphere deep; these are the quantities here. The first few hundred
-spheres of a run say it, so it does not matter how long runs are.
+at hip height carries most of what settles, one sphere deep, and lets nothing through, whatever its heading and place;
+these are the quantities here.
 """
 
 from __future__ import annotations
@@ -13,63 +13,71 @@ from dataclasses import dataclass
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
+from ..settling.drops import settled_rows
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
-FIRST = 250  # settled spheres that are read, at most
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Quantity:
     """What one column of the profile is."""
 
     name: str
     unit: str  # m, m2, share, spheres or ratio
-    meaning: str
+    meaning: str  # as it can stand in a sentence
+
+
+def quantity(name: str, unit: str, meaning: str) -> Quantity:
+    """Return a quantity."""
+    return Quantity(name=name, unit=unit, meaning=meaning)
 
 
 QUANTITIES = (
-    Quantity("settled", "spheres", "how many settled, of those that are read"),
-    Quantity("area", "m2", "area within the outline of all spheres"),
-    Quantity("width", "m", "shorter side of the outline of all spheres"),
-    Quantity("middle_bottom", "m", "height under which half of the columns begin"),
-    Quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
-    Quantity("middle_top", "m", "height under which half of the columns end"),
-    Quantity("high_top", "m", "height under which nine tenths of the columns end"),
-    Quantity("one_deep", "share", "columns one sphere deep"),
-    Quantity("on_spheres", "share", "spheres that touch a lower one"),
-    Quantity("rim_to_middle", "ratio", "depth along the outline over mean depth: 1 where walls hold the pile"),
-    Quantity("level_height", "m", "height of the surface that carries most columns"),
-    Quantity("level_share", "share", "columns that begin at the level that carries most"),
-    Quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
-    Quantity("level_area", "m2", "area of the level's largest connected piece"),
-    Quantity("level_area_share", "share", "area of the level's largest piece, of that within all spheres' outline"),
-    Quantity("level_width", "m", "shorter side of the level's largest piece"),
-    Quantity("level_depth", "m", "mean depth of spheres over the level's largest piece"),
-    Quantity("level_unevenness", "m", "standard deviation of the heights of the spheres that rest on it"),
+    quantity("settled", "spheres", "spheres that settled"),
+    quantity("area", "m2", "area within the outline of all spheres"),
+    quantity("width", "m", "shorter side of the outline of all spheres"),
+    quantity("middle_bottom", "m", "height under which half of the columns begin"),
+    quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
+    quantity("middle_top", "m", "height under which half of the columns end"),
+    quantity("high_top", "m", "height under which nine tenths of the columns end"),
+    quantity("one_deep", "share", "columns one sphere deep"),
+    quantity("on_spheres", "share", "spheres that touch a lower one"),
+    quantity("rim_to_middle", "ratio", "depth along the outline over mean depth"),  # 1 where walls hold the pile
+    quantity("level_height", "m", "height of the level that carries most columns"),
+    quantity("level_share", "share", "columns that begin at that level"),
+    quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
+    quantity("level_area", "m2", "area of the level's largest piece"),
+    quantity("level_area_share", "share", "area of the level's largest piece within the outline of all spheres"),
+    quantity("level_width", "m", "shorter side of the level's largest piece"),
+    quantity("level_depth", "m", "mean depth of spheres over the level"),
+    quantity("level_unevenness", "m", "unevenness of what rests on the level"),
+    quantity("stays", "share", "drops within the outline that stayed"),
+    quantity("stays_early", "share", "the same until half of all that settled had settled"),
+    quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
+    quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
+    quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
+    quantity("walled_in", "share", "spheres with the object on every side"),
 )
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
 Profile = dict[str, float]
 
 
 class RestingProfile(TransformerMixin, BaseEstimator):
-    """Turn settled spheres of one radius into named quantities.
+    """Turn what became of drops of one radius into named quantities.
 
-    Turning the object about the vertical, moving it on the ground, or giving the spheres that are read in another
-    order changes nothing but the last digits.
+    Turning the object about the vertical or moving it on the ground, with the drops, changes nothing but the last
+    digits.
 
     Parameters
     ----------
     radius : float
         Of the spheres, metres.
-    first : int
-        How many are read, those that settled first.
     """
 
-    def __init__(self, radius: float = 0.02, *, first: int = FIRST):
+    def __init__(self, radius: float = 0.02):
         self.radius = radius
-        self.first = first
 
     def fit(self, X: object = None, y: object = None) -> RestingProfile:
         """Do nothing: quantities have a meaning of their own."""
@@ -80,10 +88,10 @@ class RestingProfile(TransformerMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : sequence of (S, 3) float
-            Settled centres of each object in the order in which they settled, metres, z up, the ground at 0.
+        X : sequence of (D, 6) float
+            The drops of each object, see `settling.drops`: metres, z up, the ground at 0.
         """
-        rows = [profile_of(np.asarray(centers, float)[: self.first], self.radius) for centers in X]
+        rows = [profile_of(np.asarray(drops, float), self.radius) for drops in X]
         return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:
@@ -94,12 +102,22 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         return True
 
 
-def profile_of(centers: np.ndarray, radius: float) -> Profile:
-    """Return the quantities of settled centres (S, 3), metres, by name; all 0 where nothing settled."""
-    if not len(centers):
+def profile_of(drops: np.ndarray, radius: float) -> Profile:
+    """Return the quantities of drops (D, 6), metres, by name; all 0 where nothing settled."""
+    settled = settled_rows(drops)
+    if not settled.any():
         return dict.fromkeys(NAMES, 0.0)
-    columns = columns_of(centers, radius)
-    return {"settled": float(len(centers))} | whole(columns) | pile(columns) | carrying_level(columns)
+    columns = columns_of(drops[settled, 2:5], radius)
+    height, level = fullest_level(columns)
+    piece = largest_piece(level)
+    return (
+        {"settled": float(settled.sum())}
+        | whole(columns)
+        | pile(columns)
+        | carrying_level(columns, height, level, piece)
+        | staying(drops, columns, piece)
+        | {"walled_in": float(drops[settled, 5].mean())}
+    )
 
 
 def whole(columns: Columns) -> Profile:
@@ -136,10 +154,9 @@ def share_on_spheres(centers: np.ndarray, radius: float) -> float:
     return len(np.unique(resting)) / len(centers)
 
 
-def carrying_level(columns: Columns) -> Profile:
+def carrying_level(columns: Columns, height: float, level: Columns, piece: Columns) -> Profile:
     """Return what the level is like that carries most columns, and its largest connected piece."""
-    height, level = fullest_level(columns)
-    piece, carried = largest_piece(level), float(level.weights.sum())
+    carried = float(level.weights.sum())
     return {
         "level_height": height - columns.radius,
         "level_share": carried / float(columns.weights.sum()),
@@ -150,3 +167,26 @@ def carrying_level(columns: Columns) -> Profile:
         "level_depth": piece.mean(piece.depths),
         "level_unevenness": piece.spread(piece.bottoms),
     }
+
+
+def staying(drops: np.ndarray, columns: Columns, piece: Columns) -> Profile:
+    """Return the share of the drops (D, 6) that stay, where the object might have held them, and how far they rolled.
+
+    A cup lets spheres go as soon as it is full, so shares are also counted up to where half of all have settled.
+    """
+    settled, places = settled_rows(drops), drops[:, :2]
+    inside = columns.outline.inside(places)
+    early = np.arange(len(drops)) <= np.flatnonzero(settled)[len(columns) // 2]
+    rolled = np.linalg.norm(drops[settled, 2:4] - places[settled], axis=1)
+    return {
+        "stays": share(settled, inside > -columns.radius),
+        "stays_early": share(settled, early & (inside > -columns.radius)),
+        "middle_stays": share(settled, early & (inside > 0.5 * max(inside.max(), 0))),
+        "level_stays": share(settled, early & (piece.outline.inside(places) > 0)),
+        "rolled": float(rolled.mean()) / columns.radius,
+    }
+
+
+def share(settled: np.ndarray, which: np.ndarray) -> float:
+    """Return the share of some drops (D,) bool that settled (D,) bool; 0 where there are none."""
+    return float(settled[which].mean()) if which.any() else 0.0

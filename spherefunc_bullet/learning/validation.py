@@ -9,12 +9,11 @@ import numpy as np
 from sklearn.metrics import precision_recall_fscore_support
 from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
 
-from .inverse_distance import inverse_distance_scores, share_of_nearness
+from .inverse_distance import inverse_distance_scores, nearest_of_all_scores
 from .method import Method
 
 THRESHOLD = 0.5  # score above which an object is a member
 HELD_OUT = 0.3  # share of the training set that validates the radius (paper, §III-C)
-SPLITS = 20  # repeats of that split: with one, a rare function's radius is a matter of luck
 
 
 @dataclass(frozen=True)
@@ -44,6 +43,12 @@ def validation_splits(members: np.ndarray, splits: int, random_state: int) -> li
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
 
 
+def member_scores(distances: np.ndarray, members: np.ndarray, method: Method) -> np.ndarray:
+    """Return one function's scores (Q,) at one radius, from distances (Q, N) to examples that are members (N,) bool."""
+    scores = nearest_of_all_scores if method.of_all else inverse_distance_scores
+    return scores(distances, members, method.neighbors)
+
+
 def validated_f_measure(
     distances: np.ndarray, members: np.ndarray, splits: Sequence[tuple[np.ndarray, np.ndarray]], method: Method
 ) -> float:
@@ -58,10 +63,7 @@ def validated_f_measure(
     """
     truth, predicted = [], []
     for train, held_out in splits:
-        inside, outside = train[members[train]], train[~members[train]]
-        scores = share_of_nearness(
-            distances[np.ix_(held_out, inside)], distances[np.ix_(held_out, outside)], method.neighbors
-        )
+        scores = member_scores(distances[np.ix_(held_out, train)], members[train], method)
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
@@ -74,8 +76,9 @@ def radius_weights(
 ) -> dict[float, float]:
     """Return how much each radius counts for one function; those that do not count are left out.
 
-    The paper takes the radius with the best validated F-measure (§III-C), of equals the largest, which is the
-    cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half, squared.
+    The paper takes the radius with the best validated F-measure (§III-C); of equals ``method.tied`` says which, and
+    the largest is the cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half,
+    squared.
 
     Parameters
     ----------
@@ -83,10 +86,10 @@ def radius_weights(
         Between the training objects' histograms.
     members : (N,) bool
     """
-    radii = sorted(distances, reverse=True)
+    radii = sorted(distances, reverse=method.tied == "largest")
     if len(members) < 3 or members.all() or not members.any():
         return {radii[0]: 1.0}
-    splits = validation_splits(members, SPLITS, random_state)
+    splits = validation_splits(members, method.splits, random_state)
     measured = {r: round(validated_f_measure(distances[r], members, splits, method), 9) for r in radii}
     best = max(radii, key=measured.get)
     votes = {radius: (f_measure - 0.5) ** 2 for radius, f_measure in measured.items() if f_measure > 0.5}
@@ -118,7 +121,6 @@ def voted_scores(
         Summing to one.
     """
     scores = [
-        weight * inverse_distance_scores(distances[radius], members, method.neighbors)
-        for radius, weight in weights.items()
+        weight * member_scores(distances[radius], members, method) for radius, weight in weights.items()
     ]
     return np.sum(scores, axis=0)

@@ -5,31 +5,50 @@ What falls through is evidence too: a hole in the bottom, a missing seat and a s
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..simulator import DropResult, Outcome
+from .enclosure import walled_in
 
-WIDTH = 5  # numbers of a drop: x and y of its column; x, y and z of the centre at rest, NaN where it did not settle
+# Numbers of a drop: x and y of its column; x, y and z of the centre at rest, and whether it is walled in there, all NaN
+# where it did not settle.
+WIDTH = 6
+NO_DROPS = np.empty((0, WIDTH), np.float32)
 
 
-def drop_array(result: DropResult) -> np.ndarray:
-    """Return every drop of a run (D, 5) float32, metres, in the order in which they ended."""
-    settled = result.outcomes == Outcome.SETTLED
-    centers = np.full((len(settled), 3), np.nan)
-    centers[settled] = result.centers
-    return np.hstack([result.columns, centers]).astype(np.float32)
+@dataclass(frozen=True, kw_only=True)
+class Length:
+    """How long a run for features is: until 50 misses or the limit of settled spheres, unless it is said otherwise."""
+
+    drops: int | None = None  # exactly so many, whatever becomes of them
+    to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres
+
+
+LIMITED = Length()
+TO_THE_END = Length(to_the_end=True)
+
+
+def drop_array(result: DropResult, points: np.ndarray, radius: float) -> np.ndarray:
+    """Return every drop of a run on an object's points (N, 3), (D, 6) float32, metres, in the order of their ends."""
+    rows, settled = np.full((result.drops, WIDTH), np.nan), result.outcomes == Outcome.SETTLED
+    rows[:, :2] = result.columns
+    rows[settled] = as_drops(result.centers, points, radius)
+    rows[settled, :2] = result.columns[settled]
+    return rows.astype(np.float32)
 
 
 def settled_centers(drops: np.ndarray) -> np.ndarray:
-    """Return the centres (S, 3) of the drops (D, 5) that settled, metres; settled centres pass through."""
+    """Return the centres (S, 3) of the drops (D, 6) that settled, metres; settled centres pass through."""
     return drops[settled_rows(drops), 2:] if drops.shape[1] == WIDTH else drops
 
 
 def settled_rows(drops: np.ndarray) -> np.ndarray:
-    """Return which drops (D, 5) settled, (D,) bool."""
+    """Return which drops (D, 6) settled, (D,) bool."""
     return ~np.isnan(drops[:, 4])
 
 
-def as_drops(centers: np.ndarray) -> np.ndarray:
-    """Return centres (S, 3), metres, as drops (S, 5) that settled where they were dropped; drops pass through."""
-    return centers if centers.shape[1] == WIDTH else np.hstack([centers[:, :2], centers])
+def as_drops(centers: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:
+    """Return centres (S, 3) on an object's points (N, 3), metres, as drops that settled where they fell, (S, 6)."""
+    return np.column_stack([centers[:, :2], centers, walled_in(points, centers, radius)])

@@ -23,6 +23,7 @@ from ..formats.limits import require_file
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
+from .drops import LIMITED, Length
 from .settling import Settled, drop_settings, measured_run
 
 FORMAT = 1  # of the cache; another number, other entries
@@ -45,7 +46,7 @@ class Dropping:
     radii: tuple[float, ...]  # metres
     seed: int = 0
     loading: Loading = field(default_factory=Loading)
-    drops: int | None = None  # so many a run; None: until 50 in a row were not placed
+    length: Length = LIMITED  # of runs
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
@@ -77,7 +78,7 @@ class Dropping:
 
     def settings(self, radius: float) -> dict[str, Any]:
         """Return the settings of the runs of one radius, without limits that are not set."""
-        settings = asdict(drop_settings(self.simulator, radius, self.drops))
+        settings = asdict(drop_settings(self.simulator, radius, self.length))
         return {name: value for name, value in settings.items() if value is not None}
 
     def run_hash(self, content: str, radius: float) -> str:
@@ -139,8 +140,8 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = {}
     for radius in dropping.radii:
-        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed, "drops": dropping.drops}
-        run = partial(measured_run, **how)
+        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed}
+        run = partial(measured_run, **how, length=dropping.length)
         entry = entry_path("settled", dropping.run_hash(content, radius), home)
         runs[radius] = computed_once(entry, lambda run=run: run(cloud()))
     return ObjectRecord(

@@ -12,25 +12,27 @@ from ..errors import InputError
 from ..processes.memory import forget_peak, peak_bytes
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, sphere_limit
-from .drops import WIDTH, drop_array
+from .drops import LIMITED, NO_DROPS, Length, drop_array
 
 # Radius in metres -> where spheres settled, centres (S, 3), metres; or, of runs of a stated number of drops, what
-# became of each, (D, 5); see `drops`.
+# became of each, (D, 6); see `drops`.
 Settled = dict[float, np.ndarray]
+
+DENSE = 0.5  # radii between points, about, that few drops pay for
+FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than this fall only on what a hand can hold, if drops are few
 
 _warm: set[str] = set()  # the simulators that have run in this process
 
 
 def settle(
-    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, drops: int | None = None
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
 ) -> Settled:
     """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
 
-    With a number of ``drops`` exactly so many spheres fall, and what became of each is returned, (D, 5) float32; see
-    `drop_array`. Where the sphere is larger than the object nothing can settle, and there are none.
+    Where the sphere is larger than the object nothing can settle, and there are none. See `drop_settings`.
     """
     simulator = make_simulator(simulator)
-    return {radius: drop_or_nothing(cloud, simulator, radius, seed, drops)[0] for radius in radii}
+    return {radius: drop_or_nothing(cloud, simulator, radius, seed, length)[0] for radius in radii}
 
 
 def settle_all(
@@ -39,7 +41,7 @@ def settle_all(
     radii: Sequence[Sequence[float]],
     seed: int,
     names: Sequence,
-    drops: int | None = None,
+    length: Length = LIMITED,
 ) -> Iterator[tuple[int, Settled | InputError]]:
     """Settle several clouds, each at radii of its own; a simulator that may crash does so in another process.
 
@@ -54,30 +56,38 @@ def settle_all(
         In the order of the clouds.
     """
     simulator = make_simulator(simulator)
-    tasks = [(cloud, simulator, lengths, seed, drops) for cloud, lengths in zip(clouds, radii, strict=True)]
+    tasks = [(cloud, simulator, lengths, seed, length) for cloud, lengths in zip(clouds, radii, strict=True)]
     yield from run_tasks(settle, tasks, names, isolate=isolated(simulator))
 
 
 def drop_or_nothing(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, drops: int | None
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length
 ) -> tuple[np.ndarray, float, int]:
-    """Return the settled centres (S, 3) or the drops (D, 5) float32, the seconds and the drops of one radius."""
+    """Return the settled centres (S, 3) or the drops (D, 6) float32, the seconds and the drops of one radius."""
+    if length.drops is not None and radius < FINE and cloud.size.max() > HANDHELD:
+        return NO_DROPS, 0.0, 0
     if radius > cloud.size.max():
-        return np.empty((0, 3 if drops is None else WIDTH), np.float32), 0.0, 0
-    result = simulator.drop(cloud, drop_settings(simulator, radius, drops), seed)
-    rows = result.centers.astype(np.float32) if drops is None else drop_array(result)
-    return rows, result.seconds, result.drops
+        return np.empty((0, 3), np.float32) if length.drops is None else NO_DROPS, 0.0, 0
+    result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
+    if length.drops is None:
+        return result.centers.astype(np.float32), result.seconds, result.drops
+    return drop_array(result, cloud.thinned(DENSE * radius), radius), result.seconds, result.drops
 
 
-def drop_settings(simulator: Simulator, radius: float, drops: int | None = None) -> DropSettings:
-    """Return the settings of a run whose spheres become features: until 50 misses, or of so many drops."""
-    if drops is None:
-        return DropSettings(radius=radius, max_spheres=sphere_limit(simulator))
-    return DropSettings(radius=radius, miss_limit=drops, max_drops=drops)
+def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED) -> DropSettings:
+    """Return the settings of a run whose spheres become features.
+
+    Runs to the end stop by the paper's rule alone (§III-A), unless the simulator declares a limit of its own.
+    """
+    if length.drops is not None:
+        return DropSettings(radius=radius, miss_limit=length.drops, max_drops=length.drops)
+    if length.to_the_end and not hasattr(simulator, "sphere_limit"):
+        return DropSettings(radius=radius)
+    return DropSettings(radius=radius, max_spheres=sphere_limit(simulator))
 
 
 def measured_run(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, drops: int | None
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length = LIMITED
 ) -> dict[str, np.ndarray]:
     """Return a cache entry: where spheres settled, the drops, the seconds and, where it is known, the peak of memory.
 
@@ -85,10 +95,10 @@ def measured_run(
     """
     warm_up(simulator)
     forget_peak()
-    rows, seconds, count = drop_or_nothing(cloud, simulator, radius, seed, drops)
-    run = {"centers": rows, "seconds": np.array(seconds), "drops": np.array(count)}
+    rows, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed, length)
+    run = {"centers": rows, "seconds": np.array(seconds), "drops": np.array(drops)}
     peak = peak_bytes()
-    return run if peak is None or not count else run | {"memory": np.array(peak)}
+    return run if peak is None or not drops else run | {"memory": np.array(peak)}
 
 
 def warm_up(simulator: Simulator):

@@ -7,8 +7,8 @@ from html import escape
 import numpy as np
 
 from ..clouds.cloud import Cloud
+from ..learning.cube_classifier import CubeClassifier
 from ..learning.evidence import Cubes, cube_evidence
-from ..learning.function_classifier import FunctionClassifier
 from ..learning.validation import THRESHOLD
 from ..quantities import format_length
 from ..settling.settling import Settled
@@ -16,12 +16,12 @@ from .data import Layer, Panel, display
 from .page import display_html, table_html
 
 
-def explanation_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled) -> str:
+def explanation_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled) -> str:
     """Return a section that says what an object is for, and why, with a panel for each function.
 
     Parameters
     ----------
-    classifier : FunctionClassifier
+    classifier : CubeClassifier
         Fitted.
     cloud : Cloud
     settled : dict of float to (S, 3) float
@@ -53,7 +53,7 @@ def verdict(scores: dict[str, float]) -> str:
     return ", ".join(members) or f"none of {', '.join(scores)}"
 
 
-def function_panel(classifier: FunctionClassifier, settled: Settled, name: str, score: float) -> Panel:
+def function_panel(classifier: CubeClassifier, settled: Settled, name: str, score: float) -> Panel:
     """Return the panel of one function, with a layer for each radius that it uses."""
     neighbors = classifier.neighbors(settled, name)
     weights = dict(sorted(classifier.weights_[name].items()))

@@ -1,0 +1,207 @@
+"""What an object is for: one binary classifier per function, each with the radius that serves it best (§III-C)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from sklearn.metrics.pairwise import euclidean_distances
+from sklearn.utils.validation import check_is_fitted
+
+from ..settling.drops import Length
+from ..settling.settling import Settled
+from ..simulator import Simulator
+from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
+from .histogram import quarter_turns, widened
+from .inverse_distance import SAME
+from .method import RADII, Method, find_method
+from .validation import radius_weights, remaining_weights, voted_scores
+
+NO_SPHERES = np.empty((0, 3))
+
+
+class CubeClassifier(CloudClassifier):
+    """Learn functions from labelled clouds, and tell those of others: several, or none.
+
+    Parameters
+    ----------
+    simulator : str or Simulator
+        A registered backend's name, or a simulator.
+    radii : sequence of float
+        Sphere radii to choose from, metres.
+    method : {'cubes', 'paper'} or Method
+    seed : int
+        Of the drops.
+    random_state : int
+        Of the validation splits.
+
+    Attributes
+    ----------
+    functions_ : tuple of str
+    weights_ : dict of str to dict of float to float
+        For each function, the radii in metres that count and how much; one alone where the method takes the best.
+    histograms_ : dict of float to CubeHistogram
+    examples_ : dict of float to (N, V + 1) sparse matrix
+        The training objects' features at each radius.
+    members_ : (N, F) bool
+    names_ : list of str
+        What the training objects are called.
+    """
+
+    def __init__(
+        self,
+        simulator: str | Simulator = "fast",
+        *,
+        radii: Sequence[float] = RADII,
+        method: str | Method = "cubes",
+        seed: int = 0,
+        random_state: int = 0,
+    ):
+        self.simulator = simulator
+        self.radii = radii
+        self.method = method
+        self.seed = seed
+        self.random_state = random_state
+
+    def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
+        """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
+        labels = as_sets(y)
+        require_alike(settled, labels, names)
+        method = find_method(self.method)
+        self.functions_ = tuple(sorted(set().union(*labels)))
+        self.members_ = memberships(labels, self.functions_)
+        self.names_ = list(names)
+        self.histograms_, self.examples_ = {}, {}
+        for radius in self.radii:
+            self.histograms_[radius] = method.histogram(radius)
+            self.examples_[radius] = self.histograms_[radius].fit_transform([spheres[radius] for spheres in settled])
+        return self._choose_radii()
+
+    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
+        """Learn from more settled centres."""
+        from scipy import sparse
+
+        check_is_fitted(self)
+        self.functions_, self.members_ = more_members(self.functions_, self.members_, as_sets(y))
+        self.names_ = [*self.names_, *names]
+        for radius, histogram in self.histograms_.items():
+            centers = [spheres[radius] for spheres in settled]
+            before = histogram.keys_
+            histogram.partial_fit(centers)
+            old = widened(self.examples_[radius], before, histogram.keys_)
+            self.examples_[radius] = sparse.vstack([old, histogram.transform(centers)]).tocsr()
+        return self._choose_radii()
+
+    @property
+    def radius_(self) -> dict[str, float]:
+        """The radius that counts most for each function, metres."""
+        return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
+
+    @property
+    def length(self) -> Length:
+        """How long its runs are."""
+        return find_method(self.method).length
+
+    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+        """Return the scores (N, F) of objects given as settled centres.
+
+        Parameters
+        ----------
+        settled : sequence of dict of radius in metres to (S, 3) float, metres
+            At the chosen radii. Where spheres of one were not dropped, the others vote alone.
+        any_heading : bool
+            Whether an object may face any way, as in a scan: its distance to a training object is then that at the
+            best of four quarter turns.
+        """
+        check_is_fitted(self)
+        scores = np.zeros((len(settled), len(self.functions_)))
+        if not len(settled):
+            return scores
+        measure = self.turned_distances if any_heading else self.distances
+        distances = {radius: measure(settled, radius) for radius in self.chosen_radii()}
+        for radii, rows in by_radii(settled).items():
+            known = {radius: matrix[rows] for radius, matrix in distances.items() if radius in radii}
+            for column, name in enumerate(self.functions_):
+                weights = remaining_weights(self.weights_[name], radii)
+                members = self.members_[:, column]
+                scores[rows, column] = voted_scores(known, members, weights, find_method(self.method))
+        return scores
+
+    def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
+        """Return the Euclidean distances (Q, N) from objects to the training examples."""
+        features = self.histograms_[radius].transform([spheres.get(radius, NO_SPHERES) for spheres in settled])
+        return euclidean_distances(features, self.examples_[radius])
+
+    def turned_distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
+        """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
+        turns = [[{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)]
+        return np.min([self.distances(turned, radius) for turned in turns], axis=0)
+
+    def neighbors(self, settled: Settled, name: str) -> list[dict]:
+        """Return the training objects that decide one object's membership, by radius and nearest first.
+
+        The weights of those that have the function sum to its score.
+        """
+        rows = []
+        for radius, share in self.weights_[name].items():
+            distances = self.distances([settled], radius)[0]
+            rows += [row | {"radius": radius} for row in self._nearest(distances, name, share)]
+        return rows
+
+    def neighbor_weights(self, distances: np.ndarray, name: str) -> np.ndarray:
+        """Return the share (N,) of each training object in one radius's score; that of the members sums to it.
+
+        Parameters
+        ----------
+        distances : (N,) float
+            From one object to the training examples, at one radius.
+        """
+        members = self.members_[:, self.functions_.index(name)]
+        method = find_method(self.method)
+        counts, weights = method.neighbors, np.zeros(len(members))
+        sides = (np.arange(len(members)),) if method.of_all else both_sides(members)
+        for count in counts:
+            nearest = [rows[np.argsort(distances[rows], kind="stable")[:count]] for rows in sides]
+            inverse = [1 / np.maximum(distances[rows], SAME) / max(len(rows), 1) for rows in nearest]
+            total = sum(rows.sum() for rows in inverse)
+            for rows, values in zip(nearest, inverse, strict=True):
+                weights[rows] += values / total / len(counts)
+        return weights
+
+    def _nearest(self, distances: np.ndarray, name: str, share: float) -> list[dict]:
+        members = self.members_[:, self.functions_.index(name)]
+        weights = share * self.neighbor_weights(distances, name)
+        return [
+            {
+                "name": self.names_[i],
+                "member": bool(members[i]),
+                "distance": round(float(distances[i]), 4),
+                "weight": round(float(weights[i]), 4),
+            }
+            for i in np.flatnonzero(weights)[np.argsort(-weights[weights > 0], kind="stable")]
+        ]
+
+    def chosen_radii(self) -> list[float]:
+        """Return the radii that some function uses, ascending, metres."""
+        check_is_fitted(self)
+        return sorted(set().union(*self.weights_.values()))
+
+    def _choose_radii(self) -> CubeClassifier:
+        distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
+        self.weights_ = {
+            name: radius_weights(distances, members, find_method(self.method), self.random_state)
+            for name, members in zip(self.functions_, self.members_.T, strict=True)
+        }
+        return self
+
+def by_radii(settled: Sequence[Settled]) -> dict[frozenset[float], list[int]]:
+    """Return which objects had spheres dropped at which radii: the rows of each such set."""
+    rows: dict[frozenset[float], list[int]] = {}
+    for row, spheres in enumerate(settled):
+        rows.setdefault(frozenset(spheres), []).append(row)
+    return rows
+
+
+def both_sides(members: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rows with and the rows without the function."""
+    return np.flatnonzero(members), np.flatnonzero(~members)
