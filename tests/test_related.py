@@ -120,7 +120,7 @@ def test_feet_need_ground_before_a_seat():
 
 
 def test_water_stands_to_the_brim_and_no_higher():
-    depths = water_depths(top_view(seen(mug()), VOXEL))
+    depths = water_depths(top_view(seen(mug())))
     assert depths.max() == pytest.approx(HEIGHT - FLOOR, abs=2 * VOXEL)  # a voxel at the floor and at the brim each
     # The wall takes all cells that it meets: up to a voxel on each side.
     volume = depths.sum() * VOXEL**2
@@ -137,14 +137,18 @@ def test_a_ball_rests_on_points_and_reaches_into_holes_that_are_larger():
 
 
 def test_the_top_view_is_the_highest_place_and_turns_with_the_object():
-    cloud = cloud_from_points(np.array([[x, 0, z] for x in np.arange(-0.1, 0.1, 0.004) for z in (0, 0.3)]))
-    view = top_view(record(cloud), 0.01)
-    assert view.heights.max() == pytest.approx(0.3, abs=VOXEL) and view.heights[view.heights > NOTHING].min() > 0.29
-    long, short = sorted((view.heights > NOTHING).any(axis=axis).sum() for axis in (0, 1))[::-1]
-    assert long >= 20 and short == 1
-    quarter = top_view(record(cloud), 0.01, degrees=90)
-    assert np.array_equal(np.isfinite(quarter.heights).sum(), np.isfinite(view.turned().heights).sum())
-    assert top_view(record(cloud), 0.01, below=0.1).heights.max() < 0.1
+    bar = [[x, 0, z] for x in np.arange(-0.1, 0.1, 0.004) for z in (0, 0.3)]
+    seen_bar = record(cloud_from_points(np.array(bar)))
+    view = top_view(seen_bar)
+    assert np.isfinite(view.heights).sum() == 40  # 20 cm
+    assert np.allclose(view.heights[np.isfinite(view.heights)], 0.3, atol=VOXEL)  # nothing of what lies below
+    assert top_view(seen_bar, below=0.1).heights.max() < 0.1
+    assert top_view(seen_bar, below=0.1).heights.shape == view.heights.shape  # over the same ground
+    # Turned by 60 degrees, it reaches over half as much ground in x, and the margin is free.
+    wide = view.turned(60, 0.02, margin=0.1)
+    x, y = np.nonzero(np.isfinite(wide.heights))
+    assert np.ptp(x) + 1 == pytest.approx(10 * 0.5, abs=1) and np.ptp(y) + 1 == pytest.approx(10 * 0.87, abs=1)
+    assert min(x.min(), y.min()) >= 5 and wide.heights.shape[0] - x.max() > 5
 
 
 def test_scores_are_what_is_told_and_nothing_for_other_functions():

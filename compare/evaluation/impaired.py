@@ -30,8 +30,10 @@ from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .evaluation import run_trial
 from .features import Distances, all_distances
+from .fusion import fused
 from .profiled import points_as_spheres, profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from .related.fixed import related
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -104,7 +106,8 @@ def impaired_shares(
     impaired = joined(learnt, usable, folder, dropping, jobs, failed)
     splits, features = held_out(impaired, dropping.seed), all_distances(impaired.simulated, radii, method)
     said = {name: still_called(impaired, distances, splits, method) for name, distances in features.items()}
-    return shares_of(impaired, splits, said | still_called_by_profile(impaired, splits, radii))
+    said |= still_called_by_profile(impaired, splits, radii) | still_called_by_related(impaired, splits)
+    return shares_of(impaired, splits, said)
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
@@ -191,7 +194,7 @@ def still_called(impaired: Impaired, distances: Distances, splits: Iterable[Spli
 def still_called_by_profile(
     impaired: Impaired, splits: Sequence[Split], radii: tuple[float, ...]
 ) -> dict[str, list[np.ndarray]]:
-    """Return the same as read by the resting profile: of the spheres, and of the object's own points in their place."""
+    """Return the same as read by the resting profile: of spheres, of the object's own points in their place, both."""
     classifier = ProfileClassifier(tuple(radius for radius in PROFILE_RADII if radius in radii) or radii)
     records = impaired.simulated.records
     objects = {
@@ -199,7 +202,14 @@ def still_called_by_profile(
         "points_profile": [points_as_spheres(record, classifier.radii) for record in records],
     }
     profiles = {name: profiled(settled, impaired.labels, classifier) for name, settled in objects.items()}
+    profiles["spheres_and_points"] = fused(list(profiles.values()))
     return {name: [read.trial([split]).predicted for split in splits] for name, read in profiles.items()}
+
+
+def still_called_by_related(impaired: Impaired, splits: Sequence[Split]) -> dict[str, list[np.ndarray]]:
+    """Return the same as told by the baselines of related work, which learn nothing."""
+    told = related(impaired.simulated.records, impaired.labels)
+    return {name: [read.trial([split]).predicted for split in splits] for name, read in told.items()}
 
 
 def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:

@@ -25,14 +25,17 @@ from spherefunc_bullet.learning.resting_profile import FIRST
 from .alternatives import f_measures, side_by_side
 from .evaluation import Evaluation, evaluate
 from .features import SPHERES, baseline_distances, sphere_distances
+from .fusion import fused
 from .profile_choices import print_classifiers, print_ranking
 from .profiled import ACROSS, points_as_spheres, profiled, reliability
 from .protocol import Protocol, Splits, labels_of
+from .related.fixed import related
 from .results import Result, results_of
 from .sizes import wanted_sizes
 from .tables import print_baselines
 
 POINTS = "points, same quantities"
+FUSED = "spheres and points"
 Radii = Annotated[str, typer.Option(help="Sphere radii, all of which count.")]
 Sizes = Annotated[str, typer.Option(help="Training examples on random halves.")]
 First = Annotated[str, typer.Option(help="Also with only so many settled spheres a run, such as 30,60,120.")]
@@ -44,10 +47,12 @@ def evaluations(simulated: Simulated, radii: tuple[float, ...], splits: Splits) 
     classifier = ProfileClassifier(radii)
     cubes = {"cubes (default)": sphere_distances(simulated, radii, method)}
     points = [points_as_spheres(record, radii) for record in simulated.records]
-    return {
-        SPHERES: profiled(simulated.settled, labels, classifier).evaluation(splits),
-        POINTS: profiled(points, labels, classifier).evaluation(splits),
-    } | {
+    read = {
+        SPHERES: profiled(simulated.settled, labels, classifier),
+        POINTS: profiled(points, labels, classifier),
+    }
+    read |= {FUSED: fused(list(read.values()))} | related(simulated.records, labels)
+    return {name: feature.evaluation(splits) for name, feature in read.items()} | {
         name: evaluate(distances, labels, method, splits)
         for name, distances in (cubes | baseline_distances(simulated.records, radii)).items()
     }

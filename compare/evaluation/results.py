@@ -14,6 +14,7 @@ from spherefunc_bullet.learning.method import Method
 from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import SPHERES, all_distances
 from .protocol import Protocol, Split, Splits, labels_of
+from .related.fixed import related
 
 Qualities = dict[str, FunctionQuality]  # by function
 
@@ -33,11 +34,13 @@ def evaluate_features(
 ) -> dict[str, Evaluation]:
     """Return the evaluation of the spheres and of every baseline, all by one method.
 
-    Baselines are scored with the same neighbours, votes and choice of radius as the spheres.
+    Baselines are scored with the same neighbours, votes and choice of radius as the spheres; those of related work
+    learn nothing and are scored as they are.
     """
     labels = labels_of(simulated)
     splits, features = protocol.splits(labels), all_distances(simulated, radii, method)
-    return {name: evaluate(distances, labels, method, splits) for name, distances in features.items()}
+    told = {name: evaluate(distances, labels, method, splits) for name, distances in features.items()}
+    return told | {name: read.evaluation(splits) for name, read in related(simulated.records, labels).items()}
 
 
 def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
@@ -76,5 +79,5 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     figures = {
         name: evaluate(distances, labels, method, splits).quality(count)
         for name, distances in all_distances(both, radii, method).items()
-    }
+    } | {name: read.evaluation(splits).quality(count) for name, read in related(both.records, labels).items()}
     return result("test", count, figures)

@@ -64,12 +64,12 @@ def examined(record: ObjectRecord) -> frozenset[str]:
 
 def headings(record: ObjectRecord) -> Iterator[tuple[TopView, TopView]]:
     """Yield an object's top view, and that of what is lower than knees, for a person who faces +x, in all headings."""
+    views = top_view(record), top_view(record, below=KNEES)
     for degrees in TURNS:
-        above = top_view(record, SQUARE, degrees=degrees, margin=AROUND)
-        knee_high = top_view(record, SQUARE, degrees=degrees, margin=AROUND, below=KNEES)
+        above, knee_high = (view.turned(degrees, SQUARE, margin=AROUND) for view in views)
         for _ in range(4):
             yield above, knee_high
-            above, knee_high = above.turned(), knee_high.turned()
+            above, knee_high = above.quarter_turned(), knee_high.quarter_turned()
 
 
 def carries_a_person(above: TopView) -> bool:
@@ -119,7 +119,7 @@ def holds_a_ball(record: ObjectRecord) -> bool:
     """Return whether a hand can take hold of an object, and a ball in it stays where it is put."""
     if record.size[2] > TALLEST or record.size[:2].min() > HAND:
         return False
-    bottoms = ball_bottoms(top_view(record, VOXEL, margin=SIP), SIP / 2)
+    bottoms = ball_bottoms(top_view(record).turned(0.0, VOXEL, margin=SIP), SIP / 2)
     for brim in np.arange(SIP, max(bottoms.max(), SIP) + VOXEL, VOXEL):
         pools, count = ndimage.label(bottoms < brim, np.ones((3, 3)))
         lowest = ndimage.minimum(bottoms, pools, np.arange(1, count + 1))

@@ -62,11 +62,12 @@ CUP = CavityRule(tallest=0.25, grip=0.12, smallest=50e-6, largest=1e-3, deepest=
 
 def told_by_rules(record: ObjectRecord) -> frozenset[str]:
     """Return which of the functions cup, sittable and table an object has by the rules."""
-    above, close = top_view(record, SQUARE), top_view(record, VOXEL)
+    view = top_view(record)
+    coarse = view.turned(0.0, SQUARE, margin=SQUARE)
     met = {
-        "cup": holds_water(close, record.size, CUP),
-        "sittable": has_surface(above, SITTABLE),
-        "table": has_surface(above, TABLE),
+        "cup": holds_water(view, record.size, CUP),
+        "sittable": has_surface(coarse, SITTABLE),
+        "table": has_surface(coarse, TABLE),
     }
     return frozenset(function for function, yes in met.items() if yes)
 
