@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -29,6 +30,9 @@ def evaluate(
     copied: Annotated[
         int | None, typer.Option(min=1, help="With --impaired: of how many objects a function copies are made; all.")
     ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --impaired: draw what still works and what is told, a .png or .svg.")
+    ] = None,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -52,6 +56,8 @@ def evaluate(
 
     if alternatives and impaired:
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
+    if picture is not None:
+        require_picture(picture, impaired)
     failures = Failures()
     chosen, dropping = find_method(method), options.dropping(backend, shape, radii, seed, up, units)
     lengths = dropping.radii
@@ -81,5 +87,18 @@ def evaluate(
         shares = impaired_shares(
             learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
+        if picture is not None:
+            from ..figures.impaired_picture import draw_impaired
+
+            draw_impaired(shares, picture)
     print_results(about, results, json, shares)
     failures.exit()
+
+
+def require_picture(picture: Path, impaired: bool):
+    """Raise InputError before the spheres fall, which may take hours, if the picture could not be drawn."""
+    from ..figures.impaired_picture import require_ending
+
+    if not impaired:
+        raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
+    require_ending(picture)
