@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
 from ..evaluation.impaired import HARMLESS, USELESS, KindShare, Shares, mean_rows
-from ..pages.plates import DPI, GREY, INK, STYLE
+from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,6 +61,7 @@ KINDS = {  # function and kind, or kind -> what is drawn beside its row
 TITLES = {False: "useless: should be 0 %", True: "still works: should be 100 %"}
 MEAN = "mean of those below"
 WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone can tell apart (Okabe and Ito)
+DOTS = 200  # an inch, of a PNG
 ROW, COLUMN, LABELS, GAP = 0.21, 0.46, 1.4, 0.25  # inches: a row, a column, the kinds' names, between panels
 ABOVE, BELOW = 1.85, 0.85  # inches: the headline and the columns' names, the key
 NARROWEST = 9.2  # inches, which the headline needs
@@ -91,7 +92,7 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     panel = LABELS + len(columns) * COLUMN + GAP
     wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
     with matplotlib.rc_context(STYLE), writing(path):
-        figure = Figure(figsize=(wide, high), dpi=DPI)
+        figure = Figure(figsize=(wide, high), dpi=DOTS)
         for place, (function, kinds) in enumerate(shares.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
             axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
@@ -100,7 +101,7 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
                 draw_block(axes, function, block, columns, tops[works], works)
         draw_words(figure, headline(shares, columns), columns)
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
+        figure.savefig(path, dpi=DOTS, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
     return path
 
 
