@@ -5,8 +5,9 @@ from .clouds.cloud import cloud_from_points as cloud_from_points
 from .clouds.cloud import load_cloud as load_cloud
 from .datasets.dataset import open_dataset as open_dataset
 from .errors import InputError as InputError
+from .learning.classifier import Membership as Membership
 from .learning.cube_classifier import CubeClassifier as CubeClassifier
-from .learning.cube_classifier import Membership as Membership
+from .learning.function_classifier import FunctionClassifier as FunctionClassifier
 from .learning.histogram import CubeHistogram as CubeHistogram
 from .learning.histogram import SphereHistogram as SphereHistogram
 from .learning.inverse_distance import InverseDistanceClassifier as InverseDistanceClassifier

@@ -288,7 +288,7 @@ def test_evaluate_prints_the_contract(run, data):
         for figures in row["functions"].values():
             assert FIGURES <= set(figures) and 0 <= figures["f_measure"] <= 1
             assert figures["radius"] in (0.01, 0.02)
-    assert {"bounding_box", "occupancy", "height_map"} <= set(report["baselines"])
+    assert {"bounding_box", "occupancy", "height_map", "rules", "examiner"} <= set(report["baselines"])
     for functions in report["baselines"].values():
         for figures in functions.values():
             assert {"f_measure", "f_measure_fair"} <= set(figures)

@@ -27,7 +27,8 @@ from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
 
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
-FEATURES = ("spheres", "bounding_box", "occupancy", "occupancy_sqrt", "height_map")
+FEATURES = {"spheres", "bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
+FEATURES |= {"spheres_profile", "points_profile", "spheres_and_points", "rules", "examiner"}
 RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a plain cup, metres
 
 
@@ -379,21 +380,39 @@ def test_evaluate_impaired_prints_the_contract(sources, tmp_path, monkeypatch, c
         text = (sources / "manifest.csv").read_text()
         (sources / "manifest.csv").write_text(text.replace(",here", ",all").replace(",there", ",all"))
     command = ["evaluate", str(sources), "--impaired", "--radii", "5cm", "--train-sizes", "half", "--jobs", "1"]
-    command += [] if grouped else ["--copied", "2"]
+    picture = tmp_path / "picture.png"
+    command += [] if grouped else ["--copied", "2", "--picture", str(picture)]
     about = run_json(command, monkeypatch, capsys)
     kinds = about["impaired"]["table"]
     assert list(about["impaired"]) == ["table"] and about["results"]
+    assert picture.is_file() != grouped
     assert set(kinds) == {each.kind for each in IMPAIRMENTS if "table" in each.functions}
     for row in kinds.values():
         assert isinstance(row["works"], bool) and 0 < row["copies"] <= 4
-        assert set(row["share"]) == {*FEATURES, "spheres_profile", "points_profile"}
+        assert set(row["share"]) == FEATURES
         assert all(0 <= share <= 1 for share in row["share"].values())
+    assert kinds["whole"]["share"]["rules"] == 1 and kinds["missing"]["share"]["rules"] == 0
     if grouped:
         assert kinds["whole"]["share"]["spheres"] == 1 and kinds["missing"]["share"]["spheres"] == 0
         assert kinds["triangulation"]["share"]["spheres"] == 1
         made = list((tmp_path / "cache" / "impaired").iterdir())
         assert run_json(command, monkeypatch, capsys)["impaired"] == about["impaired"]
         assert list((tmp_path / "cache" / "impaired").iterdir()) == made and len(made) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--picture", "a.png"], "expected with --impaired"),
+        (["--impaired", "--picture", "a.pdf"], "ends in .png or .svg"),
+    ],
+)
+def test_a_picture_that_cannot_be_is_refused_at_once(sources, monkeypatch, capsys, options, words):
+    monkeypatch.setattr("sys.argv", ["spherefunc", "evaluate", str(sources), *options])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    said = capsys.readouterr().err
+    assert stop.value.code == 2 and words in said and len(said.strip().splitlines()) == 1
 
 
 def run_json(command: list[str], monkeypatch, capsys) -> dict:

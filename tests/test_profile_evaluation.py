@@ -12,6 +12,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profile_choices, profiles
+from spherefunc_bullet.compare.evaluation.fusion import fused
 from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
 from spherefunc_bullet.datasets.dataset import DatasetObject
@@ -89,10 +90,20 @@ def test_results_hold_the_baselines_and_few_spheres(simulated, splits, capsys):
     sure = reliability(evaluated[profiles.SPHERES].left_out[ACROSS], labels_of(simulated))
     assert sum(row["scores"] for row in sure) == 18 * len(FUNCTIONS)
     assert all(row["from"] <= row["said"] <= row["to"] for row in sure)
-    assert {profiles.POINTS, "cubes (default)", "bounding_box"} <= set(results[0]["baselines"])
+    assert {profiles.POINTS, profiles.FUSED, "cubes (default)", "bounding_box", "rules", "examiner"} <= set(
+        results[0]["baselines"]
+    )
     few = profiles.few_spheres(simulated, RADII, [4, 16], splits)
     profiles.print_all(results, few, sure, 1.0, json=False)
     assert "points, same quantities" in capsys.readouterr().out
+
+
+def test_fused_quantities_stand_side_by_side(simulated, splits):
+    labels, points = labels_of(simulated), [points_as_spheres(record, RADII) for record in simulated.records]
+    spheres, own = (profiled(objects, labels, small()) for objects in (simulated.settled, points))
+    both = fused([spheres, own])
+    assert np.array_equal(both.profiles, np.hstack([spheres.profiles, own.profiles]))
+    assert {row["f_measure"] for row in both.evaluation(splits).left_out_quality(ACROSS).values()} == {1.0}
 
 
 def test_ranking_names_every_quantity(simulated, splits, capsys):

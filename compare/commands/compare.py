@@ -88,7 +88,7 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
 
     values = {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
     values |= {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
-    read_methods(list(values.get("methods", ["default"])))
+    read_methods(list(values.get("methods", ["cubes"])))
     if "seed" in given:
         values["seeds"] = (given["seed"], given["seed"] + 1)
     if "radii" in given:

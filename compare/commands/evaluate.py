@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -32,11 +33,14 @@ def evaluate(
     confusion: Annotated[
         bool, typer.Option("--confusion", help="Also print what is taken for what, and the radii chosen; JSON has it.")
     ] = False,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --impaired: draw what still works and what is told, a .png or .svg.")
+    ] = None,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
-    method: options.Method = "default",
-    radii: options.Radii = options.DEFAULT_RADII,
+    method: options.Method = options.DEFAULT_METHOD,
+    radii: options.Radii = None,
     seed: options.Seed = 0,
     up: options.Up = "z",
     units: options.Units = "m",
@@ -56,10 +60,12 @@ def evaluate(
 
     if alternatives and impaired:
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
+    if picture is not None:
+        require_picture(picture, impaired)
     failures = Failures()
     chosen = find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
-    dropping = options.dropping(backend, shape, radii, seed, up, units, alternatives or chosen.to_the_end)
+    dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
     lengths = dropping.radii
 
     def simulated(name: str) -> Simulated:
@@ -87,5 +93,18 @@ def evaluate(
         shares = impaired_shares(
             learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
+        if picture is not None:
+            from ..figures.impaired_picture import draw_impaired
+
+            draw_impaired(shares, picture)
     print_results(about, results, json, shares, confusion)
     failures.exit()
+
+
+def require_picture(picture: Path, impaired: bool):
+    """Raise InputError before the spheres fall, which may take hours, if the picture could not be drawn."""
+    from ..figures.impaired_picture import require_ending
+
+    if not impaired:
+        raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
+    require_ending(picture)

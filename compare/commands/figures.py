@@ -26,8 +26,8 @@ def figures(
     train_sizes: Annotated[str, typer.Option(help="Training examples of the confusion matrices.")] = SIZES,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
-    method: options.Method = "default",
-    radii: options.Radii = options.DEFAULT_RADII,
+    method: options.Method = "cubes",
+    radii: options.Radii = None,
     seed: options.Seed = 0,
     up: options.Up = "z",
     units: options.Units = "m",
@@ -38,14 +38,14 @@ def figures(
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
-    from spherefunc_bullet.learning.method import find_method
+    from spherefunc_bullet.learning.method import find_cube_method
 
     from ..evaluation.protocol import Protocol
     from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
-    chosen = find_method(method)
-    dropping = options.dropping(backend, shape, radii, seed, up, units, chosen.to_the_end)
+    chosen = find_cube_method(method)
+    dropping = options.dropping(backend, shape, radii, seed, up, units, method)
     dataset = open_dataset(data)
     require_splittable(dataset, train_sizes)
     prepare_folder(out)

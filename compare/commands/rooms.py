@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import DEFAULT_RADII, Backend, Jobs, Json, Method, Radii, Seed
+from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed
 from spherefunc_bullet.console import Failures, print_json, print_table, progress
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import parse_length, parse_lengths
@@ -38,8 +38,8 @@ def rooms(
         bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
     ] = False,
     backend: Backend = "fast",
-    radii: Radii = DEFAULT_RADII,
-    method: Method = "default",
+    radii: Radii = None,
+    method: Method = "cubes",
     seed: Seed = 0,
     report: Annotated[Path | None, typer.Option(help="Folder for rooms.json, the plot and its numbers.")] = None,
     jobs: Jobs = -1,
@@ -48,6 +48,7 @@ def rooms(
     """Furnish virtual rooms, scan them, take the scans apart, and compare with the truth."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
+    from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.scenes.recognition.completion import steps_of
     from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
     from spherefunc_bullet.simulator import make_simulator
@@ -67,7 +68,7 @@ def rooms(
     )
     training = Training(
         simulator=make_simulator(backend),
-        radii=tuple(parse_lengths(radii)),
+        radii=find_method(method).radii if radii is None else parse_lengths(radii),
         examples=examples,
         completion=steps,
         method=method,

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.learning.method import find_cube_method
 from spherefunc_bullet.quantities import parse_lengths
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator, make_simulator
@@ -41,7 +41,7 @@ class Experiment:
     shapes: tuple[str, ...] = ()  # for backends that have such an option
     radii: Mapping[str, tuple[float, ...]] = field(default_factory=lambda: RADII)  # metres, by backend or ALL
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of the simulators, by backend
-    methods: tuple[str, ...] = ("default",)
+    methods: tuple[str, ...] = ("cubes",)
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
     repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
@@ -197,7 +197,7 @@ def read_seeds(value: object) -> tuple[int, int]:
 
 def read_methods(value: object) -> tuple[str, ...]:
     """Return the names of methods that there are."""
-    return tuple(find_method(name).name for name in texts(value))
+    return tuple(find_cube_method(name).name for name in texts(value))
 
 
 KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, and what is expected

@@ -29,6 +29,8 @@ NAMES = {
     "occupancy": "occupied cubes",
     "occupancy_sqrt": "occupied cubes, square roots",
     "height_map": "top-view heights",
+    "rules": "rules on heights and areas",
+    "examiner": "agents that try it",
 }
 
 
@@ -102,7 +104,8 @@ def chart_section(result: Result, summary: Summary) -> str:
     return f"""<section><h2>How well functions are told</h2>
 <p>F-measure (1 is perfect, 0 is useless): {result["trials"]} times, {result["train_size"]} of the
 {summary.objects} objects of <b>{escape(summary.data)}</b> were learnt at random and {test} others were tested. The
-lower bars are baselines that need no spheres, scored with the same classifier. {escape(rank_sentence(features))}</p>
+lower bars are baselines that need no spheres, scored with the same classifier; rules and agents are told by people what
+to look for, and learn nothing. {escape(rank_sentence(features))}</p>
 <div class="groups">{groups}</div>
 {table_html(["features", *result["functions"]], rows)}
 <p class="note">Mean over trials ± standard deviation. The catalogue is made by a program, so these numbers show that

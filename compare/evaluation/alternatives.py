@@ -16,7 +16,7 @@ import numpy as np
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
-from spherefunc_bullet.learning.method import METHODS, Method
+from spherefunc_bullet.learning.method import CUBES, PAPER, Method
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.simulator import SPHERE_LIMIT
 
@@ -24,7 +24,6 @@ from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import Distances, cube_distances
 from .protocol import Labels, Protocol, Splits, labels_of
 
-PAPER, DEFAULT = METHODS["paper"], METHODS["default"]
 EVERY = sys.maxsize  # neighbours: all training objects
 
 
@@ -128,9 +127,9 @@ def paper(**changes: Any) -> Alternative:
     return Alternative(method=replace(PAPER, **changes))
 
 
-def default(how: Reading = AS_GIVEN, **changes: Any) -> Alternative:
+def cubes(how: Reading = AS_GIVEN, **changes: Any) -> Alternative:
     """Return the default method with other choices, on spheres that are read in another way."""
-    return Alternative(reading=how, method=replace(DEFAULT, **changes))
+    return Alternative(reading=how, method=replace(CUBES, **changes))
 
 
 ALTERNATIVES = {
@@ -152,15 +151,15 @@ ALTERNATIVES = {
     "§III-C: 20 splits choose the radius": paper(splits=20),
     "§III-C: of equal radii the smallest": paper(tied="smallest"),
     "§III-C: radii vote": paper(splits=20, vote=True),
-    "default": default(),
-    "default, best radius alone": default(vote=False),
-    "default, to the end": default(to_the_end=True),
-    "default, 1 neighbour": default(neighbors=(1,)),
-    "default, square roots": default(Reading(rooted=True)),
-    "default, front to -y": default(Reading(heading=front_first)),
-    "default, 2,000 spheres at most": default(Reading(limit=2000)),
-    "default, 1,000 spheres at most": default(Reading(limit=1000)),
-    "default, 250 spheres at most": default(Reading(limit=250)),
+    "cubes": cubes(),
+    "cubes, best radius alone": cubes(vote=False),
+    "cubes, to the end": cubes(to_the_end=True),
+    "cubes, 1 neighbour": cubes(neighbors=(1,)),
+    "cubes, square roots": cubes(Reading(rooted=True)),
+    "cubes, front to -y": cubes(Reading(heading=front_first)),
+    "cubes, 2,000 spheres at most": cubes(Reading(limit=2000)),
+    "cubes, 1,000 spheres at most": cubes(Reading(limit=1000)),
+    "cubes, 250 spheres at most": cubes(Reading(limit=250)),
 }
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -22,16 +22,13 @@ from spherefunc_bullet.console import print_table, progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
-from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.learning.profile_classifier import PROFILE_RADII, ProfileClassifier
+from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.scenes.impairment.folder import Copy, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import FUNCTIONS, IMPAIRMENTS, Impairment
 from spherefunc_bullet.settling.records import Dropping, Loading
 
-from .evaluation import run_trial
-from .features import Distances, all_distances
-from .profiled import points_as_spheres, profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from .readings import readings
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -78,7 +75,7 @@ def impaired_shares(
     dataset: Dataset,
     dropping: Dropping,
     radii: tuple[float, ...],
-    method: Method,
+    method: AnyMethod,
     *,
     copied: int | None = None,
     jobs: int = -1,
@@ -102,9 +99,9 @@ def impaired_shares(
     usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
     folder = built_copies(usable, dropping, failed)
     impaired = joined(learnt, usable, folder, dropping, jobs, failed)
-    splits, features = held_out(impaired, dropping.seed), all_distances(impaired.simulated, radii, method)
-    said = {name: still_called(impaired, distances, splits, method) for name, distances in features.items()}
-    return shares_of(impaired, splits, said | still_called_by_profile(impaired, splits, radii))
+    splits, asked = held_out(impaired, dropping.seed), readings(impaired.simulated, radii, method)
+    said = {name: [read.trial([split]).predicted for split in splits] for name, read in asked.items()}
+    return shares_of(impaired, splits, said)
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
@@ -181,25 +178,6 @@ def held_out(impaired: Impaired, seed: int) -> list[Split]:
         whole = random_splits(impaired.whole, impaired.whole // 2, TRIALS, seed)
     splits = [Split(split.train, impaired.rows_of(split.test)) for split in whole]
     return [split for split in splits if len(split.test)]
-
-
-def still_called(impaired: Impaired, distances: Distances, splits: Iterable[Split], method: Method) -> list[np.ndarray]:
-    """Return of each split's copies which functions one feature says they have, (T, F) bool."""
-    return [run_trial(distances, impaired.labels, split, method).predicted for split in splits]
-
-
-def still_called_by_profile(
-    impaired: Impaired, splits: Sequence[Split], radii: tuple[float, ...]
-) -> dict[str, list[np.ndarray]]:
-    """Return the same as read by the resting profile: of the spheres, and of the object's own points in their place."""
-    classifier = ProfileClassifier(tuple(radius for radius in PROFILE_RADII if radius in radii) or radii)
-    records = impaired.simulated.records
-    objects = {
-        "spheres_profile": impaired.simulated.settled,
-        "points_profile": [points_as_spheres(record, classifier.radii) for record in records],
-    }
-    profiles = {name: profiled(settled, impaired.labels, classifier) for name, settled in objects.items()}
-    return {name: [read.trial([split]).predicted for split in splits] for name, read in profiles.items()}
 
 
 def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Sequence[np.ndarray]]) -> Shares:

@@ -14,7 +14,7 @@ from sklearn.svm import SVC
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table
-from spherefunc_bullet.learning.profile_classifier import ProfileClassifier, forest
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier, forest
 from spherefunc_bullet.learning.resting_profile import NAMES
 
 from .alternatives import f_measures, side_by_side
@@ -45,11 +45,11 @@ CLASSIFIERS = {
 def print_classifiers(simulated: Simulated, radii: tuple[float, ...], splits: Splits, json: bool):
     """Print what each classifier makes of the quantities, calibrated alike: across sources and on random halves."""
     labels = labels_of(simulated)
-    quantities = profiled(simulated.settled, labels, ProfileClassifier(radii)).profiles
+    quantities = profiled(simulated.settled, labels, FunctionClassifier(radii=radii)).profiles
     rows = {
         name: summary(Profiled(profiles=quantities, labels=labels, classifier=classifier).evaluation(splits))
         for name, classifier in (
-            (name, ProfileClassifier(radii, estimator=estimator)) for name, estimator in CLASSIFIERS.items()
+            (name, FunctionClassifier(radii=radii, estimator=estimator)) for name, estimator in CLASSIFIERS.items()
         )
     }
     if json:
@@ -99,10 +99,10 @@ def print_ranking(simulated: Simulated, radii: tuple[float, ...], splits: Splits
     print_table(title, ["quantity", "more without it"], [[name, f"{value:+.5f}"] for name, value in ranked.items()])
 
 
-def ranking_classifier(radii: Sequence[float], seed: int = 0) -> ProfileClassifier:
+def ranking_classifier(radii: Sequence[float], seed: int = 0) -> FunctionClassifier:
     """Return a quicker classifier, to be learnt some hundred times."""
     trees = ExtraTreesClassifier(TREES, class_weight="balanced", random_state=seed)
-    return ProfileClassifier(radii, estimator=trees, random_state=seed)
+    return FunctionClassifier(radii=radii, estimator=trees, random_state=seed)
 
 
 def loss_without(

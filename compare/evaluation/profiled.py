@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
-from spherefunc_bullet.learning.method import METHODS
-from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import DROPS, METHODS
+from spherefunc_bullet.settling.drops import as_drops
 from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.settling.settling import Settled
 
-from .evaluation import Evaluation, Trial
+from .evaluation import FOLDS, Evaluation, Trial
 from .features import voxel_centers
 from .protocol import Labels, Split, Splits
 
+POINTS = "points"  # the same quantities
 ACROSS = "leave_one_group_out"
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
@@ -26,20 +30,34 @@ class Profiled:
 
     profiles: np.ndarray  # (N, R * Q) float
     labels: Labels
-    classifier: ProfileClassifier
+    classifier: FunctionClassifier
 
     def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that splits test, each by what that split learns."""
+        """Return what is said of the objects that splits test, each by what that split learns.
+
+        Where splits leave out one object each, a twentieth of them is left out at a time.
+        """
+        folds = [[split] for split in splits]
+        if len(splits) > FOLDS:
+            folds = [[splits[k] for k in fold] for fold in np.array_split(np.arange(len(splits)), FOLDS)]
+        tests = [np.concatenate([split.test for split in fold]) for fold in folds]
+        trains = [
+            fold[0].train if len(fold) == 1 else np.setdiff1d(np.arange(len(self.labels)), test)
+            for fold, test in zip(folds, tests, strict=True)
+        ]
+        scores, weights = [], []
+        for train, test in zip(trains, tests, strict=True):
+            learnt = self.learnt(train)
+            scores.append(learnt.score_profiles(self.profiles[test]))
+            weights.append([{learnt.radius_[name]: 1.0} for name in self.labels.functions])
         return Trial(
             learnt=round(float(np.mean([len(split.train) for split in splits]))),
-            rows=np.concatenate([split.test for split in splits]),
-            scores=np.concatenate(
-                [self.learnt(split.train).score_profiles(self.profiles[split.test]) for split in splits]
-            ),
-            weights=(),
+            rows=np.concatenate(tests),
+            scores=np.concatenate(scores),
+            weights=weights,
         )
 
-    def learnt(self, rows: np.ndarray) -> ProfileClassifier:
+    def learnt(self, rows: np.ndarray) -> FunctionClassifier:
         """Return the classifier after learning some objects."""
         members, names = self.labels.members[rows], [str(row) for row in rows]
         return self.classifier.fit_profiles(self.profiles[rows], members, self.labels.functions, names)
@@ -48,21 +66,37 @@ class Profiled:
         """Return what was said of the objects under a protocol."""
         return Evaluation(
             labels=self.labels,
-            method=METHODS["default"],
+            method=METHODS["profile"],
             trials={size: [self.trial([split]) for split in trials] for size, trials in splits.halves.items()},
             left_out={name: self.trial(alone) for name, alone in splits.left_out.items()},
         )
 
 
-def profiled(objects: Sequence[Mapping[float, np.ndarray]], labels: Labels, classifier: ProfileClassifier) -> Profiled:
-    """Return the quantities of objects, each a mapping of radius in metres to spheres (S, 3), or points as such."""
+def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionClassifier) -> Profiled:
+    """Return the quantities of objects, each given by its drops at every radius."""
     return Profiled(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
 
 
-def points_as_spheres(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> dict[float, np.ndarray]:
-    """Return an object's own points (S, 3) in place of spheres: as far apart as spheres, in random order."""
-    points = np.random.default_rng(seed).permutation(voxel_centers(record))
-    return {radius: thin(points, 2 * radius) for radius in radii}
+def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
+    """Return the quantities of the spheres that fell on objects."""
+    return profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+
+
+def points_profiled(records: Sequence[ObjectRecord], labels: Labels, radii: tuple[float, ...]) -> Profiled:
+    """Return the same quantities of the objects' own points: what the spheres have to beat."""
+    return profiled([points_as_drops(record, radii) for record in records], labels, FunctionClassifier(radii=radii))
+
+
+def fused(features: Sequence[Profiled]) -> Profiled:
+    """Return the quantities of several features (N, Q1 + Q2 + ...) side by side, as the paper hopes for (§IV-B)."""
+    return replace(features[0], profiles=np.hstack([feature.profiles for feature in features]))
+
+
+def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> Settled:
+    """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
+    points = voxel_centers(record)
+    mixed = np.random.default_rng(seed).permutation(points)
+    return {radius: as_drops(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
 
 
 def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:

@@ -18,67 +18,66 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import open_dataset
-from spherefunc_bullet.learning.method import METHODS
-from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
-from spherefunc_bullet.learning.resting_profile import FIRST
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import CUBES, DROPS, ProfileMethod
 
 from .alternatives import f_measures, side_by_side
-from .evaluation import Evaluation, evaluate
-from .features import SPHERES, baseline_distances, sphere_distances
+from .features import SPHERES
 from .profile_choices import print_classifiers, print_ranking
-from .profiled import ACROSS, points_as_spheres, profiled, reliability
+from .profiled import ACROSS, POINTS, fused, profiled, reliability, spheres_profiled
 from .protocol import Protocol, Splits, labels_of
+from .readings import Reading, readings
 from .results import Result, results_of
 from .sizes import wanted_sizes
 from .tables import print_baselines
 
-POINTS = "points, same quantities"
-Radii = Annotated[str, typer.Option(help="Sphere radii, all of which count.")]
+FUSED = "spheres and points"
+CUBES_READ = "spheres, cubes"
+Radii = Annotated[str | None, typer.Option(help="Sphere radii, all of which count.")]
 Sizes = Annotated[str, typer.Option(help="Training examples on random halves.")]
-First = Annotated[str, typer.Option(help="Also with only so many settled spheres a run, such as 30,60,120.")]
+First = Annotated[str, typer.Option(help="Also with only the first so many drops at each radius.")]
 
 
-def evaluations(simulated: Simulated, radii: tuple[float, ...], splits: Splits) -> dict[str, Evaluation]:
-    """Return the evaluation of profiles, of their baselines, and of cubes by today's default method."""
-    labels, method = labels_of(simulated), METHODS["default"]
-    classifier = ProfileClassifier(radii)
-    cubes = {"cubes (default)": sphere_distances(simulated, radii, method)}
-    points = [points_as_spheres(record, radii) for record in simulated.records]
-    return {
-        SPHERES: profiled(simulated.settled, labels, classifier).evaluation(splits),
-        POINTS: profiled(points, labels, classifier).evaluation(splits),
-    } | {
-        name: evaluate(distances, labels, method, splits)
-        for name, distances in (cubes | baseline_distances(simulated.records, radii)).items()
-    }
+def all_readings(
+    simulated: Simulated, radii: tuple[float, ...], counted: Simulated | None, cubes_radii: tuple[float, ...]
+) -> dict[str, Reading]:
+    """Return profiles of the spheres and all baselines: points, both together, cubes on runs of their own, shapes."""
+    read = readings(simulated, radii, ProfileMethod(radii=radii))
+    read[FUSED] = fused([spheres_profiled(simulated, labels_of(simulated), radii), read[POINTS]])
+    if counted is not None:
+        read[CUBES_READ] = readings(counted, cubes_radii, CUBES)[SPHERES]
+    return read
 
 
-def few_spheres(
+def few_drops(
     simulated: Simulated, radii: tuple[float, ...], counts: Sequence[int], splits: Splits
 ) -> dict[int, dict[str, float]]:
-    """Return the F-measures across sources when only so many settled spheres of each run are read."""
+    """Return the F-measures across sources when only the first so many drops are read, in learning and in asking."""
     labels, across = labels_of(simulated), Splits(halves={}, left_out=splits.left_out)
-    evaluated = {
-        count: profiled(simulated.settled, labels, ProfileClassifier(radii, first=count)).evaluation(across)
-        for count in counts
-    }
-    return {count: f_measures(evaluation.left_out_quality(ACROSS)) for count, evaluation in evaluated.items()}
+    classifier, rows = FunctionClassifier(radii=radii), {}
+    for count in counts:
+        first = [{radius: drops[:count] for radius, drops in settled.items()} for settled in simulated.settled]
+        rows[count] = f_measures(profiled(first, labels, classifier).evaluation(across).left_out_quality(ACROSS))
+    return rows
 
 
 def milliseconds_each(simulated: Simulated, radii: tuple[float, ...]) -> float:
     """Return the milliseconds that the quantities of one object take, all radii together."""
+    classifier = FunctionClassifier(radii=radii)
+    classifier.profiles(simulated.settled[:1])
     start = perf_counter()
-    ProfileClassifier(radii).profiles(simulated.settled)
+    classifier.profiles(simulated.settled)
     return 1000 * (perf_counter() - start) / len(simulated.records)
 
 
 def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
-    radii: Radii = "1cm,3cm",
-    first: First = f"30,60,120,{FIRST}",
+    radii: Radii = None,
+    first: First = f"10,20,40,80,120,{DROPS}",
     train_sizes: Sizes = "20,45,100",
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
     classifiers: Annotated[bool, typer.Option(help="Compare classifiers instead.")] = False,
+    cubes: Annotated[bool, typer.Option(help="Also count spheres of full runs in cubes, which takes long.")] = False,
     ranking: Annotated[bool, typer.Option(help="Rank quantities by what they add instead.")] = False,
     backend: options.Backend = "fast",
     seed: options.Seed = 0,
@@ -88,15 +87,20 @@ def main(
     """Measure how well functions are told from resting profiles, across sources and on random halves."""
     failures = Failures()
     dropping = options.dropping(backend, None, radii, seed, "z", "m")
-    simulated = simulate_dataset(open_dataset(data), dropping, jobs=jobs, failed=failures.add)
+    dataset = open_dataset(data)
+    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
     sizes = tuple(wanted_sizes(train_sizes, len(simulated.objects)))
     splits = Protocol(train_sizes=sizes, trials=trials, seed=seed, groups=True).splits(labels_of(simulated))
     if ranking or classifiers:
         (print_ranking if ranking else print_classifiers)(simulated, dropping.radii, splits, json)
     else:
-        evaluated = evaluations(simulated, dropping.radii, splits)
+        how, counted = options.dropping(backend, None, None, seed, "z", "m", CUBES.name), None
+        if cubes:
+            counted = simulate_dataset(dataset, how, jobs=jobs, failed=failures.add)
+        read = all_readings(simulated, dropping.radii, counted, how.radii)
+        evaluated = {name: reading.evaluation(splits) for name, reading in read.items()}
         sure = reliability(evaluated[SPHERES].left_out[ACROSS], evaluated[SPHERES].labels)
-        counts = few_spheres(simulated, dropping.radii, [int(count) for count in first.split(",")], splits)
+        counts = few_drops(simulated, dropping.radii, [int(count) for count in first.split(",")], splits)
         print_all(results_of(evaluated), counts, sure, milliseconds_each(simulated, dropping.radii), json)
     failures.exit()
 
@@ -108,7 +112,7 @@ def print_all(
     milliseconds: float,
     json: bool,
 ):
-    """Print the results, those with few spheres, what scores are worth, and the cost, as JSON or as tables."""
+    """Print the results, those with few drops, what scores are worth, and the cost, as JSON or as tables."""
     if json:
         cost = round(milliseconds, 2)
         print_json({"results": results, "first": counts, "reliability": sure, "milliseconds_per_object": cost})
@@ -117,7 +121,7 @@ def print_all(
         print_baselines(result)
     functions = ", ".join(next(iter(counts.values())))
     rows = [[str(count), side_by_side(row)] for count, row in counts.items()]
-    print_table(f"\nacross sources, F-measure of {functions}", ["first settled spheres", "F"], rows)
+    print_table(f"\nacross sources, F-measure of {functions}", ["drops at each radius", "F"], rows)
     bins = [
         [f"{row['from']:g} to {row['to']:g}", str(row["scores"]), f"{row['said']:.3f}", f"{row['true']:.3f}"]
         for row in sure

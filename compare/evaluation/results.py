@@ -9,12 +9,13 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import say
-from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.learning.method import AnyMethod
 
 from .confusion import Said, said_of
-from .evaluation import Evaluation, FunctionQuality, evaluate
-from .features import SPHERES, all_distances
+from .evaluation import Evaluation, FunctionQuality
+from .features import SPHERES
 from .protocol import Protocol, Split, Splits, labels_of
+from .readings import readings
 
 Qualities = dict[str, FunctionQuality]  # by function
 
@@ -31,15 +32,11 @@ class Result(TypedDict):
 
 
 def evaluate_features(
-    simulated: Simulated, radii: tuple[float, ...], method: Method, protocol: Protocol
+    simulated: Simulated, radii: tuple[float, ...], method: AnyMethod, protocol: Protocol
 ) -> dict[str, Evaluation]:
-    """Return the evaluation of the spheres and of every baseline, all by one method.
-
-    Baselines are scored with the same neighbours, votes and choice of radius as the spheres.
-    """
-    labels = labels_of(simulated)
-    splits, features = protocol.splits(labels), all_distances(simulated, radii, method)
-    return {name: evaluate(distances, labels, method, splits) for name, distances in features.items()}
+    """Return the evaluation of the spheres and of every baseline; see `readings`."""
+    splits = protocol.splits(labels_of(simulated))
+    return {name: read.evaluation(splits) for name, read in readings(simulated, radii, method).items()}
 
 
 def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
@@ -61,7 +58,7 @@ def result(protocol: str, train_size: int, figures: dict[str, Qualities]) -> Res
     return {"protocol": protocol, "train_size": train_size, "functions": figures[SPHERES], "baselines": baselines}
 
 
-def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ...], method: Method) -> Result:
+def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ...], method: AnyMethod) -> Result:
     """Return the result of learning on one data set and testing on another.
 
     Raises
@@ -76,9 +73,6 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
     labels, count = labels_of(both), len(learnt.objects)
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
-    evaluations = {
-        name: evaluate(distances, labels, method, splits)
-        for name, distances in all_distances(both, radii, method).items()
-    }
+    evaluations = {name: read.evaluation(splits) for name, read in readings(both, radii, method).items()}
     figures = {name: evaluation.quality(count) for name, evaluation in evaluations.items()}
     return result("test", count, figures) | {"said": said_of(labels, evaluations[SPHERES].trials[count])}

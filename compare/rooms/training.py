@@ -10,13 +10,14 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import find_method
-from spherefunc_bullet.learning.model_file import load_model
+from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.recognition.recognition import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
+from spherefunc_bullet.settling.drops import Length
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import Settled, settle
 from spherefunc_bullet.simulator import Simulator
@@ -36,7 +37,7 @@ class Training:
     radii: tuple[float, ...]  # metres
     examples: str = "whole"  # one of EXAMPLES
     completion: tuple[str, ...] = ()
-    method: str = "default"
+    method: str = "cubes"
     seed: int = 0
 
     def __post_init__(self):
@@ -48,6 +49,11 @@ class Training:
         """How long runs are."""
         return find_method(self.method).length
 
+    @property
+    def dropping(self) -> Dropping:
+        """How spheres are dropped on whole models."""
+        return Dropping(simulator=self.simulator, radii=self.radii, seed=self.seed, length=self.length)
+
 
 def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
     """Return each half of a data set with a model that has learnt the other half.
@@ -57,10 +63,7 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    dropping = Dropping(
-        simulator=training.simulator, radii=training.radii, seed=training.seed, length=training.length
-    )
-    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failed)
+    simulated = simulate_dataset(dataset, training.dropping, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
@@ -79,7 +82,7 @@ def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
 
 def trained_classifier(
     dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
-) -> CubeClassifier:
+) -> CloudClassifier:
     """Return a classifier that has learnt a data set's objects as whole models, partial views, or both.
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
@@ -95,8 +98,7 @@ def trained_classifier(
             settled.append(spheres)
             labels.append(item.functions)
             names.append(name)
-    model = CubeClassifier(training.simulator, radii=training.radii, method=training.method, seed=training.seed)
-    return model.fit_settled(settled, labels, names)
+    return new_classifier(training.dropping, training.method).fit_settled(settled, labels, names)
 
 
 def partial_examples(

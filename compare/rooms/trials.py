@@ -11,7 +11,7 @@ import numpy as np
 
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
@@ -141,7 +141,7 @@ class Fold:
     """Objects to furnish rooms with, and a model that has not learnt them."""
 
     dataset: Dataset
-    model: CubeClassifier
+    model: CloudClassifier
     jobs: int = 1
     of_models: dict[Path, frozenset[str]] = field(default_factory=dict)  # what it says of whole models
 

@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import format_length, parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+    from spherefunc_bullet.learning.classifier import CloudClassifier
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
@@ -86,7 +86,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
     return load_scan(file, units=units, report=say)
 
 
-def warm_up_recognition(classifier: CubeClassifier):
+def warm_up_recognition(classifier: CloudClassifier):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator

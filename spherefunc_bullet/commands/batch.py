@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from .options import DEFAULT_RADII, Backend, Jobs, Json, Radii, Seed, Shape, Units, Up, dropping
+from .options import DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -41,7 +41,8 @@ def run(
     ] = None,
     backend: Backend = "fast",
     shape: Shape = None,
-    radii: Radii = DEFAULT_RADII,
+    method: Method = DEFAULT_METHOD,
+    radii: Radii = None,
     seed: Seed = 0,
     up: Up = "z",
     units: Units = "m",
@@ -54,9 +55,6 @@ def run(
     scheduler: Annotated[str | None, typer.Option(help="A Dask scheduler whose workers work: tcp://host:8786.")] = None,
     shared_path: Annotated[
         bool, typer.Option("--shared-path", help="The cluster sees DATA at the same path; else files are sent.")
-    ] = False,
-    to_the_end: Annotated[
-        bool, typer.Option("--to-the-end", help="Runs without a limit of spheres, as --method paper reads them.")
     ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Also objects that failed before.")] = False,
     status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
@@ -76,7 +74,7 @@ def run(
     from ..quantities import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, to_the_end), shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 

@@ -15,7 +15,7 @@ from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
-    from ..learning.cube_classifier import CubeClassifier
+    from ..learning.classifier import CloudClassifier
     from ..settling.records import Dropping
 
 
@@ -26,8 +26,8 @@ def train(
     out: Annotated[Path, typer.Option(help="The model file to write.")],
     backend: options.Backend = "fast",
     shape: options.Shape = None,
-    radii: options.Radii = options.DEFAULT_RADII,
-    method: options.Method = "default",
+    radii: options.Radii = None,
+    method: options.Method = options.DEFAULT_METHOD,
     seed: options.Seed = 0,
     up: options.Up = "z",
     units: options.Units = "m",
@@ -38,12 +38,10 @@ def train(
     """Learn every function's radius and examples, and write the model."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.dataset import joined_datasets, open_dataset
-    from ..learning.method import find_method
     from ..learning.model_file import save_model
 
     require_place(out)
-    failures, to_the_end = Failures(), find_method(method).to_the_end
-    how = options.dropping(backend, shape, radii, seed, up, units, to_the_end)
+    failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units, method)
     dataset = joined_datasets([open_dataset(name) for name in data])
     simulated = simulate_dataset(dataset, how, jobs=jobs, run=run, failed=failures.add)
     model = train_on(simulated, how, method)
@@ -57,13 +55,12 @@ def train(
     failures.exit()
 
 
-def train_on(simulated: Simulated, how: Dropping, method: str = "default") -> CubeClassifier:
+def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
-    from ..learning.cube_classifier import CubeClassifier
-    from ..learning.method import find_method
+    from ..learning.model_file import new_classifier
 
-    model = CubeClassifier(how.simulator, radii=how.radii, method=find_method(method), seed=how.seed)
     labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
-    return model.fit_settled(simulated.settled, labels, [item.path.name for item in simulated.objects])
+    names = [item.path.name for item in simulated.objects]
+    return new_classifier(how, method).fit_settled(simulated.settled, labels, names)

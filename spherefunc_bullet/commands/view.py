@@ -19,7 +19,7 @@ from .options import Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
-    from ..learning.cube_classifier import CubeClassifier
+    from ..learning.classifier import CloudClassifier
     from ..settling.settling import Settled
     from ..simulator import DropResult, DropSettings, Simulator
     from ..viewer.data import Panel
@@ -90,7 +90,7 @@ def backend_names(text: str) -> list[str]:
     return names
 
 
-def explaining_model(model: Path | None, names: Sequence[str]) -> CubeClassifier:
+def explaining_model(model: Path | None, names: Sequence[str]) -> CloudClassifier:
     """Return the model that is given, or the first that ships for one of the backends shown."""
     from ..learning.model_file import load_model, shipped_model
 
@@ -169,7 +169,7 @@ def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], se
     return [simulator.drop(cloud, settings, seed) for settings in runs]
 
 
-def settle_on_all(objects: Sequence[Viewed], classifier: CubeClassifier, failures: Failures):
+def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failures: Failures):
     """Drop the spheres that the classifier looks at on every object."""
     from ..settling.settling import settle_all
 
@@ -184,7 +184,7 @@ def settle_on_all(objects: Sequence[Viewed], classifier: CubeClassifier, failure
 
 
 def write_pages(
-    objects: Sequence[Viewed], out: Path | None, classifier: CubeClassifier | None, failures: Failures
+    objects: Sequence[Viewed], out: Path | None, classifier: CloudClassifier | None, failures: Failures
 ) -> list[Path]:
     """Write one page per object, or one for all where its name is given, and return those written."""
     from ..viewer.page import display_page
@@ -211,7 +211,7 @@ def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
     return path
 
 
-def object_parts(viewed: Viewed, classifier: CubeClassifier | None) -> list[str]:
+def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str]:
     """Return the HTML of one object: its title, the display, and why where that is asked for."""
     from html import escape
 

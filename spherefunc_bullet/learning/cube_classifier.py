@@ -14,7 +14,7 @@ from ..simulator import Simulator
 from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
 from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
-from .method import RADII, Method, find_method
+from .method import RADII, Method, find_cube_method
 from .validation import radius_weights, remaining_weights, voted_scores
 
 NO_SPHERES = np.empty((0, 3))
@@ -67,7 +67,7 @@ class CubeClassifier(CloudClassifier):
         """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
         labels = as_sets(y)
         require_alike(settled, labels, names)
-        method = find_method(self.method)
+        method = find_cube_method(self.method)
         self.functions_ = tuple(sorted(set().union(*labels)))
         self.members_ = memberships(labels, self.functions_)
         self.names_ = list(names)
@@ -100,7 +100,7 @@ class CubeClassifier(CloudClassifier):
     @property
     def length(self) -> Length:
         """How long its runs are."""
-        return find_method(self.method).length
+        return find_cube_method(self.method).length
 
     def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects given as settled centres.
@@ -124,7 +124,7 @@ class CubeClassifier(CloudClassifier):
             for column, name in enumerate(self.functions_):
                 weights = remaining_weights(self.weights_[name], radii)
                 members = self.members_[:, column]
-                scores[rows, column] = voted_scores(known, members, weights, find_method(self.method))
+                scores[rows, column] = voted_scores(known, members, weights, find_cube_method(self.method))
         return scores
 
     def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
@@ -157,7 +157,7 @@ class CubeClassifier(CloudClassifier):
             From one object to the training examples, at one radius.
         """
         members = self.members_[:, self.functions_.index(name)]
-        method = find_method(self.method)
+        method = find_cube_method(self.method)
         counts, weights = method.neighbors, np.zeros(len(members))
         sides = (np.arange(len(members)),) if method.of_all else both_sides(members)
         for count in counts:
@@ -189,7 +189,7 @@ class CubeClassifier(CloudClassifier):
     def _choose_radii(self) -> CubeClassifier:
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
         self.weights_ = {
-            name: radius_weights(distances, members, find_method(self.method), self.random_state)
+            name: radius_weights(distances, members, find_cube_method(self.method), self.random_state)
             for name, members in zip(self.functions_, self.members_.T, strict=True)
         }
         return self

@@ -19,9 +19,10 @@ from .calibration import AS_VOTED, Line, calibrated, calibration_line, held_out_
 from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
 from .forest import Forest, forest_of
 from .method import DROPS, PROFILE_RADII
-from .resting_profile import NAMES, RestingProfile
+from .resting_profile import NAMES, RestingProfile, rank_distances
 
 TREES = 200
+FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 
 
 class FunctionClassifier(CloudClassifier):
@@ -57,6 +58,8 @@ class FunctionClassifier(CloudClassifier):
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
+    familiar_ : float
+        How far from all training objects an object may be to count as one of their kind; see `rank_distances`.
     """
 
     def __init__(
@@ -86,14 +89,16 @@ class FunctionClassifier(CloudClassifier):
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        return self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names)
+        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names)
+        return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
         """Learn from more objects: all examples are kept, and forests are grown anew from all of them."""
         check_is_fitted(self, "members_")
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
-        return self.fit_profiles(profiles, members, functions, [*self.names_, *names])
+        self.fit_profiles(profiles, members, functions, [*self.names_, *names])
+        return self._know()
 
     def fit_profiles(
         self, profiles: np.ndarray, members: np.ndarray, functions: Sequence[str], names: Sequence[str]
@@ -146,6 +151,14 @@ class FunctionClassifier(CloudClassifier):
     def chosen_radii(self) -> list[float]:
         """Return the radii, ascending, metres; all of them count."""
         return sorted(self.radii)
+
+    def _know(self) -> FunctionClassifier:
+        """See how far training objects are from one another."""
+        distances = rank_distances(self.profiles_, self.profiles_)
+        np.fill_diagonal(distances, np.inf)
+        nearest = distances.min(axis=1)
+        self.familiar_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf
+        return self
 
     def _radius(self, grown: ClassifierMixin | None) -> float:
         """Return the radius whose quantities count most in a classifier, metres."""

@@ -14,6 +14,7 @@ from ..settling.drops import Length
 from .histogram import DIAMETERS, CubeHistogram
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
+PROFILE = "profile"
 PROFILE_RADII = (0.005, 0.01, 0.03)  # metres
 DROPS = 200  # at each radius
 
@@ -50,24 +51,39 @@ class Method:
 class ProfileMethod:
     """The resting profile: a few drops at each radius, read as quantities; see `ProfileClassifier`."""
 
-    name: str = "profile"
+    name: str = PROFILE
     radii: tuple[float, ...] = PROFILE_RADII
     length: Length = Length(drops=DROPS)
 
 
 PAPER = Method(name="paper", neighbors=(3,), of_all=True, splits=1, to_the_end=True)
 CUBES = Method(name="cubes", vote=True)
-METHODS: dict[str, Method | ProfileMethod] = {
-    "profile": ProfileMethod(),
+AnyMethod = Method | ProfileMethod
+METHODS: dict[str, AnyMethod] = {
+    PROFILE: ProfileMethod(),
     "paper": PAPER,
     "cubes": CUBES,
 }
 
 
-def find_method(method: str | Method | ProfileMethod) -> Method | ProfileMethod:
+def find_method(method: str | AnyMethod) -> AnyMethod:
     """Return a method by its name; one that is already made passes through."""
     if not isinstance(method, str):
         return method
     if method not in METHODS:
         raise InputError(f"method {method!r}: expected one of {', '.join(METHODS)}")
     return METHODS[method]
+
+
+def find_cube_method(method: str | AnyMethod) -> Method:
+    """Return a method that counts spheres in cubes, for what only such a one can do.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    found = find_method(method)
+    if not isinstance(found, Method):
+        raise InputError(f"method {found.name!r}: expected cubes or paper, which count spheres in cubes")
+    return found

@@ -20,9 +20,14 @@ from ..errors import InputError
 from ..formats import FormatError
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
-from ..simulator import make_simulator
+from ..settling.records import Dropping
+from ..simulator import Simulator, make_simulator
+from .classifier import CloudClassifier
 from .cube_classifier import CubeClassifier
-from .method import Method, find_method
+from .forest import Forest
+from .function_classifier import FunctionClassifier
+from .method import CUBES, PROFILE, AnyMethod, Method, find_cube_method, find_method
+from .resting_profile import NAMES
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
@@ -48,8 +53,14 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     return path
 
 
-def save_model(model: CubeClassifier, path: str | Path):
-    """Write a fitted classifier."""
+def save_model(model: CloudClassifier, path: str | Path):
+    """Write a fitted classifier.
+
+    Raises
+    ------
+    InputError
+        If it is one of forests that are none of `forest`, which only arrays of trees can be kept of.
+    """
     simulator = make_simulator(model.simulator)
     about = {
         "format": FORMAT,
@@ -57,24 +68,44 @@ def save_model(model: CubeClassifier, path: str | Path):
         "backend": simulator.name,
         "backend_version": simulator.version,
         "backend_options": simulator.options(),
-        "method": asdict(find_method(model.method)),
         "functions": list(model.functions_),
         "radii": [float(radius) for radius in model.radii],
-        "weights": {name: list(weights.items()) for name, weights in model.weights_.items()},
         "seed": model.seed,
         "random_state": model.random_state,
         "versions": {name: version(name) for name in ("spherefunc-bullet", "numpy", "scikit-learn")},
     }
-    arrays = {"about": np.array(json.dumps(about)), "members": model.members_, "names": np.array(model.names_)}
+    arrays = {"members": model.members_, "names": np.array(model.names_)}
+    more, parts = cubes_kept(model) if isinstance(model, CubeClassifier) else profiles_kept(model)
+    about |= more
+    with writing(Path(path)), open(path, "wb") as file:
+        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
+
+
+def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
+    """Return what is kept of a classifier by cubes beside what is kept of all."""
+    arrays = {}
     for i, radius in enumerate(model.radii):
         matrix = model.examples_[radius]
         arrays[f"keys_{i}"] = model.histograms_[radius].keys_
         arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
-    with writing(Path(path)), open(path, "wb") as file:
-        np.savez_compressed(file, **arrays)
+    weights = {name: list(weights.items()) for name, weights in model.weights_.items()}
+    return {"method": asdict(find_cube_method(model.method)), "weights": weights}, arrays
 
 
-def load_model(path: str | Path, backend: str | None = None) -> CubeClassifier:
+def profiles_kept(model: FunctionClassifier) -> tuple[About, dict[str, np.ndarray]]:
+    """Return what is kept of a classifier by resting profiles beside what is kept of all."""
+    arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
+    for i, one in enumerate(model.forests_):
+        if isinstance(one, Forest):
+            arrays |= {f"{name}_{i}": values for name, values in one.arrays().items()}
+        elif one is not None:
+            raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
+    about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
+    radii = [model.radius_[name] for name in model.functions_]
+    return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
+
+
+def load_model(path: str | Path, backend: str | None = None) -> CloudClassifier:
     """Read a classifier back, ready to classify and to learn more.
 
     Parameters
@@ -132,37 +163,82 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
 
 
+def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
+    """Return the classifier that a model file describes."""
+    simulator = make_simulator(about["backend"], **about["backend_options"])
+    options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
+    read = rebuilt_profiles if about["method"]["name"] == PROFILE else rebuilt_cubes
+    model = read(simulator, options, about, arrays)
+    model.functions_ = tuple(about["functions"])
+    model.members_ = arrays["members"].astype(bool)
+    model.names_ = [str(name) for name in arrays["names"]]
+    if model.members_.shape != (len(model.names_), len(model.functions_)):
+        raise ValueError("members, names and functions differ in number")
+    return model
+
+
+def rebuilt_profiles(
+    simulator: Simulator, options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]
+) -> FunctionClassifier:
+    """Return the classifier by resting profiles that a model file describes."""
+    names = about["functions"]
+    if about["method"]["quantities"] != list(NAMES):
+        raise ValueError("other quantities than this version reads")
+    model = FunctionClassifier(simulator, drops=int(about["method"]["drops"]), **options)
+    model.profiles_ = arrays["profiles"].astype(float)
+    model.familiar_ = float(about["familiar"])
+    model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
+    model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
+    if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
+        raise ValueError("quantities and names differ in number")
+    model.forests_ = [None if f"roots_{i}" not in arrays else rebuilt_forest(arrays, i) for i in range(len(names))]
+    for one in model.forests_:
+        if one is not None:
+            one.require_whole(model.profiles_.shape[1])
+    return model
+
+
+def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
+    """Return one function's forest."""
+    return Forest(**{name: arrays[f"{name}_{i}"] for name in ("roots", "feature", "threshold", "below", "vote")})
+
+
 def rebuilt_method(about: dict[str, Any]) -> Method:
     """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
     fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
     about = about | {"neighbors": tuple(about["neighbors"])}
     if any(about.pop(name, value) != value for name, value in fixed.items()):
         raise ValueError("a method of an earlier version")
+    if about["name"] == "default":  # what earlier versions called it
+        about["name"] = CUBES.name
     return Method(**about)
 
 
-def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> CubeClassifier:
-    """Return the classifier that a model file describes."""
-    simulator = make_simulator(about["backend"], **about["backend_options"])
+def rebuilt_cubes(
+    simulator: Simulator, options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]
+) -> CubeClassifier:
+    """Return the classifier by cubes that a model file describes."""
     method = rebuilt_method(about["method"])
-    radii = tuple(about["radii"])
-    model = CubeClassifier(
-        simulator, radii=radii, method=method, seed=about["seed"], random_state=about["random_state"]
-    )
-    model.functions_ = tuple(about["functions"])
-    model.weights_ = {name: {radius: weight for radius, weight in about["weights"][name]} for name in model.functions_}
-    if not all(weights and set(weights) <= set(radii) for weights in model.weights_.values()):
+    model = CubeClassifier(simulator, method=method, **options)
+    model.weights_ = {
+        name: {radius: weight for radius, weight in about["weights"][name]} for name in about["functions"]
+    }
+    if not all(weights and set(weights) <= set(model.radii) for weights in model.weights_.values()):
         raise ValueError("a function's radius is none of the model's")
-    model.members_ = arrays["members"].astype(bool)
-    model.names_ = [str(name) for name in arrays["names"]]
-    if model.members_.shape != (len(model.names_), len(model.functions_)):
-        raise ValueError("members, names and functions differ in number")
     model.histograms_, model.examples_ = {}, {}
-    for i, radius in enumerate(radii):
+    for i, radius in enumerate(model.radii):
         histogram = method.histogram(radius)
         histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
         parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
-        matrix = sparse.csr_matrix(parts, shape=(len(model.names_), len(histogram.keys_) + 1))
+        matrix = sparse.csr_matrix(parts, shape=(len(arrays["names"]), len(histogram.keys_) + 1))
         matrix.check_format(full_check=True)
         model.histograms_[radius], model.examples_[radius] = histogram, matrix
     return model
+
+
+def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
+    """Return a method's classifier, not fitted, of spheres that are dropped in some way."""
+    found = find_method(method)
+    if isinstance(found, Method):
+        return CubeClassifier(how.simulator, radii=how.radii, method=found, seed=how.seed)
+    return FunctionClassifier(how.simulator, radii=how.radii, drops=how.length.drops, seed=how.seed)

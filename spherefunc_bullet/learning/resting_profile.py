@@ -190,3 +190,21 @@ def staying(drops: np.ndarray, columns: Columns, piece: Columns) -> Profile:
 def share(settled: np.ndarray, which: np.ndarray) -> float:
     """Return the share of some drops (D,) bool that settled (D,) bool; 0 where there are none."""
     return float(settled[which].mean()) if which.any() else 0.0
+
+
+def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
+    """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks.
+
+    A quantity's rank is the share of the training objects that have less of it, so that metres and shares count alike.
+    """
+    ordered = np.sort(learnt, axis=0)
+    columns = range(learnt.shape[1])
+
+    def ranks(rows: np.ndarray) -> np.ndarray:
+        places = [
+            np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
+            for k in columns
+        ]
+        return np.column_stack(places) / (2 * len(learnt))
+
+    return np.abs(ranks(asked)[:, None] - ranks(learnt)[None]).mean(axis=2)

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
-from ..learning.evidence import Cubes, corners
 from ..learning.histogram import CubeHistogram, counted_cubes
+from ..learning.reasons.cubes import Cubes, corners
 from .colours import FLAT, HEIGHT_COLOURS
 
 MAX_FACES = 100_000  # of a mesh, finer ones are thinned: a page of 8 MB holds several displays

@@ -1,33 +1,92 @@
-"""Why an object has a function or not: its nearest training objects, and the cubes that speak for and against."""
+"""Why an object has a function or not: quantities and words, or nearest training objects and cubes of space."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
 from ..clouds.cloud import Cloud
+from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
-from ..learning.evidence import Cubes, cube_evidence
+from ..learning.function_classifier import FunctionClassifier
+from ..learning.reasons.cubes import Cubes, cube_evidence
+from ..learning.reasons.words import Deciding, deciding, doubts, nearest, sentences, unit_of, with_unit
 from ..learning.validation import THRESHOLD
 from ..quantities import format_length
+from ..settling.drops import NO_DROPS, settled_centers
 from ..settling.settling import Settled
-from .data import Layer, Panel, display
+from .data import Layer, Panel, display, histogram_cubes
 from .page import display_html, table_html
 
+QUANTITIES_SHOWN = 6  # of each function
 
-def explanation_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled) -> str:
-    """Return a section that says what an object is for, and why, with a panel for each function.
+
+def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: Settled) -> str:
+    """Return a section that says what an object is for, and why.
 
     Parameters
     ----------
-    classifier : CubeClassifier
+    classifier : CloudClassifier
         Fitted.
     cloud : Cloud
-    settled : dict of float to (S, 3) float
-        The object's settled spheres at each radius that the classifier uses, metres.
+    settled : dict of float to array
+        What fell on the object at each radius that the classifier uses, as `settle` returns it.
     """
-    scores = dict(zip(classifier.functions_, classifier.score_settled([settled])[0], strict=True))
+    scores = dict(zip(classifier.functions_, classifier.score_settled([settled])[0].tolist(), strict=True))
+    if isinstance(classifier, FunctionClassifier):
+        return words_html(classifier, cloud, settled, scores)
+    return cubes_html(classifier, cloud, settled, scores)
+
+
+def words_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, scores: dict[str, float]) -> str:
+    """Return the section of a classifier by resting profiles: sentences, and what decided each function."""
+    values = list(scores.values())
+    said = sentences(classifier, settled, values)
+    unsure = doubts(classifier, settled, values)
+    sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in unsure)
+    near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(classifier, settled))
+    tables = ""
+    for name, score in scores.items():
+        decided = deciding(classifier, settled, name, QUANTITIES_SHOWN)
+        tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}"
+    return (
+        f"<section><h2>Why: {escape(verdict(scores))}</h2>"
+        f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in said)}.</p>{sure}"
+        f"<p class='lead'>Nearest of the {len(classifier.names_)} training objects: {escape(near)}.</p>"
+        f"{display_html(display(cloud, [drops_panel(classifier, settled)]))}{tables}</section>"
+    )
+
+
+def drops_panel(classifier: FunctionClassifier, settled: Settled) -> Panel:
+    """Return the panel of the drops that the answer is read from, a layer for each radius."""
+    layers = []
+    for radius in classifier.radii:
+        drops = settled.get(radius, NO_DROPS)
+        centers = np.asarray(settled_centers(drops), float)
+        note = f"{len(centers)} of {len(drops)} drops of spheres of radius {format_length(radius)} stayed."
+        layers.append(Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note))
+    return Panel(title="what the answer is read from", layers=layers)
+
+
+def deciding_html(rows: Sequence[Deciding], name: str) -> str:
+    """Return a table of the quantities that decided about one function."""
+    head = ["quantity", "spheres", "here", "median of training objects", "score without it"]
+    cells = [
+        [
+            row["meaning"],
+            format_length(row["radius"]),
+            *(with_unit(row[key], unit_of(row["quantity"])) for key in ("value", "median")),
+            f"{-row['share']:+.2f}",
+        ]
+        for row in rows
+    ]
+    return table_html(head, cells, texts=2, label=f"What decided, {name}")
+
+
+def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled, scores: dict[str, float]) -> str:
+    """Return the section of a classifier by cubes, with a panel for each function."""
     panels = [function_panel(classifier, settled, name, score) for name, score in scores.items()]
     radius = classifier.radius_[max(scores, key=scores.get)]
     backend = getattr(classifier.simulator, "name", classifier.simulator)

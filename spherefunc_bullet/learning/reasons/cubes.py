@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..settling.settling import Settled
-from .cube_classifier import CubeClassifier
-from .histogram import Counts, CubeHistogram, counted_cubes, cube_indices
+from ...settling.settling import Settled
+from ..cube_classifier import CubeClassifier
+from ..histogram import Counts, CubeHistogram, counted_cubes, cube_indices
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

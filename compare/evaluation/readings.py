@@ -1,0 +1,68 @@
+"""All that is asked about objects: the spheres as a method reads them, and every baseline, each with its classifier."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.learning.method import CUBES, AnyMethod, Method
+
+from .evaluation import Evaluation, Trial, evaluate, run_trial
+from .features import SPHERES, Distances, baseline_distances, sphere_distances
+from .profiled import POINTS, points_profiled, spheres_profiled
+from .protocol import Labels, Split, Splits, labels_of
+from .related.fixed import related
+
+
+class Reading(Protocol):
+    """One way to tell functions, on objects that it has been prepared for."""
+
+    def trial(self, splits: Sequence[Split]) -> Trial:
+        """Return what is said of the objects that splits test, each by what that split learns."""
+        ...
+
+    def evaluation(self, splits: Splits) -> Evaluation:
+        """Return what is said of the objects under a protocol."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Neighbours:
+    """Nearest neighbours by distances between all objects."""
+
+    distances: Distances
+    labels: Labels
+    method: Method
+
+    def trial(self, splits: Sequence[Split]) -> Trial:
+        """Return what is said of the objects that one split tests."""
+        (split,) = splits
+        return run_trial(self.distances, self.labels, split, self.method)
+
+    def evaluation(self, splits: Splits) -> Evaluation:
+        """Return what is said of the objects under a protocol."""
+        return evaluate(self.distances, self.labels, self.method, splits)
+
+
+def readings(
+    simulated: Simulated, radii: tuple[float, ...], method: AnyMethod, seed: int = 0
+) -> dict[str, Reading]:
+    """Return the spheres as a method reads them, and what they have to beat: shapes, points and related work.
+
+    Baselines of shapes are scored with the neighbours, votes and choice of radius of the method, if it has such.
+    """
+    labels, neighbours = labels_of(simulated), method if isinstance(method, Method) else CUBES
+    spheres: Reading
+    if isinstance(method, Method):
+        distances = sphere_distances(simulated, radii, method)
+        spheres = Neighbours(distances=distances, labels=labels, method=method)
+    else:
+        spheres = spheres_profiled(simulated, labels, radii)
+    shapes = {
+        name: Neighbours(distances=distances, labels=labels, method=neighbours)
+        for name, distances in baseline_distances(simulated.records, radii).items()
+    }
+    points = points_profiled(simulated.records, labels, radii)
+    return {SPHERES: spheres, POINTS: points} | shapes | related(simulated.records, labels)

@@ -1,0 +1,138 @@
+"""Agents that try an object, after Bar-Aviv and Rivlin: it is for whatever an agent can do with it.
+
+E. Bar-Aviv and E. Rivlin, "Functional 3D object classification using simulation of embodied agent", BMVC 2006 (the
+paper's [18]): for each function an agent is set on the object in many poses, and the object has the function if in one
+of them the agent's constraints are met. Theirs is a jointed person in a physics engine. Here an agent is a few boxes,
+or a ball, whose places relative to each other are fixed; it is let down on the object from above at every place of a
+grid and in every heading, and asked whether it fits, is supported, and is free above:
+
+sittable
+    A seated person: a box for the trunk, one for the thighs in front of it, one for the lower legs in front of these.
+    The trunk comes down on the object between 35 and 55 cm above the ground, and half of its base at least is carried;
+    nothing rises higher under the thighs; nothing taller than 10 cm stands where the feet are.
+table
+    The same person at a table: a place setting comes to lie between 60 and 80 cm above the ground, and three quarters
+    of it at least, an oval mat's share of its box, lie on what is level; the knees go under it from the front, and
+    nothing taller than 10 cm stands where the person sits.
+cup
+    A ball as large as a sip. It is let down on the object, and moved along it in all directions. It is held where it
+    cannot leave without being lifted by its own diameter, and the object is one that a hand can take hold of.
+
+Lengths are those of people (hip breadth, buttock to knee, knee height: medians of adults) and of a place setting;
+they were set before any model was looked at, and nothing is fitted to labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import ndimage
+
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
+
+from .top_view import NOTHING, TopView, top_view
+
+SQUARE = 0.02  # metres between the places that a person tries
+TURNS = (0.0, 30.0, 60.0)  # degrees; with quarter turns, a heading every 30 degrees
+BROAD = 0.36  # metres: a person's breadth
+TRUNK, THIGHS, FEET = 0.30, 0.18, 0.14  # metres from back to front: 48 cm from the back to the hollow of the knee
+SEAT = (0.35, 0.55)  # metres above the ground
+SOFT = 0.05  # metres that a cushion gives way
+FOOTREST = 0.10  # metres: what is lower is stepped on
+BOARD, ALONG = 0.60, 0.40  # metres, a place setting from left to right and from front to back
+TOP = (0.60, 0.80)  # metres above the ground
+MAT = 0.75  # of a place setting
+LEVEL = 0.02  # metres: what a mat bridges, and what thighs do not mind
+KNEES, UNDER = 0.55, 0.30  # metres: how high knees are, and how far they go under a top
+AROUND = TRUNK + THIGHS + FEET  # metres of ground beside an object that a person may need
+SIP = 0.03  # metres, the diameter of a ball of 14 ml
+HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and how tall it is
+
+
+def examined(record: ObjectRecord) -> frozenset[str]:
+    """Return which of the functions cup, sittable and table an object has for the agents."""
+    found = {"cup"} if holds_a_ball(record) else set()
+    if record.size[2] >= SEAT[0]:
+        for above, knee_high in headings(record):
+            if "sittable" not in found and carries_a_person(above):
+                found.add("sittable")
+            if "table" not in found and serves_a_person(above, knee_high):
+                found.add("table")
+    return frozenset(found)
+
+
+def headings(record: ObjectRecord) -> Iterator[tuple[TopView, TopView]]:
+    """Yield an object's top view, and that of what is lower than knees, for a person who faces +x, in all headings."""
+    views = top_view(record), top_view(record, below=KNEES)
+    for degrees in TURNS:
+        above, knee_high = (view.turned(degrees, SQUARE, margin=AROUND) for view in views)
+        for _ in range(4):
+            yield above, knee_high
+            above, knee_high = above.quarter_turned(), knee_high.quarter_turned()
+
+
+def carries_a_person(above: TopView) -> bool:
+    """Return whether somewhere a person who faces +x can sit on an object."""
+    seat = highest(above, TRUNK, BROAD)
+    thighs = highest(above, THIGHS, BROAD, ahead=(TRUNK + THIGHS) / 2)
+    feet = highest(above, FEET, BROAD, ahead=TRUNK / 2 + THIGHS + FEET / 2)
+    fits = (seat >= SEAT[0]) & (seat <= SEAT[1]) & (thighs <= seat + LEVEL) & (feet <= FOOTREST)
+    return bool((carried(above, TRUNK, BROAD, fits, seat, SOFT) >= 0.5).any())
+
+
+def serves_a_person(above: TopView, knee_high: TopView) -> bool:
+    """Return whether somewhere a person who faces +x can sit at an object, a place setting before them on it."""
+    mat = highest(above, ALONG, BOARD)
+    person = highest(above, TRUNK, BROAD, ahead=-(ALONG + TRUNK) / 2)
+    knees = highest(knee_high, UNDER, BROAD, ahead=(UNDER - ALONG) / 2)
+    fits = (mat >= TOP[0]) & (mat <= TOP[1]) & (person <= FOOTREST) & (knees <= FOOTREST)
+    return bool((carried(above, ALONG, BOARD, fits, mat, LEVEL) >= MAT).any())
+
+
+def highest(view: TopView, length: float, breadth: float, ahead: float = 0.0) -> np.ndarray:
+    """Return on what height (X, Y) a box comes to rest that is let down ahead of each place, metres; NOTHING beside."""
+    size = view.cells(length), view.cells(breadth)
+    tops = ndimage.maximum_filter(view.heights, size, mode="constant", cval=NOTHING)
+    return np.roll(tops, -round(ahead / view.cell), axis=0)  # the margin is free, so nothing comes round
+
+
+def carried(
+    view: TopView, length: float, breadth: float, fits: np.ndarray, rest: np.ndarray, give: float
+) -> np.ndarray:
+    """Return what share of a box's base has something under it, at the places (X, Y) bool where it fits, (P,).
+
+    Parameters
+    ----------
+    rest : (X, Y) float
+        The height at which it rests, metres.
+    give : float
+        How far below that something still carries it, metres.
+    """
+    size = np.array([view.cells(length), view.cells(breadth)])
+    places = np.argwhere(fits)
+    bases = np.lib.stride_tricks.sliding_window_view(view.heights, size)[tuple((places - size // 2).T)]
+    return (bases >= (rest[fits] - give)[:, None, None]).mean(axis=(1, 2))
+
+
+def holds_a_ball(record: ObjectRecord) -> bool:
+    """Return whether a hand can take hold of an object, and a ball in it stays where it is put."""
+    if record.size[2] > TALLEST or record.size[:2].min() > HAND:
+        return False
+    bottoms = ball_bottoms(top_view(record).turned(0.0, VOXEL, margin=SIP), SIP / 2)
+    for brim in np.arange(SIP, max(bottoms.max(), SIP) + VOXEL, VOXEL):
+        pools, count = ndimage.label(bottoms < brim, np.ones((3, 3)))
+        lowest = ndimage.minimum(bottoms, pools, np.arange(1, count + 1))
+        if ((lowest > NOTHING) & (lowest <= brim - SIP + 1e-9)).any():
+            return True
+    return False
+
+
+def ball_bottoms(view: TopView, radius: float) -> np.ndarray:
+    """Return the height of the lowest point (X, Y) of a ball let down on an object, metres; NOTHING beside it."""
+    reach = int(radius / view.cell)
+    across = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) * view.cell
+    rise = np.sqrt(np.maximum(radius**2 - across**2, 0)) - radius
+    return ndimage.grey_dilation(
+        view.heights, footprint=across <= radius, structure=rise, mode="constant", cval=NOTHING
+    )

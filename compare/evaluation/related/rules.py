@@ -1,0 +1,126 @@
+"""Rules on height, area and flatness, after Stark and Bowyer's generic recognition through function.
+
+L. Stark and K. Bowyer, "Achieving generalized object recognition through reasoning about association of function to
+structure", PAMI 13(10), 1991 (the paper's [3]): a chair is whatever provides a sittable surface, told by primitives
+such as dimensions, orientation, proximity to the ground and clearance, each with a range. M. Sutton, L. Stark and K.
+Bowyer, "GRUFF-3: generalizing the domain of a function-based recognition system", Pattern Recognition 27(12), 1994,
+adds dishes and the primitive of enclosure.
+
+Theirs reason about the faces of solid models and grade each range between 0 and 1. Here the object is seen from above,
+so that clearance is given: what is seen has nothing over it. A range is met or not. The ranges are those of people
+and of furniture as it is sold; they were set before any model was looked at, and nothing is fitted to labels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
+
+from .top_view import NOTHING, TopView, top_view
+
+SQUARE = 0.01  # metres, a cell of the top view of furniture
+STEP = 0.01  # metres between the heights at which a level surface is looked for
+
+
+@dataclass(frozen=True, kw_only=True)
+class SurfaceRule:
+    """A level surface with nothing over it."""
+
+    lowest: float  # metres above the ground
+    highest: float
+    uneven: float  # metres between its highest and its lowest place
+    disc: float  # metres, diameter of a disc that lies on it
+    area: float  # square metres, in one piece
+
+
+@dataclass(frozen=True, kw_only=True)
+class CavityRule:
+    """A hollow that holds water, in something that a hand can take hold of."""
+
+    tallest: float  # metres, of the object
+    grip: float  # metres, its narrower width
+    smallest: float  # cubic metres of water
+    largest: float
+    deepest: float  # metres of water, at least
+    proportion: float  # depth over width, at least
+
+
+# Seats: 35 to 55 cm, from a low sofa to an office chair raised to its end (EN 1335: 40 to 51 cm). A person needs a
+# disc of 30 cm, the size of a plain stool. Cushions are hollow by up to 5 cm.
+SITTABLE = SurfaceRule(lowest=0.35, highest=0.55, uneven=0.05, disc=0.30, area=0.07)
+# Tables: 60 to 80 cm, from a side table to a desk (EN 527: 65 to 85 cm raised; dining tables 72 to 78 cm). One place
+# setting takes 60 x 40 cm, so a disc of 40 cm and 0.24 m2. What is put down stays on what is level to 2 cm.
+TABLE = SurfaceRule(lowest=0.60, highest=0.80, uneven=0.02, disc=0.40, area=0.24)
+# Cups: an espresso's 50 ml to a litre of beer; up to a wine glass's 25 cm; a hand spans 12 cm. Shallower than 3 cm, or
+# than half of its width, it is a plate or a bowl.
+CUP = CavityRule(tallest=0.25, grip=0.12, smallest=50e-6, largest=1e-3, deepest=0.03, proportion=0.5)
+
+
+def told_by_rules(record: ObjectRecord) -> frozenset[str]:
+    """Return which of the functions cup, sittable and table an object has by the rules."""
+    view = top_view(record)
+    coarse = view.turned(0.0, SQUARE, margin=SQUARE)
+    met = {
+        "cup": holds_water(view, record.size, CUP),
+        "sittable": has_surface(coarse, SITTABLE),
+        "table": has_surface(coarse, TABLE),
+    }
+    return frozenset(function for function, yes in met.items() if yes)
+
+
+def has_surface(view: TopView, rule: SurfaceRule) -> bool:
+    """Return whether somewhere between two heights a piece of an object is as level and as large as a rule wants."""
+    for lowest in np.arange(rule.lowest, rule.highest - rule.uneven / 2, STEP):
+        level = (view.heights >= lowest) & (view.heights <= min(lowest + rule.uneven, rule.highest))
+        if level.sum() * view.cell**2 < rule.area:
+            continue
+        pieces, count = ndimage.label(level)
+        areas = np.bincount(pieces.ravel(), minlength=count + 1) * view.cell**2
+        # From the middle of a cell to that of the nearest cell outside it, which begins half a cell before.
+        within = ndimage.distance_transform_edt(level) - 0.5
+        if ((within * view.cell >= rule.disc / 2 - view.cell / 2) & (areas[pieces] >= rule.area)).any():
+            return True
+    return False
+
+
+def holds_water(view: TopView, size: np.ndarray, rule: CavityRule) -> bool:
+    """Return whether an object of some size (3,), metres, has a hollow as a rule wants it."""
+    if size[2] > rule.tallest or size[:2].min() > rule.grip:
+        return False
+    depths = water_depths(view)
+    pools, count = ndimage.label(depths > 0)
+    for pool in range(1, count + 1):
+        inside = depths[pools == pool]
+        volume, depth = inside.sum() * view.cell**2, inside.max()
+        width = 2 * np.sqrt(inside.size * view.cell**2 / np.pi)
+        if rule.smallest <= volume <= rule.largest and depth >= max(rule.deepest, rule.proportion * width):
+            return True
+    return False
+
+
+def water_depths(view: TopView) -> np.ndarray:
+    """Return how deep water stands over each cell (X, Y), metres, when it rains on an object until all is full.
+
+    Water stands at a height where the surface encloses it, unless it meets a place without a floor. Gaps narrower than
+    three cells are taken for gaps between points.
+    """
+    surface = closed(view.heights)
+    depths = np.zeros_like(surface)
+    for height in np.arange(VOXEL / 2, max(surface.max(), VOXEL), VOXEL):
+        wall = surface >= height
+        pools, _ = ndimage.label(ndimage.binary_fill_holes(wall) & ~wall)
+        leaking = np.unique(pools[surface == NOTHING])
+        depths[(pools > 0) & ~np.isin(pools, leaking)] += VOXEL
+    return depths
+
+
+def closed(heights: np.ndarray) -> np.ndarray:
+    """Return heights (X, Y) with gaps narrower than three cells filled, as low as what is around them."""
+    floor = heights > NOTHING
+    gaps = ndimage.binary_closing(floor, np.ones((3, 3))) & ~floor
+    around = ndimage.minimum_filter(np.where(floor, heights, np.inf), 3)
+    return np.where(gaps, around, heights)

@@ -1,0 +1,161 @@
+"""Why an object has a function or not, in words: what spheres met, the quantities that decided, and what is doubtful.
+
+What a person would say of a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm deep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypedDict
+
+import numpy as np
+
+from ...quantities import format_length
+from ...settling.drops import settled_rows
+from ...settling.settling import Settled
+from ..function_classifier import FunctionClassifier
+from ..resting_profile import NAMES, QUANTITIES, Profile, Quantity, rank_distances
+
+DECIDING = 4  # quantities that are named
+NEAREST = 3  # training objects that are named
+HAIR = 0.1  # score either side of the threshold that is no answer
+FEW = 5  # settled spheres of all radii together from which much can be told
+
+
+class Deciding(TypedDict):
+    """One quantity of one object, and what it does to a score."""
+
+    quantity: str
+    meaning: str
+    radius: float  # of the spheres, metres
+    value: float  # in the quantity's unit
+    median: float  # of the training objects
+    share: float  # what the score loses when the quantity is set to that median; below 0 it speaks against
+
+
+class Near(TypedDict):
+    """A training object like the one asked for."""
+
+    name: str
+    functions: list[str]
+    distance: float  # mean difference of ranks among the training objects, 0 to 1
+
+
+def sentences(classifier: FunctionClassifier, settled: Settled, scores: Sequence[float]) -> list[str]:
+    """Return a sentence for each function that an object has, or for the likeliest where it has none."""
+    names = [name for name, score in zip(classifier.functions_, scores, strict=True) if score > 0.5]
+    names = names or [classifier.functions_[int(np.argmax(scores))]]
+    score_of = dict(zip(classifier.functions_, scores, strict=True))
+    return [f"{name} {score_of[name]:.2f}: {met(classifier, settled, name)}" for name in names]
+
+
+def met(classifier: FunctionClassifier, settled: Settled, name: str) -> str:
+    """Return what the spheres met that count most for a function, as a person would say it."""
+    radii = [radius for radius in classifier.radii if settled_count(settled, radius)]
+    if not radii:
+        return "no sphere stays on it"
+    radius = classifier.radius_[name] if classifier.radius_[name] in radii else radii[-1]
+    profile = profile_at(classifier, classifier.profiles([settled])[0], radius)
+    walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
+    return (
+        f"a level {said(profile, 'level_height')} above the ground, {said(profile, 'level_area')} large and "
+        f"{said(profile, 'level_width')} wide{walls}, on which spheres of {format_length(radius)} lie "
+        f"{said(profile, 'level_depth')} deep; {said(profile, 'stays')} of the drops within their outline stay"
+    )
+
+
+def deciding(classifier: FunctionClassifier, settled: Settled, name: str, count: int = DECIDING) -> list[Deciding]:
+    """Return the quantities that decide most about a function, for it or against it, the strongest first."""
+    profile, column = classifier.profiles([settled])[0], classifier.functions_.index(name)
+    medians = np.median(classifier.profiles_, axis=0)
+    changed = np.tile(profile, (len(profile), 1))
+    np.fill_diagonal(changed, medians)
+    scores = classifier.score_profiles(np.vstack([profile, changed]))[:, column]
+    shares = scores[0] - scores[1:]
+    order = np.argsort(-np.abs(shares), kind="stable")[:count]
+    return [
+        {
+            "quantity": quantity_of(i).name,
+            "meaning": quantity_of(i).meaning,
+            "radius": classifier.radii[i // len(NAMES)],
+            "value": round(float(profile[i]), 4),
+            "median": round(float(medians[i]), 4),
+            "share": round(float(shares[i]), 4),
+        }
+        for i in order.tolist()
+        if shares[i]
+    ]
+
+
+def nearest(classifier: FunctionClassifier, settled: Settled, count: int = NEAREST) -> list[Near]:
+    """Return the training objects that are most like an object, the nearest first."""
+    distances = rank_distances(classifier.profiles([settled]), classifier.profiles_)[0]
+    return [
+        {
+            "name": classifier.names_[i],
+            "functions": [name for name, has in zip(classifier.functions_, classifier.members_[i], strict=True) if has],
+            "distance": round(float(distances[i]), 4),
+        }
+        for i in np.argsort(distances, kind="stable")[:count].tolist()
+    ]
+
+
+def doubts(classifier: FunctionClassifier, settled: Settled, scores: Sequence[float]) -> list[str]:
+    """Return why the answer is unsure, each a sentence; none where it is sure."""
+    found = [
+        f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
+        for name, score in zip(classifier.functions_, scores, strict=True)
+        if abs(score - 0.5) < HAIR
+    ]
+    stayed = sum(settled_count(settled, radius) for radius in classifier.radii)
+    dropped = sum(len(settled.get(radius, ())) for radius in classifier.radii)
+    if stayed < FEW:
+        return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
+    away = float(rank_distances(classifier.profiles([settled]), classifier.profiles_).min())
+    if away > classifier.familiar_:
+        found.append(
+            f"unlike all {len(classifier.names_)} training objects: {away:.2f} from the nearest, where "
+            f"{classifier.familiar_:.2f} is far for one of them"
+        )
+    return found
+
+
+def settled_count(settled: Settled, radius: float) -> int:
+    """Return how many spheres of a radius settled."""
+    return int(settled_rows(settled[radius]).sum()) if radius in settled and len(settled[radius]) else 0
+
+
+def profile_at(classifier: FunctionClassifier, profile: np.ndarray, radius: float) -> Profile:
+    """Return an object's quantities (R * Q,) at one radius, by name."""
+    start = list(classifier.radii).index(radius) * len(NAMES)
+    return dict(zip(NAMES, profile[start : start + len(NAMES)].tolist(), strict=True))
+
+
+def quantity_of(column: int) -> Quantity:
+    """Return which quantity a column of a profile is."""
+    return QUANTITIES[column % len(QUANTITIES)]
+
+
+def said(profile: Profile, name: str) -> str:
+    """Return a quantity's value with its unit."""
+    return with_unit(profile[name], unit_of(name))
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a quantity."""
+    return next(quantity.unit for quantity in QUANTITIES if quantity.name == name)
+
+
+def with_unit(value: float, unit: str) -> str:
+    """Return a value as a person would say it.
+
+    Examples
+    --------
+    >>> with_unit(0.463, "m"), with_unit(0.16, "m2"), with_unit(0.64, "share")
+    ('46 cm', '0.16 m²', '64 %')
+    """
+    if unit == "m":
+        return f"{100 * value:.0f} cm" if abs(value) >= 0.1 else f"{100 * value:.1f} cm"
+    if unit == "m2":
+        return f"{value:.2g} m²" if value >= 0.1 else f"{1e4 * value:.0f} cm²"
+    return f"{100 * value:.0f} %" if unit == "share" else f"{value:.2g}"
