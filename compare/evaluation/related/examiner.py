@@ -47,7 +47,7 @@ LEVEL = 0.02  # metres: what a mat bridges, and what thighs do not mind
 KNEES, UNDER = 0.55, 0.30  # metres: how high knees are, and how far they go under a top
 AROUND = TRUNK + THIGHS + FEET  # metres of ground beside an object that a person may need
 SIP = 0.03  # metres, the diameter of a ball of 14 ml
-HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and how tall it is
+HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and a wine glass's height
 
 
 def examined(record: ObjectRecord) -> frozenset[str]:
