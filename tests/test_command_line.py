@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.quantities import parse_lengths
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
@@ -292,6 +293,41 @@ def test_evaluate_prints_the_contract(run, data):
     for functions in report["baselines"].values():
         for figures in functions.values():
             assert {"f_measure", "f_measure_fair"} <= set(figures)
+
+
+def test_evaluate_says_who_was_taken_for_what(call, data):
+    arguments = ("evaluate", data, "--trials", 2, "--train-sizes", "half", "--radii", "2cm", "--jobs", 1)
+    (result,) = json.loads(call(*arguments, "--json").stdout)["results"]
+    said = result["said"]
+    assert said["tested"] == sum(said["memberships"].values()) == 16  # eight in either trial
+    assert said["memberships"]["none"] == sum(row["none"] for row in said["confusion"].values())
+    assert said["radii"] == {name: {"0.02": 2} for name in ("cup", "sittable", "table")}
+    assert "said none" not in call(*arguments).stdout
+    printed = call(*arguments, "--confusion").stdout
+    assert "8 tested" in printed and f"{said['memberships']['none'] / 2:.1f} none" in printed
+    assert "radii chosen: cup 2 cm 2x" in printed
+
+
+def test_the_papers_method_is_evaluated_to_the_end(call, data, monkeypatch):
+    monkeypatch.setattr("spherefunc_bullet.simulator.SPHERE_LIMIT", 3)
+
+    def most(*options) -> int:
+        done = call("evaluate", data, "--trials", 1, "--train-sizes", 4, "--radii", "2cm", "--jobs", 1, *options)
+        assert done.returncode == 0
+        return max(len(np.load(entry)["centers"]) for entry in (cache_home() / "settled").rglob("*.npz"))
+
+    assert most() == 3 < most("--method", "paper")
+
+
+def test_alternatives_read_the_same_runs_in_every_way(call, data):
+    done = call("evaluate", data, "--alternatives", "--trials", 1, "--radii", "2cm", "--jobs", 1, "--json")
+    rows = json.loads(done.stdout)
+    assert {"paper", "default", "§III-C: all examples", "§III-B: grid from the object's corner"} <= set(rows)
+    for row in rows.values():
+        assert set(row) == {"random halves", "across sources", "random halves, turned"}
+        assert all(0 <= figure <= 1 for functions in row.values() for figure in functions.values())
+    # So few spheres of 2 cm settle that no limit is reached.
+    assert rows["default"] == rows["default, to the end"] == rows["default, 2,000 spheres at most"]
 
 
 def test_evaluate_on_other_data(call, subset, data, tmp_path):

@@ -9,6 +9,7 @@ import pytest
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry
+from spherefunc_bullet.settling.drops import TO_THE_END
 from spherefunc_bullet.settling.records import Dropping, Loading, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator

@@ -18,9 +18,9 @@ from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.commands.view import fitting_radius
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.reasons.cubes import cube_evidence, strongest_cubes
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.learning.reasons.cubes import cube_evidence, strongest_cubes
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
 from spherefunc_bullet.viewer.page import display_html, display_page
 

@@ -141,7 +141,7 @@ ALTERNATIVES = {
     "§III-B: long side along x": reading(heading=long_side_along_x),
     "§III-B: front to -y": reading(heading=front_first),
     "§III-B: square roots of counts": reading(rooted=True),
-    **{f"§III-B: cubes of {d} diameters": reading(diameters=float(d)) for d in (1, 2, 3, 4, 5, 7, 14)},
+    **{f"§III-B: side of cubes / diameter = {d}": reading(diameters=float(d)) for d in (1, 2, 3, 4, 5, 7, 14)},
     "§III-C: all examples": paper(neighbors=(EVERY,)),
     "§III-C: the nearest of all": paper(neighbors=(1,)),
     "§III-C: nearest 5 of all": paper(neighbors=(5,)),

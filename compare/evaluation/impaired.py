@@ -22,16 +22,20 @@ from spherefunc_bullet.console import print_table, progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
+from spherefunc_bullet.learning.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.scenes.impairment.folder import Copy, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import FUNCTIONS, IMPAIRMENTS, Impairment
 from spherefunc_bullet.settling.records import Dropping, Loading
 
+from .features import SPHERES
+from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
 from .readings import readings
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
+LEARNT = "spheres, copies learnt"
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
 
@@ -101,7 +105,18 @@ def impaired_shares(
     impaired = joined(learnt, usable, folder, dropping, jobs, failed)
     splits, asked = held_out(impaired, dropping.seed), readings(impaired.simulated, radii, method)
     said = {name: [read.trial([split]).predicted for split in splits] for name, read in asked.items()}
+    if isinstance(asked[SPHERES], Profiled):
+        said[LEARNT] = said_having_learnt(impaired, asked[SPHERES], splits)
     return shares_of(impaired, splits, said)
+
+
+def said_having_learnt(impaired: Impaired, spheres: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
+    """Return what is said of copies by what has learnt the copies of other sources' objects beside those."""
+    originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
+    weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
+    both = replace(spheres, kin=Kin(weights=weights, groups=originals))
+    more = [Split(np.concatenate([split.train, impaired.rows_of(split.train)]), split.test) for split in splits]
+    return [both.trial([split]).predicted for split in more]
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:

@@ -34,10 +34,9 @@ def scaled(classifier: ClassifierMixin) -> ClassifierMixin:
 
 CLASSIFIERS = {
     "extremely random trees": forest(),
-    "... examples as they are": ExtraTreesClassifier(300, random_state=0),
-    "random forest": RandomForestClassifier(300, class_weight="balanced", random_state=0),
-    "boosted trees": HistGradientBoostingClassifier(class_weight="balanced", random_state=0),
-    "support vectors": scaled(SVC(C=3, class_weight="balanced", probability=True, random_state=0)),
+    "random forest": RandomForestClassifier(300, random_state=0),
+    "boosted trees": HistGradientBoostingClassifier(random_state=0),
+    "support vectors": scaled(SVC(C=3, probability=True, random_state=0)),
     "nearest neighbours": scaled(KNeighborsClassifier(3, weights="distance")),
 }
 
@@ -101,7 +100,7 @@ def print_ranking(simulated: Simulated, radii: tuple[float, ...], splits: Splits
 
 def ranking_classifier(radii: Sequence[float], seed: int = 0) -> FunctionClassifier:
     """Return a quicker classifier, to be learnt some hundred times."""
-    trees = ExtraTreesClassifier(TREES, class_weight="balanced", random_state=seed)
+    trees = ExtraTreesClassifier(TREES, random_state=seed)
     return FunctionClassifier(radii=radii, estimator=trees, random_state=seed)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
+from spherefunc_bullet.learning.calibration import Kin
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
 from spherefunc_bullet.settling.drops import as_drops
@@ -19,7 +20,7 @@ from .evaluation import FOLDS, Evaluation, Trial
 from .features import voxel_centers
 from .protocol import Labels, Split, Splits
 
-POINTS = "points"  # the same quantities
+POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
@@ -31,6 +32,7 @@ class Profiled:
     profiles: np.ndarray  # (N, R * Q) float
     labels: Labels
     classifier: FunctionClassifier
+    kin: Kin | None = None  # of the objects, where some are copies of others
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns.
@@ -60,7 +62,8 @@ class Profiled:
     def learnt(self, rows: np.ndarray) -> FunctionClassifier:
         """Return the classifier after learning some objects."""
         members, names = self.labels.members[rows], [str(row) for row in rows]
-        return self.classifier.fit_profiles(self.profiles[rows], members, self.labels.functions, names)
+        kin = None if self.kin is None else self.kin.of(rows)
+        return self.classifier.fit_profiles(self.profiles[rows], members, self.labels.functions, names, kin)
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""

@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 ENDINGS = (".png", ".svg")
 COLUMNS = {  # feature set -> what the picture calls it
-    "spheres_profile": "spheres",
-    "points_profile": "points",
+    "spheres": "spheres",
+    "points": "points",
     "occupancy_sqrt": "occupancy",
     "rules": "rules",
     "examiner": "examiner",
 }
 MEANINGS = {
-    "spheres_profile": "where spheres that fall on the object come to rest",
-    "points_profile": "the object's own points, read the same way",
+    "spheres": "where spheres that fall on the object come to rest",
+    "points": "the object's own points, read the same way",
     "occupancy_sqrt": "the cubes of space that it fills",
     "rules": "height, area, flatness",
     "examiner": "a person of boxes, or a ball, tries it",

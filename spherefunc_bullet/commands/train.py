@@ -63,4 +63,8 @@ def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
     names = [item.path.name for item in simulated.objects]
-    return new_classifier(how, method).fit_settled(simulated.settled, labels, names)
+    classifier = new_classifier(how, method)
+    if method != "profile":
+        return classifier.fit_settled(simulated.settled, labels, names)
+    originals = [Path(item.of).name for item in simulated.objects]
+    return classifier.fit_settled(simulated.settled, labels, names, originals)

@@ -29,6 +29,7 @@ class DatasetObject:
     also: frozenset[str] = frozenset()  # true as well, or disputed, but not the primary one
     category: str = ""
     group: str = ""  # its source
+    of: str = ""  # what it is an impaired or harmlessly changed copy of, a file's name
 
 
 @dataclass(frozen=True)
@@ -115,6 +116,7 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
         functions=parse_functions(label),
         also=parse_functions(row.get("also") or ""),
         category=(row.get("category") or "").strip(),
+        of=(row.get("of") or "").strip(),
         group=(row.get("group") or "").strip(),
     )
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 from sklearn.base import ClassifierMixin, clone
-from sklearn.model_selection import StratifiedKFold, cross_val_predict
+from sklearn.model_selection import StratifiedGroupKFold
+from sklearn.utils.validation import has_fit_parameter
 
+COPY_WEIGHT = 0.1  # of a changed copy in learning: ten count as their original
 FOLDS = 3  # of the cross-validation whose votes are looked at
 SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot tell them apart
 STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
@@ -15,8 +20,48 @@ Line = tuple[float, float]  # slope, and what is added to the log odds
 AS_VOTED: Line = (1.0, 0.0)
 
 
-def held_out_votes(estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, random_state: int) -> np.ndarray:
-    """Return what a classifier says of each of its training objects (N,) when it has not learnt them.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Kin:
+    """Which training objects are changed copies of others, and so count less and are never apart from them."""
+
+    weights: np.ndarray  # (N,) float, 1 for what is no copy
+    groups: np.ndarray  # (N,) int, the same for an object and its copies
+
+    def with_more(self, count: int) -> Kin:
+        """Return the same with so many objects more that are no copies."""
+        fresh = self.groups.max(initial=-1) + 1 + np.arange(count)
+        return Kin(weights=np.append(self.weights, np.ones(count)), groups=np.append(self.groups, fresh))
+
+    def of(self, rows: np.ndarray) -> Kin:
+        """Return those of some objects."""
+        return Kin(weights=self.weights[rows], groups=self.groups[rows])
+
+
+def kin_of(names: Sequence[str], originals: Sequence[str]) -> Kin:
+    """Return who is a copy of whom, by names; an empty one is nobody's."""
+    place = {name: row for row, name in enumerate(names) if not originals[row]}
+    groups = [place.setdefault(of, len(names) + len(place)) if of else row for row, of in enumerate(originals)]
+    return Kin(weights=np.where([bool(of) for of in originals], COPY_WEIGHT, 1.0), groups=np.array(groups, int))
+
+
+def grown_on(estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, kin: Kin) -> ClassifierMixin:
+    """Return a classifier fitted to objects (N, D) and who is a member (N,) bool.
+
+    Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise. One that
+    knows no weights, such as nearest neighbours, takes objects as they are.
+    """
+    if not has_fit_parameter(estimator, "sample_weight"):
+        return clone(estimator).fit(X, members)
+    weights = kin.weights.copy()
+    for side in (members, ~members):
+        weights[side] *= 0.5 * kin.weights.sum() / kin.weights[side].sum()
+    return clone(estimator).fit(X, members, sample_weight=weights)
+
+
+def held_out_votes(
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, kin: Kin, random_state: int
+) -> np.ndarray:
+    """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
     Parameters
     ----------
@@ -24,9 +69,16 @@ def held_out_votes(estimator: ClassifierMixin, X: np.ndarray, members: np.ndarra
     members : (N,) bool
         At least two of either kind.
     """
-    folds = min(FOLDS, int(members.sum()), int((~members).sum()))
-    splits = StratifiedKFold(folds, shuffle=True, random_state=random_state)
-    return cross_val_predict(clone(estimator), X, members, cv=splits, method="predict_proba")[:, 1]
+    folds = min(FOLDS, *(len(set(kin.groups[side])) for side in (members, ~members)))
+    splits = StratifiedGroupKFold(folds, shuffle=True, random_state=random_state)
+    votes = np.zeros(len(X))
+    for train, test in splits.split(X, members, kin.groups):
+        if members[train].all() or not members[train].any():
+            votes[test] = float(members[train][0])
+        else:
+            grown = grown_on(estimator, X[train], members[train], kin.of(train))
+            votes[test] = grown.predict_proba(X[test])[:, 1]
+    return votes
 
 
 def calibration_line(votes: np.ndarray, members: np.ndarray) -> Line:

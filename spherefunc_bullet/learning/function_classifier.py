@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from sklearn.base import ClassifierMixin, clone
+from sklearn.base import ClassifierMixin
 from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import NO_DROPS, Length
 from ..settling.settling import Settled
 from ..simulator import Simulator
-from .calibration import AS_VOTED, Line, calibrated, calibration_line, held_out_votes
+from .calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
 from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
 from .forest import Forest, forest_of
 from .method import DROPS, PROFILE_RADII
@@ -58,6 +58,8 @@ class FunctionClassifier(CloudClassifier):
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
+    kin_ : Kin
+        Which of them are changed copies of others.
     familiar_ : float
         How far from all training objects an object may be to count as one of their kind; see `rank_distances`.
     """
@@ -84,12 +86,26 @@ class FunctionClassifier(CloudClassifier):
         """How long its runs are."""
         return Length(drops=self.drops)
 
-    def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
-        """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it."""
+    def fit_settled(
+        self,
+        settled: Sequence[Settled],
+        y: Sequence[Label],
+        names: Sequence[str],
+        originals: Sequence[str] | None = None,
+    ) -> FunctionClassifier:
+        """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
+
+        Parameters
+        ----------
+        originals : sequence of str, optional
+            What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
+            a tenth, and never tell how sure to be of their original.
+        """
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names)
+        kin = kin_of(names, originals or [""] * len(names))
+        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
@@ -97,18 +113,26 @@ class FunctionClassifier(CloudClassifier):
         check_is_fitted(self, "members_")
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
-        self.fit_profiles(profiles, members, functions, [*self.names_, *names])
+        kin = self.kin_.with_more(len(names))
+        self.fit_profiles(profiles, members, functions, [*self.names_, *names], kin)
         return self._know()
 
     def fit_profiles(
-        self, profiles: np.ndarray, members: np.ndarray, functions: Sequence[str], names: Sequence[str]
+        self,
+        profiles: np.ndarray,
+        members: np.ndarray,
+        functions: Sequence[str],
+        names: Sequence[str],
+        kin: Kin | None = None,
     ) -> FunctionClassifier:
         """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool."""
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
+        self.kin_ = kin_of(self.names_, [""] * len(self.names_)) if kin is None else kin
         base = forest(self.random_state) if self.estimator is None else self.estimator
         grown = [
-            clone(base).fit(profiles, column) if column.any() and not column.all() else None for column in members.T
+            grown_on(base, profiles, column, self.kin_) if column.any() and not column.all() else None
+            for column in members.T
         ]
         self.forests_ = [forest_of(one) if isinstance(one, ExtraTreesClassifier) else one for one in grown]
         self.lines_ = [self._line(base, column) for column in members.T]
@@ -168,9 +192,12 @@ class FunctionClassifier(CloudClassifier):
 
     def _line(self, base: ClassifierMixin, members: np.ndarray) -> Line:
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
-        if min(members.sum(), (~members).sum()) < 2:
+        kinds = [len(set(self.kin_.groups[of_kind])) for of_kind in (members, ~members)]
+        if min(kinds) < 2:
             return AS_VOTED
-        return calibration_line(held_out_votes(base, self.profiles_, members, self.random_state), members)
+        whole = self.kin_.weights == 1
+        votes = held_out_votes(base, self.profiles_, members, self.kin_, self.random_state)
+        return calibration_line(votes[whole], members[whole])
 
 
 def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
@@ -179,8 +206,5 @@ def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
 
 
 def forest(random_state: int = 0) -> ExtraTreesClassifier:
-    """Return the classifier of one function.
-
-    Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise.
-    """
-    return ExtraTreesClassifier(TREES, class_weight="balanced", random_state=random_state)
+    """Return the classifier of one function."""
+    return ExtraTreesClassifier(TREES, random_state=random_state)

@@ -22,6 +22,7 @@ from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
+from .calibration import Kin
 from .classifier import CloudClassifier
 from .cube_classifier import CubeClassifier
 from .forest import Forest
@@ -95,6 +96,7 @@ def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
 def profiles_kept(model: FunctionClassifier) -> tuple[About, dict[str, np.ndarray]]:
     """Return what is kept of a classifier by resting profiles beside what is kept of all."""
     arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
+    arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
     for i, one in enumerate(model.forests_):
         if isinstance(one, Forest):
             arrays |= {f"{name}_{i}": values for name, values in one.arrays().items()}
@@ -189,6 +191,9 @@ def rebuilt_profiles(
     model.familiar_ = float(about["familiar"])
     model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
     model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
+    model.kin_ = Kin(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
+    if {len(model.kin_.weights), len(model.kin_.groups)} != {len(model.profiles_)}:
+        raise ValueError("weights and names differ in number")
     if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
         raise ValueError("quantities and names differ in number")
     model.forests_ = [None if f"roots_{i}" not in arrays else rebuilt_forest(arrays, i) for i in range(len(names))]
