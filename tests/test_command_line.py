@@ -319,6 +319,18 @@ def test_the_papers_method_is_evaluated_to_the_end(call, data, monkeypatch):
     assert most() == 3 < most("--method", "paper")
 
 
+def test_a_batch_to_the_end_is_what_the_papers_method_reads(call, data, tmp_path):
+    quick = ("--radii", "2cm", "--jobs", 1)
+    assert call("batch", data, "--run", tmp_path / "run", "--to-the-end", *quick).returncode == 0
+
+    def runs(method: str) -> int:
+        arguments = ("--run", tmp_path / "run", "--trials", 1, "--train-sizes", 4, "--method", method)
+        assert call("evaluate", data, *arguments, *quick).returncode == 0
+        return len(list((tmp_path / "run" / "settled").rglob("*.npz")))
+
+    assert runs("paper") == 16 and runs("default") == 32
+
+
 def test_alternatives_read_the_same_runs_in_every_way(call, data):
     done = call("evaluate", data, "--alternatives", "--trials", 1, "--radii", "2cm", "--jobs", 1, "--json")
     rows = json.loads(done.stdout)
