@@ -67,12 +67,11 @@ class DropRun:
 
         self.settings = settings
         self.low, self.high = cloud.bounds
-        points = cloud.points
-        if settings.max_drops is not None:  # a few spheres do not pay for more points than they can feel
-            points = cloud.thinned(SPARSE * settings.radius)
+        points, reach = cloud.points, POINT_REACH * settings.radius
+        if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
+            points, reach = cloud.thinned(SPARSE * settings.radius), None
         self.points = point_grid(points, self.low, self.high, settings.radius)
         self.shape = roll_shape(settings.radius, point_spacing(self.points), flat_angle_deg)
-        reach = POINT_REACH * settings.radius
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
         self.nearby = nowhere(len(points), MAX_CONTACTS)
         self.state = np.zeros(5, np.int64)

@@ -5,6 +5,7 @@ Both are dense over the bounding box and cut into vertical columns, because a sp
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numba import njit
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 8  # spheres
+INSERTED = 40  # points of a cell that are sorted by insertion, at most
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
 
@@ -65,18 +67,46 @@ def cell_side(extent: np.ndarray, side: float) -> float:
 
 def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: float) -> PointGrid:
     """Sort a cloud (N, 3) within [low, high] into columns two radii wide, for large spheres one."""
-    points = points[canonical_order(points, low, high)]
     side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
     start, order = sorted_by_cell(points, low, high[2], 1 / side, nx, ny, nz)
+    sort_cells(canonical_keys(points, low, high), start, order)
     return PointGrid(points[order], start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
-def canonical_order(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return an order of points (N, 3) that does not depend on the one they came in."""
+def canonical_keys(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return numbers (N,) that order points (N, 3), whichever order they came in."""
     steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
-    x, y, z = np.floor((points - low) / steps).astype(np.int64).T
-    return np.argsort((x << 42) | (y << 21) | z)
+    return keys_of(points, low, steps)
+
+
+@njit(cache=True, error_model="numpy")
+def keys_of(points, low, steps):
+    """Return each point's place (N,) in steps from the lowest corner, x before y before z."""
+    keys = np.empty(len(points), np.int64)
+    for i in range(len(points)):
+        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
+        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
+        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
+        keys[i] = (x << 42) | (y << 21) | z
+    return keys
+
+
+@njit(cache=True, error_model="numpy")
+def sort_cells(keys, start, order):
+    """Sort the points of each cell by their keys; a few by insertion, which needs no memory."""
+    for cell in range(len(start) - 1):
+        first, end = start[cell], start[cell + 1]
+        if end - first > INSERTED:
+            members = order[first:end].copy()
+            order[first:end] = members[np.argsort(keys[members], kind="mergesort")]
+            continue
+        for i in range(np.int64(first) + 1, np.int64(end)):
+            point, j = order[i], i
+            while j > first and keys[order[j - 1]] > keys[point]:
+                order[j] = order[j - 1]
+                j -= 1
+            order[j] = point
 
 
 def point_spacing(points: PointGrid) -> float:
@@ -127,18 +157,19 @@ def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
 
 
 def sphere_grid(
-    points: PointGrid, low: np.ndarray, high: np.ndarray, radius: float, reach: float, capacity: int
+    points: PointGrid, low: np.ndarray, high: np.ndarray, radius: float, reach: float | None, capacity: int
 ) -> SphereGrid:
     """Make an empty grid for every place where a sphere can settle on a cloud within [low, high].
 
-    ``reach`` is how far from a sphere's centre the cloud can matter to it, metres.
+    ``reach`` is how far from a sphere's centre the cloud can matter to it, metres; None: it is not worth knowing.
     """
     margin = 2 * radius
     extent = high - low + 2 * margin
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
-    near = np.zeros((nx, ny, nz), dtype=np.bool_)
-    mark_near_points(points, near, low - margin, side, reach)
+    near = np.full((nx, ny, nz), reach is None)
+    if reach is not None:
+        mark_near_points(points, near, low - margin, side, reach)
     last = np.full(nx * ny, EMPTY, np.uint32)
     used = np.ones(1, np.uint32)
     frame = (*(low - margin).tolist(), side, 1 / side, nx, ny, nz)

@@ -35,6 +35,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.settling.records import Dropping, simulate_objects
 from spherefunc_bullet.simulator import make_simulator
 
+BY_CUBES = ("--method", "cubes", "--radii", "1cm,2cm")
 RADII = (0.01, 0.02)
 OBJECTS = 8
 
@@ -256,7 +257,7 @@ def test_full_disk_ends_the_run_in_one_line(data, tmp_path, monkeypatch):
 def test_shards_are_disjoint_and_their_merged_ledger_is_the_whole(data, undisturbed, tmp_path):
     for part in ("1/3", "2/3", "3/3"):
         run = tmp_path / part.replace("/", "_")
-        done = call("batch", data, "--run", run, "--radii", "1cm,2cm", "--shard", part, "--jobs", 1, "--json")
+        done = call("batch", data, "--run", run, *BY_CUBES, "--shard", part, "--jobs", 1, "--json")
         assert json.loads(done.stdout)["done"] >= 2
     for _ in range(2):  # the second time there is nothing left to join
         done = call("batch", "merge", *tmp_path.glob("*_3"), "--run", tmp_path / "whole", "--json")
@@ -350,8 +351,8 @@ def test_commands_take_a_run_as_their_cache(data, copy, tmp_path, monkeypatch):
     """With a simulator that cannot run: whatever is asked of it would be said."""
     before = {path: path.stat().st_mtime_ns for path in (copy / "settled").rglob("*.npz")}
     for command in (
-        ["train", data, "--out", tmp_path / "model.npz", "--radii", "1cm,2cm", "--jobs", 1, "--json"],
-        ["evaluate", data, "--radii", "1cm,2cm", "--trials", 1, "--jobs", 1, "--json"],
+        ["train", data, "--out", tmp_path / "model.npz", *BY_CUBES, "--jobs", 1, "--json"],
+        ["evaluate", data, *BY_CUBES, "--trials", 1, "--jobs", 1, "--json"],
         ["compare", data, "--backends", "fast", "--radii", "1cm,2cm", "--trials", 1, "--jobs", 1, "--json"],
     ):
         done = call(*command, "--run", copy)

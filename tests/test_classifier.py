@@ -11,15 +11,17 @@ from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.cube_classifier import CubeClassifier, as_sets
+from spherefunc_bullet.learning.classifier import as_sets
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.inverse_distance import (
     InverseDistanceClassifier,
     inverse_distance_scores,
     nearest_of_all_scores,
 )
-from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.method import CUBES, PAPER
 from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
 
+BY_CUBES = (CUBES, PAPER)
 RADII = (0.01, 0.02)
 
 
@@ -109,7 +111,7 @@ def collection(count: int, start: int = 0) -> tuple[list[dict], list[str], list[
     return [heap(label, start + i) for i, label in enumerate(labels)], labels, names
 
 
-def fitted(settled, labels, names, method="default") -> CubeClassifier:
+def fitted(settled, labels, names, method="cubes") -> CubeClassifier:
     return CubeClassifier(radii=RADII, method=method).fit_settled(settled, labels, names)
 
 
@@ -119,7 +121,7 @@ def f_measures(model, settled, labels) -> np.ndarray:
     return np.array([quality(*columns).f_measure for columns in zip(truth.T, predicted.T, strict=True)])
 
 
-@pytest.mark.parametrize("method", sorted(METHODS))
+@pytest.mark.parametrize("method", [method.name for method in BY_CUBES])
 def test_functions_are_learnt(method):
     model = fitted(*collection(10), method)
     settled, labels, _ = collection(10, 100)
@@ -173,7 +175,7 @@ def test_one_example_is_enough_to_begin():
     ]
 
 
-@pytest.mark.parametrize("method", sorted(METHODS))
+@pytest.mark.parametrize("method", [method.name for method in BY_CUBES])
 def test_neighbours_explain_the_score(method):
     model = fitted(*collection(6), method=method)
     asked = heap("sittable", 77)
@@ -195,7 +197,7 @@ def test_labels_are_counted():
 def test_a_method_says_which_of_equal_radii():
     members = np.arange(10) < 4
     apart = np.where(members[:, None] == members, 1.0, 9.0)
-    smallest = replace(METHODS["paper"], tied="smallest")
+    smallest = replace(PAPER, tied="smallest")
     assert radius_weights({0.01: apart, 0.05: apart, 0.02: apart}, members, smallest) == {0.01: 1.0}
 
 
@@ -208,7 +210,7 @@ def test_one_split_chooses_by_its_validation_set_alone():
     spoiled[np.ix_(train, train)] = useless[np.ix_(train, train)]
     misled = useful.copy()
     misled[np.ix_(held_out, train)] = useless[np.ix_(held_out, train)]
-    assert radius_weights({0.01: spoiled, 0.05: misled}, members, METHODS["paper"]) == {0.01: 1.0}
+    assert radius_weights({0.01: spoiled, 0.05: misled}, members, PAPER) == {0.01: 1.0}
 
 
 def test_runs_go_to_the_end_where_the_method_says_so(monkeypatch):
@@ -216,7 +218,7 @@ def test_runs_go_to_the_end_where_the_method_says_so(monkeypatch):
     mug = clouds.mug()
     limited, whole = (
         CubeClassifier(radii=(0.01,), method=method).fit([mug, clouds.plate()], ["cup", "none"])
-        for method in ("default", "paper")
+        for method in ("cubes", "paper")
     )
     assert limited.examples_[0.01].sum() == 10 < whole.examples_[0.01].sum()
 
@@ -225,7 +227,7 @@ def test_ties_go_to_the_larger_radius():
     settled, labels, _ = collection(6)
     members = np.array([label == "cup" for label in labels])
     apart = np.where(members[:, None] == members, 1.0, 9.0)
-    for method in METHODS.values():
+    for method in BY_CUBES:
         weights = radius_weights({0.01: apart, 0.05: apart, 0.02: apart}, members, method)
         assert max(weights, key=weights.get) == 0.05
 
@@ -234,17 +236,17 @@ def test_the_radius_that_tells_apart_is_chosen():
     members = np.arange(40) < 12
     useful = np.where(members[:, None] == members, 1.0, 9.0)
     noise = np.random.default_rng(0).uniform(1, 2, (40, 40))
-    for method in METHODS.values():
+    for method in BY_CUBES:
         weights = radius_weights({0.01: useful, 0.05: noise}, members, method)
         assert max(weights, key=weights.get) == 0.01 and sum(weights.values()) == pytest.approx(1)
-    assert radius_weights({0.01: useful, 0.05: noise}, members, METHODS["paper"]) == {0.01: 1.0}
+    assert radius_weights({0.01: useful, 0.05: noise}, members, PAPER) == {0.01: 1.0}
 
 
 @pytest.mark.parametrize("members", [[True], [False, False, False, False], [True, True, True], [True, False]])
 def test_without_two_sides_the_cheapest_radius_serves(members):
     members = np.array(members)
     distances = np.ones((len(members),) * 2)
-    assert radius_weights({0.01: distances, 0.05: distances}, members, METHODS["default"]) == {0.05: 1.0}
+    assert radius_weights({0.01: distances, 0.05: distances}, members, CUBES) == {0.05: 1.0}
 
 
 def test_validation_is_three_in_ten_with_both_sides():

@@ -116,7 +116,8 @@ def cluster(tmp_path):
 
 def test_dask_gives_the_same_bit_for_bit_with_workers_that_come_and_go(data, expected, cluster, tmp_path):
     first, run = cluster.add_worker(), tmp_path / "run"
-    command = [SCRIPT, "batch", data, "--run", run, "--radii", "1cm,2cm", "--json", "--scheduler", cluster.address]
+    how = ["--method", "cubes", "--radii", "1cm,2cm", "--json", "--scheduler", cluster.address]
+    command = [SCRIPT, "batch", data, "--run", run, *how]
     batch = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while results(run) < 4 and batch.poll() is None:
         time.sleep(0.01)

@@ -125,8 +125,8 @@ def test_json_has_the_contract(data, capsys):
 
 
 def test_baselines_and_always_no_stand_beside(data, capsys):
-    found = compared(capsys, data, backends="fast", radii=["2cm"], trials=2, methods="paper,default")
-    assert set(found["methods"]["default"]) == {"fast", *found["baselines"]}
+    found = compared(capsys, data, backends="fast", radii=["2cm"], trials=2, methods="paper,cubes")
+    assert set(found["methods"]["cubes"]) == {"fast", *found["baselines"]}
     assert found["methods"]["paper"]["fast"] == found["backends"]["fast"]["functions"]
     assert set(found["baselines"]) == {"bounding_box", "occupancy", "occupancy_sqrt", "height_map", "always_no"}
     no = found["baselines"]["always_no"]
@@ -239,7 +239,7 @@ def test_data_that_cannot_be_split_is_refused(data):
         ('data = "things"\nbackends = ["fast"]\ntrials = true', "trials: expected a whole number"),
         ('data = "things"\nbackends = ["fast"]\nseeds = [1, 1]', "seeds: expected two"),
         ('data = "things"\nbackends = ["fast"]\nradii = ["far"]', "radii: .*length 'far'"),
-        ('data = "things"\nbackends = ["fast"]\nmethods = ["new"]', "methods: .*one of paper, default"),
+        ('data = "things"\nbackends = ["fast"]\nmethods = ["new"]', "methods: .*one of profile, paper, cubes"),
     ],
 )
 def test_bad_experiments_are_refused(tmp_path, toml, match):

@@ -121,9 +121,8 @@ def test_a_size_that_does_not_fit_is_said_and_replaced(drawn):
 
 
 def test_numbers_are_those_of_evaluate(call, data, drawn):
-    done = call(
-        "evaluate", data, "--train-sizes", "4,6", "--trials", 3, "--seed", 5, "--leave-one-out", "--json", *RADII
-    )
+    protocol = ("--train-sizes", "4,6", "--trials", 3, "--seed", 5, "--leave-one-out")
+    done = call("evaluate", data, "--method", "cubes", *protocol, "--json", *RADII)
     results = json.loads(done.stdout)["results"]
     curve = {(row["train_size"], row["function"]): row for row in rows_of(drawn[0], "fig3a_learning_curve")}
     for each in results[:2]:
@@ -220,7 +219,7 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
         simulated=Simulated("one", open_dataset(data).objects[:1], (record,)),
         dropping=Dropping(simulator="fast", radii=(0.01,)),
         protocol=Protocol(train_sizes=(2,)),
-        evaluation=Evaluation(labels=labels, method=find_method("default"), trials={}, left_out={}),
+        evaluation=Evaluation(labels=labels, method=find_method("cubes"), trials={}, left_out={}),
     )
     cut = cut_slice(evaluated, 0, axis=0)
     counted = {tuple(cube): count for cube, count in zip(cut.cubes.tolist(), cut.counts.tolist(), strict=True)}

@@ -28,7 +28,7 @@ from spherefunc_bullet.learning.histogram import (
     quarter_turns,
     widened,
 )
-from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.settling.records import ObjectRecord
 
 RADIUS = 0.02
@@ -178,8 +178,8 @@ def test_a_grid_from_the_objects_corner_moves_with_the_object():
 
 def test_a_method_with_a_limit_reads_the_first_spheres():
     assert Alternative().read(1000).limit is None  # the paper's runs go to the end
-    assert Alternative(method=METHODS["default"]).read(1000).limit == 1000
-    assert Alternative(method=METHODS["default"], reading=Reading(limit=250)).read(1000).limit == 250
+    assert Alternative(method=CUBES).read(1000).limit == 1000
+    assert Alternative(method=CUBES, reading=Reading(limit=250)).read(1000).limit == 250
 
 
 def test_nothing_in_nothing_out():

@@ -25,7 +25,7 @@ from spherefunc_bullet.scenes.impairment.impairments import kinds_of
 
 
 def kind(works: bool, spheres: float, rules: float) -> KindShare:
-    return {"works": works, "copies": 6, "share": {"spheres_profile": spheres, "rules": rules, "height_map": 0.77}}
+    return {"works": works, "copies": 6, "share": {"spheres": spheres, "rules": rules, "height_map": 0.77}}
 
 
 @pytest.fixture

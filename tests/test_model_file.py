@@ -39,7 +39,7 @@ def check_refused(path, match, backend=None):
     assert "\n" not in str(caught.value) and str(path) in str(caught.value)
 
 
-@pytest.mark.parametrize("method", ["paper", "default"])
+@pytest.mark.parametrize("method", ["paper", "cubes"])
 def test_round_trip_scores_the_same(tmp_path, method):
     model = fitted(*collection(5), method)
     save_model(model, tmp_path / "model")

@@ -12,16 +12,20 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profile_choices, profiles
-from spherefunc_bullet.compare.evaluation.fusion import fused
-from spherefunc_bullet.compare.evaluation.profiled import ACROSS, points_as_spheres, profiled, reliability
+from spherefunc_bullet.compare.evaluation.profiled import ACROSS, fused, points_as_drops, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
 from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.learning import profile_classifier
-from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
+from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 RADII = (0.02,)
 FUNCTIONS = ("table", "cup")
+
+
+def dropped(centers: np.ndarray) -> np.ndarray:
+    """Return drops that settled where they fell."""
+    return np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
 
 
 def record(flat: bool, seed: int) -> ObjectRecord:
@@ -35,7 +39,7 @@ def record(flat: bool, seed: int) -> ObjectRecord:
         path=Path(f"{seed}.ply"),
         size=(cubes.max(axis=0) + 1) * VOXEL,
         voxels=cubes.astype(np.int16),
-        settled={RADII[0]: centers * generator.uniform(0.95, 1.05)},
+        settled={RADII[0]: dropped(centers * generator.uniform(0.95, 1.05))},
         seconds={RADII[0]: 0.1},
         drops={RADII[0]: 100},
     )
@@ -58,12 +62,12 @@ def splits(simulated):
 @pytest.fixture(autouse=True)
 def small_forests(monkeypatch):
     """A few trees tell a plate from a block, in a hundredth of the time."""
-    monkeypatch.setattr(profile_classifier, "TREES", 5)
+    monkeypatch.setattr(function_classifier, "TREES", 5)
     monkeypatch.setattr(profile_choices, "TREES", 2)
 
 
-def small() -> ProfileClassifier:
-    return ProfileClassifier(RADII, estimator=ExtraTreesClassifier(20, random_state=0))
+def small() -> FunctionClassifier:
+    return FunctionClassifier(radii=RADII, estimator=ExtraTreesClassifier(20, random_state=0))
 
 
 def test_every_object_is_tested_once_and_told(simulated, splits):
@@ -77,29 +81,30 @@ def test_every_object_is_tested_once_and_told(simulated, splits):
 
 
 def test_points_stand_a_diameter_apart(simulated):
-    points = points_as_spheres(simulated.records[0], (0.02, 0.03))
-    for radius, centers in points.items():
-        assert pdist(centers).min() >= 2 * radius
-    again = points_as_spheres(simulated.records[0], (0.02, 0.03))
+    points = points_as_drops(simulated.records[0], (0.02, 0.03))
+    for radius, drops in points.items():
+        assert pdist(drops[:, 2:5]).min() >= 2 * radius
+    again = points_as_drops(simulated.records[0], (0.02, 0.03))
     assert all(np.array_equal(points[radius], again[radius]) for radius in points)
 
 
-def test_results_hold_the_baselines_and_few_spheres(simulated, splits, capsys):
-    evaluated = profiles.evaluations(simulated, RADII, splits)
+def test_results_hold_the_baselines_and_few_drops(simulated, splits, capsys):
+    read = profiles.all_readings(simulated, RADII, None, RADII)
+    evaluated = {name: reading.evaluation(splits) for name, reading in read.items()}
     results = profiles.results_of(evaluated)
     sure = reliability(evaluated[profiles.SPHERES].left_out[ACROSS], labels_of(simulated))
     assert sum(row["scores"] for row in sure) == 18 * len(FUNCTIONS)
     assert all(row["from"] <= row["said"] <= row["to"] for row in sure)
-    assert {profiles.POINTS, profiles.FUSED, "cubes (default)", "bounding_box", "rules", "examiner"} <= set(
+    assert {profiles.POINTS, profiles.FUSED, "bounding_box", "rules", "examiner"} <= set(
         results[0]["baselines"]
     )
-    few = profiles.few_spheres(simulated, RADII, [4, 16], splits)
+    few = profiles.few_drops(simulated, RADII, [4, 16], splits)
     profiles.print_all(results, few, sure, 1.0, json=False)
-    assert "points, same quantities" in capsys.readouterr().out
+    assert "points" in capsys.readouterr().out
 
 
 def test_fused_quantities_stand_side_by_side(simulated, splits):
-    labels, points = labels_of(simulated), [points_as_spheres(record, RADII) for record in simulated.records]
+    labels, points = labels_of(simulated), [points_as_drops(record, RADII) for record in simulated.records]
     spheres, own = (profiled(objects, labels, small()) for objects in (simulated.settled, points))
     both = fused([spheres, own])
     assert np.array_equal(both.profiles, np.hstack([spheres.profiles, own.profiles]))

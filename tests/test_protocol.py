@@ -197,7 +197,7 @@ def test_groups_pool_too():
     assert row["f_measure"] == row["accuracy"] == 1
 
 
-@pytest.mark.parametrize("method", sorted(METHODS))
+@pytest.mark.parametrize("method", ["cubes", "paper"])
 def test_shuffled_labels_fall_to_chance(method):
     random = np.random.default_rng(0)
     members = np.arange(60) < 20

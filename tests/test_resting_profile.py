@@ -1,4 +1,4 @@
-"""The resting profile: true of piles that are known by thought, whatever the heading, the place and the order."""
+"""The resting profile: true of piles that are known by thought, whatever the heading and the place."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from sklearn.base import clone
 
-from spherefunc_bullet.learning import profile_classifier
-from spherefunc_bullet.learning.calibration import AS_VOTED, calibrated, calibration_line
+from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.learning.calibration import AS_VOTED, COPY_WEIGHT, calibrated, calibration_line, kin_of
 from spherefunc_bullet.learning.columns import columns_of, largest_piece, outline_of
-from spherefunc_bullet.learning.profile_classifier import ProfileClassifier
-from spherefunc_bullet.learning.resting_profile import NAMES, QUANTITIES, RestingProfile
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.resting_profile import NAMES, QUANTITIES, RestingProfile, rank_distances
+from spherefunc_bullet.settling.drops import WIDTH
 
 RADIUS = 0.02
 DIAMETER = 2 * RADIUS
@@ -46,8 +47,20 @@ def turned(centers: np.ndarray, angle: float) -> np.ndarray:
     return centers @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
 
 
-def quantities(centers: np.ndarray, radius: float = RADIUS) -> dict[str, float]:
-    return dict(zip(NAMES, RestingProfile(radius).transform([centers])[0].tolist(), strict=True))
+def dropped(centers: np.ndarray, lost=()) -> np.ndarray:
+    """Return drops (D, 6) that settled where they fell, and of columns (L, 2) those that did not, last."""
+    settled = np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
+    gone = np.full((len(lost), WIDTH), np.nan)
+    gone[:, :2] = np.reshape(lost, (-1, 2))
+    return np.concatenate([settled, gone])
+
+
+def quantities(centers: np.ndarray, radius: float = RADIUS, lost=()) -> dict[str, float]:
+    return quantities_of(dropped(centers, lost), radius)
+
+
+def quantities_of(drops: np.ndarray, radius: float = RADIUS) -> dict[str, float]:
+    return dict(zip(NAMES, RestingProfile(radius).transform([drops])[0].tolist(), strict=True))
 
 
 def test_one_layer_on_a_square_plate():
@@ -88,22 +101,38 @@ def test_a_back_is_higher_than_the_seat_which_carries_most():
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("make", [heap, lambda seed: chair() + np.random.default_rng(seed).normal(0, 1e-3, (72, 3))])
-def test_heading_place_and_order_change_nothing(make, seed):
+def test_heading_and_place_change_nothing(make, seed):
     generator, centers = np.random.default_rng(seed), make(seed)
     other = turned(centers, generator.uniform(0, 2 * np.pi)) + [*generator.uniform(-2, 2, 2), 0]
     # Coordinates of a metre have a rounding error of 2e-16, lengths some hundred times that after the sums; no
     # neighbour of a random heap lies so near to a threshold.
-    np.testing.assert_allclose(*rows_of(centers, generator.permutation(other)), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(*rows_of(centers, other), rtol=1e-7, atol=1e-9)
 
 
 def rows_of(*piles: np.ndarray) -> np.ndarray:
-    return RestingProfile(RADIUS).transform(piles)
+    return RestingProfile(RADIUS).transform([dropped(centers) for centers in piles])
 
 
-def test_only_the_first_spheres_are_read():
-    centers = heap(0, 300)
-    some = RestingProfile(RADIUS, first=60)
-    assert some.transform([centers]).tolist() == some.transform([centers[:60]]).tolist()
+def test_what_falls_through_is_counted_where_it_falls():
+    whole = quantities(layer(8, 8, 0.4), lost=[(2.0, 2.0)] * 9)  # beside the plate, which tells nothing
+    assert whole["stays"] == whole["level_stays"] == 1
+    holed = np.delete(layer(8, 8, 0.4), [27, 28, 35, 36], axis=0)
+    drops = dropped(holed, lost=layer(8, 8, 0.4)[[27, 28, 35, 36], :2])
+    found = quantities_of(np.concatenate([drops[-4:], drops[:-4]]))  # those through the hole came first
+    assert found["stays"] == pytest.approx(60 / 64)
+    assert found["middle_stays"] < 0.8 < found["stays_early"] < 1
+
+
+def test_a_full_cup_lets_spheres_go_late_and_not_early():
+    heap = filled(5, 7, 0.01)
+    found = quantities(heap, lost=np.tile(heap[:, :2].mean(axis=0), (300, 1)))
+    assert found["stays"] < 0.4 and found["stays_early"] == found["middle_stays"] == 1
+
+
+def test_the_way_from_fall_to_rest_is_in_radii():
+    drops = dropped(layer(8, 8, 0.4))
+    drops[:, 0] += 3 * RADIUS
+    assert quantities_of(drops)["rolled"] == pytest.approx(3)
 
 
 ODD = {
@@ -119,7 +148,7 @@ ODD = {
 
 @pytest.mark.parametrize("name", ODD)
 def test_every_quantity_is_finite(name):
-    row = RestingProfile(RADIUS).transform([ODD[name]])
+    row = RestingProfile(RADIUS).transform([dropped(ODD[name])])
     assert row.shape == (1, len(NAMES)) and np.isfinite(row).all()
 
 
@@ -130,20 +159,20 @@ def test_no_objects_have_no_rows():
 def test_quantities_are_named_and_said_once():
     assert len(set(NAMES)) == len(QUANTITIES)
     assert RestingProfile().get_feature_names_out().tolist() == list(NAMES)
-    assert {quantity.unit for quantity in QUANTITIES} <= {"m", "m2", "share", "spheres", "ratio"}
+    assert {quantity.unit for quantity in QUANTITIES} <= {"m", "m2", "share", "spheres", "ratio", "radii"}
 
 
 def test_shares_are_shares():
-    rows = RestingProfile(RADIUS).transform([heap(seed) for seed in range(4)] + [chair()])
+    rows = rows_of(*(heap(seed) for seed in range(4)), chair())
     for quantity, column in zip(QUANTITIES, rows.T, strict=True):
         if quantity.unit == "share":
             assert (column >= 0).all() and (column <= 1 + 1e-9).all(), quantity.name
 
 
 def test_transformer_keeps_sklearns_contract():
-    profile = RestingProfile(0.03, first=60)
-    assert clone(profile).get_params() == {"radius": 0.03, "first": 60}
-    assert profile.fit_transform([heap(0)]).tolist() == profile.transform([heap(0)]).tolist()
+    profile, objects = RestingProfile(0.03), [dropped(heap(0))]
+    assert clone(profile).get_params() == {"radius": 0.03}
+    assert profile.fit_transform(objects).tolist() == profile.transform(objects).tolist()
 
 
 def test_outline_of_a_turned_rectangle():
@@ -163,7 +192,7 @@ RADII = (0.02, 0.03)
 @pytest.fixture(autouse=True)
 def small_forests(monkeypatch):
     """A tenth of the trees tells a layer from a chair, in a tenth of the time."""
-    monkeypatch.setattr(profile_classifier, "TREES", 30)
+    monkeypatch.setattr(function_classifier, "TREES", 30)
 
 
 def toy(count: int, seed: int = 0) -> tuple[list[dict[float, np.ndarray]], list[str]]:
@@ -173,13 +202,13 @@ def toy(count: int, seed: int = 0) -> tuple[list[dict[float, np.ndarray]], list[
         flat = index % 2 == 0
         size = generator.uniform(0.8, 1.2)
         centers = turned((layer(8, 8, 0.7) if flat else chair()) * size, generator.uniform(0, 6))
-        objects.append({radius: centers for radius in RADII})
+        objects.append({radius: dropped(centers) for radius in RADII})
         labels.append("table" if flat else "sittable")
     return objects, labels
 
 
-def learnt(objects, labels, **options) -> ProfileClassifier:
-    return ProfileClassifier(RADII, **options).fit_settled(objects, labels, [str(k) for k in range(len(labels))])
+def learnt(objects, labels, **options) -> FunctionClassifier:
+    return FunctionClassifier(radii=RADII, **options).fit_settled(objects, labels, [str(k) for k in range(len(labels))])
 
 
 def test_a_table_is_told_from_a_chair():
@@ -213,7 +242,7 @@ def test_a_function_that_all_or_none_have_is_certain():
 
 def test_lengths_must_agree():
     with pytest.raises(ValueError, match="2 objects, 1 labels and 2 names"):
-        ProfileClassifier(RADII).fit_settled(toy(2)[0], ["table"], ["a", "b"])
+        FunctionClassifier(radii=RADII).fit_settled(toy(2)[0], ["table"], ["a", "b"])
 
 
 def test_columns_of_a_profile_are_named():
@@ -235,3 +264,49 @@ def test_votes_that_lean_are_straightened():
     assert np.abs(calibrated(votes, line) - truth).max() < 0.05
     few = calibration_line(votes[:4], members[:4])
     assert np.abs(np.subtract(few, AS_VOTED)).max() < 0.5
+
+
+def test_growth_is_learning_everything():
+    objects, labels = toy(20)
+    names = [str(k) for k in range(20)]
+    grown = FunctionClassifier(radii=RADII).fit_settled(objects[:12], labels[:12], names[:12])
+    grown.add_settled(objects[12:], labels[12:], names[12:])
+    whole = FunctionClassifier(radii=RADII).fit_settled(objects, labels, names)
+    assert grown.score_settled(objects).tobytes() == whole.score_settled(objects).tobytes()
+
+
+def test_copies_count_less_and_belong_to_their_original():
+    kin = kin_of(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
+    assert kin.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
+    assert kin.groups[2] == kin.groups[0] and kin.groups[3] == kin.groups[1] and len(set(kin.groups)) == 3
+
+
+def test_useless_copies_teach_what_is_missing():
+    """Chairs whose every other sphere falls through are no seats to who has learnt some of them."""
+    objects, labels = toy(24)
+    broken = [{radius: letting_through(drops) for radius, drops in item.items()} for item in objects]
+    names = [str(k) for k in range(24)]
+    copies = [f"{name}, broken" for name in names]
+    model = FunctionClassifier(radii=RADII).fit_settled(
+        objects + broken, labels + ["none"] * 24, names + copies, [""] * 24 + names
+    )
+    asked, truth = toy(10, seed=1)
+    column = [model.functions_.index(label) for label in truth]
+    assert (model.score_settled(asked)[np.arange(10), column] > 0.5).all()
+    useless = [{radius: letting_through(drops) for radius, drops in item.items()} for item in asked]
+    assert (model.score_settled(useless) < 0.5).all()
+
+
+def letting_through(drops: np.ndarray) -> np.ndarray:
+    """Return drops of which every other one is lost."""
+    some = drops.copy()
+    some[::2, 2:] = np.nan
+    return some
+
+
+def test_rank_distances_know_no_units():
+    learnt = np.random.default_rng(0).uniform(size=(30, 4))
+    asked = learnt[:3] * 1.01
+    scales = np.array([1, 100, 1e-3, 7])
+    assert np.allclose(rank_distances(asked, learnt), rank_distances(asked * scales, learnt * scales))
+    assert rank_distances(learnt, learnt).diagonal().tolist() == [0] * 30

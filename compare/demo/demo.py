@@ -22,8 +22,8 @@ from spherefunc_bullet.console import Failures, progress, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.formats.writing import write_text
-from spherefunc_bullet.learning.cube_classifier import CubeClassifier
-from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
 from spherefunc_bullet.quantities import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
@@ -36,12 +36,13 @@ from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
-from ..evaluation.evaluation import evaluate
-from ..evaluation.features import sphere_distances
+from ..evaluation.impaired import Shares, impaired_shares
+from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
 from ..evaluation.results import Result, evaluate_features, results_of
 from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 from ..evaluation.tables import About, print_results
+from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
 from ..pages.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
 from .gallery import write_gallery, write_png
@@ -71,9 +72,11 @@ class Demo:
 
     out: Path
     backend: str = "fast"
-    radii: tuple[float, ...] = parse_lengths("1cm,2cm,3cm,5cm")  # metres
-    method: str = "default"
-    trials: int = 10
+    radii: tuple[float, ...] = PROFILE_RADII  # metres
+    drawn: tuple[float, ...] = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
+    method: str = PROFILE
+    copied: int = 4  # objects of each function, copies of which are made
+    trials: int = 5
     seed: int = 0
     jobs: int = -1
 
@@ -100,6 +103,8 @@ def run_demo(demo: Demo) -> Path:
         simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=demo.jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):
         results, confusion = evaluated(simulated, demo)
+    with step(watch, "asking whether copies that look right still work"):
+        shares = still_working(simulated, dropping, demo)
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, demo.method)
         unseen = write_unseen(demo.out / "objects", simulated)
@@ -107,14 +112,15 @@ def run_demo(demo: Demo) -> Path:
     with step(watch, "comparing simulators on some of the objects"):
         comparison = compare_some(demo.out / "comparison", demo.jobs)
     about = About(data=DATA, objects=len(simulated.objects), backend=demo.backend, method=demo.method)
-    print_results(about, results, False)
+    print_results(about, results, False, shares)
     print()
     print_functions(rows, model.functions_, False)
     print(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, demo))
+        impaired = draw_impaired(shares, demo.out / "pictures" / "impaired.png")
         gallery = write_gallery(demo.out / "pictures", demo.backend, demo.seed)
-    write_text(demo.out / "evaluation.json", json.dumps(about | {"results": results}, indent=2))
+    write_text(demo.out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(
         data=DATA,
         objects=len(simulated.objects),
@@ -122,6 +128,7 @@ def run_demo(demo: Demo) -> Path:
         confusion=confusion,
         classified=cards,
         figure=Image.open(gallery[-1]).convert("RGB"),
+        impaired=Image.open(impaired).convert("RGB"),
         comparison=comparison,
         configuration=configuration(demo, dropping.simulator, simulated),
         seconds=watch.seconds,
@@ -134,10 +141,16 @@ def evaluated(simulated: Simulated, demo: Demo) -> tuple[list[Result], Confusion
     method, sizes = find_method(demo.method), wanted_sizes(TRAIN_SIZES, len(simulated.objects))
     halves = Protocol(train_sizes=tuple(sizes), trials=demo.trials, seed=demo.seed)
     results = results_of(evaluate_features(simulated, demo.radii, method, halves))
-    labels, distances = labels_of(simulated), sphere_distances(simulated, demo.radii, method)
+    labels = labels_of(simulated)
     alone = Protocol(leave_one_out=True, seed=demo.seed).splits(labels)
-    evaluation = evaluate(distances, labels, method, alone)
+    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(alone)
     return results, count_confusion(labels, *evaluation.left_out.values())
+
+
+def still_working(simulated: Simulated, dropping: Dropping, demo: Demo) -> Shares:
+    """Return the share of impaired copies that are still called by their function, of some of the objects."""
+    how = {"copied": demo.copied, "jobs": demo.jobs, "failed": Failures().add}
+    return impaired_shares(simulated, open_dataset(DATA), dropping, demo.radii, find_method(demo.method), **how)
 
 
 def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
@@ -159,25 +172,25 @@ def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
 
 
 def drawn_objects(
-    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: CubeClassifier, demo: Demo
+    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: CloudClassifier, demo: Demo
 ) -> Iterator[ClassifiedObject]:
     """Yield each classified object with its picture, which is also written beside the page."""
     pairs = zip(unseen, rows, strict=True)
     for item, row in progress(pairs, len(rows), "drawing objects"):
         cloud = load_cloud(item.path)
-        radius = fitting_radius(demo.radii, cloud.size, SPHERES_ACROSS)
+        radius = fitting_radius(demo.drawn, cloud.size, SPHERES_ACROSS)
         centers = settle(cloud, model.simulator, [radius], demo.seed)[radius]
         picture = object_picture(cloud, centers, radius, View(size=SIZE))
         write_png(picture, demo.out / "pictures" / f"{item.path.stem}.png")
         scores = {name: function["score"] for name, function in row["functions"].items()}
-        decided = row["neighbors"][max(scores, key=scores.get)]
         yield ClassifiedObject(
             name=item.path.stem.replace("_", " "),
             functions=item.functions,
             also=item.also,
             scores=scores,
             predicted=frozenset(name for name, function in row["functions"].items() if function["member"]),
-            nearest=max(decided, key=lambda neighbor: neighbor["weight"])["name"],
+            nearest=row["nearest"][0]["name"],
+            reason=row["reasons"][0],
             picture=picture,
             radius=radius,
             settled=len(centers),

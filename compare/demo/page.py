@@ -20,11 +20,13 @@ from ..comparison.report import Report
 from ..comparison.tables import with_spread
 from ..evaluation.confusion import Confusion
 from ..evaluation.features import SPHERES
+from ..evaluation.profiled import POINTS
 from ..evaluation.results import Qualities, Result
 from ..pages.html import image, report_page
 
 NAMES = {
     SPHERES: "settled spheres",
+    POINTS: "the object's own points",
     "bounding_box": "bounding box",
     "occupancy": "occupied cubes",
     "occupancy_sqrt": "occupied cubes, square roots",
@@ -44,6 +46,7 @@ class ClassifiedObject:
     scores: dict[str, float]
     predicted: frozenset[str]
     nearest: str  # the training object that counted most for the function of the highest score
+    reason: str  # its answer in a sentence
     picture: Image
     radius: float  # of the spheres in the picture, metres
     settled: int
@@ -64,6 +67,7 @@ class Summary:
     confusion: Confusion
     classified: Sequence[ClassifiedObject]
     figure: Image  # the gallery
+    impaired: Image  # which impaired copies are still called by their function
     comparison: Report  # of simulators, as `spherefunc compare` reports it, in comparison/report.html
     configuration: dict[str, str]
     seconds: dict[str, float]  # what was done, and how long it took
@@ -75,6 +79,7 @@ def page(summary: Summary) -> str:
     parts = [
         introduction(summary),
         chart_section(splits[-1], summary),
+        impaired_section(summary),
         sizes_section(splits),
         classified_section(summary.classified),
         comparison_section(summary.comparison),
@@ -134,6 +139,13 @@ def rank_sentence(features: Mapping[str, Qualities]) -> str:
     return f"Against the best baseline of each function, spheres are {', '.join(parts)}."
 
 
+def impaired_section(summary: Summary) -> str:
+    """Return the picture of what still works and what is told."""
+    return f"""<section><h2>Does it still work?</h2><p>Copies of objects that were not learnt: made useless, though they
+look right, or changed in ways that do not matter. What tells functions must drop the first and keep the second.</p>
+{image(summary.impaired, "Share of useless and harmless copies still called by their function")}</section>"""
+
+
 def sizes_section(splits: Sequence[Result]) -> str:
     """Return how the F-measure of the spheres grows with the number of training objects (paper, Fig. 3)."""
     rows = [[str(result["train_size"]), *map(with_spread, result["functions"].values())] for result in splits]
@@ -161,7 +173,7 @@ def card(item: ClassifiedObject) -> str:
 <h3>{escape(item.name)} <span class="verdict {item.correctness}">{item.correctness}</span></h3>
 <p>Said to be: <b>{answer}</b><br>Label: <b>{label}</b>{also}</p>
 {table_html(["function", "score", "member"], rows, kind="scores")}
-<p class="note">Training object that counted most: {escape(item.nearest)}<br>{drawn}</p></article>"""
+<p class="note">{escape(item.reason)}.<br>Most like it: {escape(item.nearest)}<br>{drawn}</p></article>"""
 
 
 def comparison_section(comparison: Report) -> str:

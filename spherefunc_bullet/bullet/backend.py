@@ -13,7 +13,7 @@ from .engine import engine_version
 from .physics import Physics
 
 VERSION = "1"  # of the method: another number, other centres
-SHAPES = ("voxel", "compound", "mesh")
+SHAPES = ("auto", "voxel", "compound", "mesh")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,8 @@ class BulletSimulator(Physics):
         If PyBullet is not installed, or a setting is out of its range.
     """
 
-    shape: str = "voxel"  # or compound, or mesh where the object came as one
+    # auto: the mesh for a stated number of drops, where the object came as one; else voxel. Or voxel, compound, mesh.
+    shape: str = "auto"
     voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
 
     name = "bullet"
@@ -50,6 +51,12 @@ class BulletSimulator(Physics):
     def options(self) -> dict:
         return asdict(self)
 
+    def kind_for(self, cloud: Cloud, settings: DropSettings) -> str:
+        """Return the kind of collision shape of a run: few drops do not pay for a surface that there is already."""
+        if self.shape != "auto":
+            return self.shape
+        return "voxel" if settings.max_drops is None or cloud.mesh is None else "mesh"
+
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
 
@@ -62,10 +69,11 @@ class BulletSimulator(Physics):
         from .dropping import DropRun
         from .world import World
 
-        prepare_kernels(self.shape)
+        kind = self.kind_for(cloud, settings)
+        prepare_kernels(kind)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        shape = collision_shape(cloud, settings.radius, self.shape, self.voxel_size)
+        shape = collision_shape(cloud, settings.radius, kind, self.voxel_size)
         with World(self) as world:
             world.add_object(shape)
             run = DropRun(world, shape, cloud, settings, seed)

@@ -116,7 +116,7 @@ def profile_of(drops: np.ndarray, radius: float) -> Profile:
         | pile(columns)
         | carrying_level(columns, height, level, piece)
         | staying(drops, columns, piece)
-        | {"walled_in": float(drops[settled, 5].mean())}
+        | {"walled_in": float(np.nanmean(drops[settled, 5]))}
     )
 
 
