@@ -44,7 +44,7 @@ def drop_array(result: DropResult, points: np.ndarray, radius: float) -> np.ndar
 
 def settled_centers(drops: np.ndarray) -> np.ndarray:
     """Return the centres (S, 3) of the drops (D, 6) that settled, metres; settled centres pass through."""
-    return drops[settled_rows(drops), 2:] if drops.shape[1] == WIDTH else drops
+    return drops[settled_rows(drops), 2:5] if drops.shape[1] == WIDTH else drops
 
 
 def settled_rows(drops: np.ndarray) -> np.ndarray:

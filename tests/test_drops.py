@@ -1,0 +1,134 @@
+"""Drops as rows: what becomes of each, what is walled in, thinned points, forests as arrays, and reasons in words."""
+
+from __future__ import annotations
+
+import clouds
+import numpy as np
+import pytest
+from sklearn.ensemble import ExtraTreesClassifier
+
+from spherefunc_bullet.clouds.cloud import THINNED, Cloud
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.forest import forest_of
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.learning.reasons.words import deciding, doubts, nearest, sentences
+from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
+from spherefunc_bullet.settling.enclosure import walled_in
+from spherefunc_bullet.settling.settling import HANDHELD, settle
+from spherefunc_bullet.simulator import DropSettings, make_simulator
+
+RADIUS = 0.01
+
+
+def ring(gap: float) -> np.ndarray:
+    """Return a round wall of 4 cm about the axis, 8 cm high, open towards +x as wide as said (metres)."""
+    angle, z = np.meshgrid(np.linspace(-np.pi, np.pi, 200), np.arange(0, 0.08, 0.002))
+    x, y = 0.04 * np.cos(angle).ravel(), 0.04 * np.sin(angle).ravel()
+    open_ = (x > 0) & (np.abs(y) < gap / 2)
+    return np.column_stack([x, y, z.ravel()])[~open_]
+
+
+@pytest.mark.parametrize(("gap", "held"), [(0.0, True), (0.01, True), (0.03, False)])
+def test_a_gap_that_a_sphere_gets_through_is_one(gap, held):
+    centers = np.array([[0, 0, 0.04], [0.01, -0.01, 0.03]])
+    assert walled_in(ring(gap), centers, RADIUS).tolist() == [held, held]
+
+
+def test_over_the_wall_nothing_is_in_the_way():
+    assert walled_in(ring(0.0), np.array([[0, 0, 0.1]]), RADIUS).tolist() == [False]
+
+
+def test_every_drop_has_a_row():
+    drops = settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=60))[RADIUS]
+    again = make_simulator("fast").drop(clouds.mug(), DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
+    assert drops.shape == (60, WIDTH) and drops.dtype == np.float32
+    assert np.allclose(settled_centers(drops), again.centers, atol=1e-6)
+    assert np.allclose(drops[:, :2], again.columns, atol=1e-6)
+    assert np.isnan(drops[~settled_rows(drops), 2:]).all()
+
+
+def test_a_shorter_run_is_the_beginning_of_a_longer_one():
+    short, long = (settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=n))[RADIUS] for n in (30, 90))
+    assert np.array_equal(short[:, :5], long[:30, :5], equal_nan=True)
+
+
+def test_fine_spheres_fall_on_what_a_hand_holds():
+    assert len(settle(clouds.mug(), "fast", [0.005], 0, Length(drops=20))[0.005]) == 20
+    table = clouds.table()
+    assert table.size.max() > HANDHELD
+    assert settle(table, "fast", [0.005], 0, Length(drops=20))[0.005].shape == NO_DROPS.shape
+
+
+@pytest.mark.parametrize("side", [0.004, 0.005, 0.012, 0.02])
+def test_thinned_points_are_the_same_in_any_order(side):
+    cloud = clouds.mug()
+    mixed = Cloud(np.random.default_rng(0).permutation(cloud.points))
+    one, two = (np.unique(some.thinned(side), axis=0) for some in (cloud, mixed))
+    assert np.array_equal(one, two)
+    if side < THINNED:
+        assert len(one) == len(np.unique(cloud.points, axis=0))
+    else:
+        cell = THINNED * 2 ** int(np.log2(side / THINNED))
+        assert len(np.unique(np.floor(one / cell), axis=0)) == len(one)
+
+
+@pytest.fixture(scope="module")
+def grown():
+    random = np.random.default_rng(0)
+    X = random.normal(size=(200, 7))
+    return X, ExtraTreesClassifier(30, random_state=0).fit(X, X[:, 0] + X[:, 3] * X[:, 5] > 0.3)
+
+
+def test_a_forest_as_arrays_votes_as_it_grew(grown):
+    X, trees = grown
+    forest, asked = forest_of(trees), np.random.default_rng(1).normal(size=(50, 7))
+    forest.require_whole(7)
+    assert np.allclose(forest.votes(asked), trees.predict_proba(asked)[:, 1], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["feature", "below", "vote", "threshold", "roots"])
+def test_a_forest_that_was_tampered_with_is_refused(grown, name):
+    forest = forest_of(grown[1])
+    broken = getattr(forest, name).copy()
+    broken[0] = {"feature": 7, "below": 0, "vote": 2, "threshold": np.nan, "roots": -1}[name]
+    with pytest.raises(InputError, match="expected trees"):
+        type(forest)(**forest.arrays() | {name: broken}).require_whole(7)
+
+
+@pytest.fixture(scope="module")
+def model():
+    shapes = [clouds.mug, clouds.bin_, clouds.plate, clouds.chair, clouds.table, clouds.groove]
+    many = [shape() for shape in shapes for _ in range(2)]
+    labels = ["cup", "none", "none", "sittable", "table", "none"]
+    return FunctionClassifier(radii=(0.01, 0.02), drops=60).fit(many, [label for label in labels for _ in range(2)])
+
+
+def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
+    save_model(model, tmp_path / "model.npz")
+    again = load_model(tmp_path / "model.npz", "fast")
+    assert again.length == model.length and again.radius_ == model.radius_ and again.familiar_ == model.familiar_
+    asked = [clouds.mug(), clouds.chair()]
+    assert again.predict_proba(asked).tobytes() == model.predict_proba(asked).tobytes()
+    more = [clouds.table()], ["table"]
+    assert again.partial_fit(*more).predict_proba(asked).tobytes() == model.partial_fit(*more).predict_proba(
+        asked
+    ).tobytes()
+
+
+def test_reasons_name_what_was_met(model):
+    settled = settle(clouds.mug(), "fast", model.radii, 0, model.length)
+    scores = model.score_settled([settled])[0].tolist()
+    (said,) = sentences(model, settled, scores)
+    assert said.startswith("cup ") and "walls on every side" in said
+    decided = deciding(model, settled, "cup")
+    assert decided and decided[0]["share"] > 0 and {row["radius"] for row in decided} <= set(model.radii)
+    assert nearest(model, settled)[0]["functions"] == ["cup"]
+    assert not [doubt for doubt in doubts(model, settled, scores) if "unlike" in doubt]
+
+
+def test_what_is_like_nothing_learnt_is_unsure(model):
+    strange = settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, model.length)
+    scores = model.score_settled([strange])[0].tolist()
+    assert any("unlike all" in doubt for doubt in doubts(model, strange, scores))
+    assert any("hair's breadth" in doubt for doubt in doubts(model, strange, [0.55, 0.0, 0.0]))
