@@ -34,9 +34,10 @@ figures: setup  ## the pictures in docs/images
 
 MODELS := spherefunc_bullet/learning/models
 
-model: setup  ## the models that ship with the package
+model: setup  ## the models that ship with the package, which learn useless and harmlessly changed copies too
+	@rm -rf build/impaired && $(BIN)/spherefunc dataset impair household build/impaired --copied 12
 	@for backend in fast bullet; do \
-		$(BIN)/spherefunc train household --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
+		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
 scan-model: setup  ## those for scans, which learn how large objects look from one and from three sides too
@@ -45,7 +46,7 @@ scan-model: setup  ## those for scans, which learn how large objects look from o
 		$(BIN)/spherefunc dataset select build/seen-$$views/objects build/large-$$views --from 50cm || exit; \
 	done
 	@for backend in fast bullet; do \
-		$(BIN)/spherefunc train household build/large-1 build/large-3 --backend $$backend \
+		$(BIN)/spherefunc train household build/large-1 build/large-3 --method cubes --backend $$backend \
 			--out $(MODELS)/household-scans-$$backend.npz || exit; \
 	done
 

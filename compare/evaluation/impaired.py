@@ -19,13 +19,13 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import print_table, progress
-from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, label_text
+from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
 from spherefunc_bullet.learning.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.learning.method import AnyMethod
-from spherefunc_bullet.scenes.impairment.folder import Copy, function_of, impair_dataset, read_copies
-from spherefunc_bullet.scenes.impairment.impairments import FUNCTIONS, IMPAIRMENTS, Impairment
+from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, Impairment
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
@@ -117,16 +117,6 @@ def said_having_learnt(impaired: Impaired, spheres: Profiled, splits: Sequence[S
     both = replace(spheres, kin=Kin(weights=weights, groups=originals))
     more = [Split(np.concatenate([split.train, impaired.rows_of(split.train)]), split.test) for split in splits]
     return [both.trial([split]).predicted for split in more]
-
-
-def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
-    """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
-    chosen: list[DatasetObject] = []
-    for function in FUNCTIONS:
-        members = [item for item in objects if function_of(item) == function]
-        count = len(members) if most is None else min(most, len(members))
-        chosen += [members[number * len(members) // count] for number in range(count)]
-    return tuple(chosen)
 
 
 def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:

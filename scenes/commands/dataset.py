@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -157,17 +158,20 @@ def impair(
     directory: Directory,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other holes, angles and noise.")] = 0,
     kinds: Annotated[str | None, typer.Option(help="Some kinds only, such as hole,tilted,turned.")] = None,
+    copied: Annotated[
+        int | None, typer.Option(min=1, help="Copies of so many objects of each function only, evenly chosen.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Write copies that look right and do not work, and copies changed in what must not matter."""
     from spherefunc_bullet.datasets.dataset import open_dataset
 
-    from ..impairment.folder import impair_dataset
+    from ..impairment.folder import evenly_chosen, impair_dataset
     from ..impairment.impairments import chosen_kinds
 
     failures, dataset = Failures(), open_dataset(data)
     copies = impair_dataset(
-        dataset,
+        replace(dataset, objects=evenly_chosen(dataset.objects, copied)) if copied else dataset,
         directory,
         seed=seed,
         impairments=chosen_kinds(kinds.split(",") if kinds else None),

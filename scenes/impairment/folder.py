@@ -96,6 +96,16 @@ def impair_dataset(
     return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
 
 
+def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
+    """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
+    chosen: list[DatasetObject] = []
+    for function in FUNCTIONS:
+        members = [item for item in objects if function_of(item) == function]
+        count = len(members) if most is None else min(most, len(members))
+        chosen += [members[number * len(members) // count] for number in range(count)]
+    return tuple(chosen)
+
+
 def function_of(item: DatasetObject) -> str | None:
     """Return the one function of an object that can be impaired; of several, the first by name."""
     return next((function for function in FUNCTIONS if function in item.functions), None)
