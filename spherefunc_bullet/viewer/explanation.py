@@ -50,24 +50,29 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, s
     tables = ""
     for name, score in scores.items():
         decided = deciding(classifier, settled, name, QUANTITIES_SHOWN)
-        tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}"
+        tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}" if decided else ""
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
         f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in said)}.</p>{sure}"
         f"<p class='lead'>Nearest of the {len(classifier.names_)} training objects: {escape(near)}.</p>"
-        f"{display_html(display(cloud, [drops_panel(classifier, settled)]))}{tables}</section>"
+        f"{drops_html(classifier, cloud, settled, max(scores, key=scores.get))}{tables}</section>"
     )
 
 
-def drops_panel(classifier: FunctionClassifier, settled: Settled) -> Panel:
-    """Return the panel of the drops that the answer is read from, a layer for each radius."""
+def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, name: str) -> str:
+    """Return the display of the drops that the answer is read from, at first those that count most for a function."""
     layers = []
     for radius in classifier.radii:
         drops = settled.get(radius, NO_DROPS)
+        if not len(drops):
+            continue
         centers = np.asarray(settled_centers(drops), float)
         note = f"{len(centers)} of {len(drops)} drops of spheres of radius {format_length(radius)} stayed."
         layers.append(Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note))
-    return Panel(title="what the answer is read from", layers=layers)
+    if not layers:
+        return ""
+    radius = classifier.radius_[name] if len(settled.get(classifier.radius_[name], ())) else layers[-1].radius
+    return display_html(display(cloud, [Panel(title="what the answer is read from", layers=layers)], radius))
 
 
 def deciding_html(rows: Sequence[Deciding], name: str) -> str:

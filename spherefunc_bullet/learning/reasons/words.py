@@ -88,8 +88,9 @@ def deciding(classifier: FunctionClassifier, settled: Settled, name: str, count:
 
 
 def nearest(classifier: FunctionClassifier, settled: Settled, count: int = NEAREST) -> list[Near]:
-    """Return the training objects that are most like an object, the nearest first."""
+    """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
     distances = rank_distances(classifier.profiles([settled]), classifier.profiles_)[0]
+    distances[classifier.kin_.weights < 1] = np.inf
     return [
         {
             "name": classifier.names_[i],
