@@ -164,6 +164,8 @@ def print_quantities(row: Row, name: str):
         ]
         for decided in row["quantities"][name]
     ]
+    if not table:
+        return
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"
     print_table(title, ["quantity", "spheres", "here", "median learnt", "score without it"], table)
 
