@@ -6,6 +6,7 @@ How settled spheres are read is a subclass's: as named quantities (`function_cla
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -32,7 +33,7 @@ class Membership:
     radius: float  # of the spheres that count most, metres
 
 
-class CloudClassifier(BaseEstimator):
+class CloudClassifier(BaseEstimator, ABC):
     """A classifier of clouds by the spheres that fall on them, fitted or not.
 
     A subclass has the parameters ``simulator``, ``radii`` (metres) and ``seed``, and when fitted the attributes
@@ -48,25 +49,25 @@ class CloudClassifier(BaseEstimator):
     radius_: dict[str, float]
 
     @property
+    @abstractmethod
     def length(self) -> Length:
         """How long its runs are."""
-        raise NotImplementedError
 
+    @abstractmethod
     def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CloudClassifier:
         """Learn from spheres that have fallen: per object what `settle` returns."""
-        raise NotImplementedError
 
+    @abstractmethod
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CloudClassifier:
         """Learn from more objects, beside those that are known."""
-        raise NotImplementedError
 
+    @abstractmethod
     def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects on which spheres have fallen."""
-        raise NotImplementedError
 
+    @abstractmethod
     def chosen_radii(self) -> list[float]:
         """Return the radii that some function uses, ascending, metres."""
-        raise NotImplementedError
 
     def fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> CloudClassifier:
         """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""

@@ -6,7 +6,7 @@ scikit-learn grows the trees; asking it about one object takes tens of milliseco
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,8 +78,8 @@ def forest_of(grown: ExtraTreesClassifier) -> Forest:
     return Forest(roots=starts.astype(np.int32), **{name: joined[name].astype(kind) for name, kind in kinds.items()})
 
 
-def in_pairs(tree) -> dict[str, np.ndarray]:
-    """Return one tree's nodes level by level, so that two children stand side by side."""
+def in_pairs(tree: Any) -> dict[str, np.ndarray]:
+    """Return the nodes of a tree, as scikit-learn holds it, level by level: two children stand side by side."""
     left, right = tree.children_left, tree.children_right
     order, below = [0], []
     for node in order:  # grows while it is read

@@ -198,13 +198,13 @@ def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
     A quantity's rank is the share of the training objects that have less of it, so that metres and shares count alike.
     """
     ordered = np.sort(learnt, axis=0)
-    columns = range(learnt.shape[1])
+    return np.abs(ranks_among(ordered, asked)[:, None] - ranks_among(ordered, learnt)[None]).mean(axis=2)
 
-    def ranks(rows: np.ndarray) -> np.ndarray:
-        places = [
-            np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
-            for k in columns
-        ]
-        return np.column_stack(places) / (2 * len(learnt))
 
-    return np.abs(ranks(asked)[:, None] - ranks(learnt)[None]).mean(axis=2)
+def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the ranks (A, D) of quantities (A, D) among sorted ones (N, D), 0 to 1; of equal ones the middle."""
+    places = [
+        np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
+        for k in range(ordered.shape[1])
+    ]
+    return np.column_stack(places) / (2 * len(ordered))
