@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 ENDINGS = (".png", ".svg")
 COLUMNS = {  # feature set -> what the picture calls it
     "spheres": "spheres",
-    "spheres, copies learnt": "taught",
     "points": "points",
     "occupancy_sqrt": "occupancy",
     "rules": "rules",
@@ -30,7 +29,6 @@ COLUMNS = {  # feature set -> what the picture calls it
 }
 MEANINGS = {
     "spheres": "where spheres that fall on the object come to rest",
-    "spheres, copies learnt": "spheres, having learnt copies of other objects",
     "points": "the object's own points, read the same way",
     "occupancy_sqrt": "the cubes of space that it fills",
     "rules": "height, area, flatness",
