@@ -12,8 +12,11 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+from PIL import Image
 
 import spherefunc_bullet.compare.comparison.experiment as experiments
+import spherefunc_bullet.compare.evaluation.profiled as profiled
+import spherefunc_bullet.learning.function_classifier as function_classifier
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
@@ -26,12 +29,12 @@ from spherefunc_bullet.compare.comparison.experiment import (
     parse_radii,
     read_experiment,
 )
-from spherefunc_bullet.compare.comparison.significance import answer, paired_difference
+from spherefunc_bullet.compare.comparison.significance import answer, bought, paired_difference
 from spherefunc_bullet.compare.comparison.tables import Table
+from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
-from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.settling.cache import read_entry, write_entry
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator
@@ -107,8 +110,8 @@ def layers(monkeypatch):
 
 
 def compared(capsys, data, **options) -> dict:
-    """Return what the command prints as JSON, all in this process."""
-    compare(str(data), jobs=1, json=True, **options)
+    """Return what the command prints as JSON, all in this process; by cubes, which are quickly learnt."""
+    compare(str(data), jobs=1, json=True, **{"methods": "cubes"} | options)
     return json.loads(capsys.readouterr().out)
 
 
@@ -128,7 +131,8 @@ def test_baselines_and_always_no_stand_beside(data, capsys):
     found = compared(capsys, data, backends="fast", radii=["2cm"], trials=2, methods="paper,cubes")
     assert set(found["methods"]["cubes"]) == {"fast", *found["baselines"]}
     assert found["methods"]["paper"]["fast"] == found["backends"]["fast"]["functions"]
-    assert set(found["baselines"]) == {"bounding_box", "occupancy", "occupancy_sqrt", "height_map", "always_no"}
+    shapes = {"bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
+    assert set(found["baselines"]) == {*shapes, "rules", "examiner", "always_no"}
     no = found["baselines"]["always_no"]
     assert no["functions"]["cup"]["f_measure"] == 0 and no["functions"]["cup"]["radius"] is None
     assert no["leave_one_out"]["cup"]["accuracy"] == round(8 / 12, 4)  # a third of the objects are cups
@@ -149,7 +153,8 @@ def test_two_shapes_are_compared_as_two(data, layers, capsys):
 
 def test_object_that_one_simulator_fails_at_is_left_out_of_all(data, layers, tmp_path, capsys):
     layers(compound="mug_3")
-    options = {"backends": "layer", "shapes": "voxel,compound", "trials": 2, "report": tmp_path / "out"}
+    options = {"backends": "layer", "shapes": "voxel,compound", "trials": 2, "methods": "cubes"}
+    options |= {"report": tmp_path / "out"}
     with pytest.raises(SystemExit) as ended:
         compare(str(data), jobs=1, json=True, **options)
     printed = capsys.readouterr()
@@ -212,6 +217,7 @@ def test_older_entries_know_no_memory(data, capsys):
         ({"backends": "fast", "radii": ["round"]}, "length 'round'"),
         ({"backends": ","}, "at least one name"),
         ({"backends": "fast", "methods": "new"}, "method 'new'"),
+        ({"backends": "fast", "methods": "profile,cubes"}, "expected profile alone"),
     ],
 )
 def test_bad_options_are_refused_before_anything_falls(data, layers, options, match):
@@ -226,7 +232,7 @@ def test_data_that_cannot_be_split_is_refused(data):
     for kept, match in ((rows[:4], "at least 4 objects"), (rows[:1] + rows[1::3], "at least two labels")):
         (data / "manifest.csv").write_text("\n".join(kept))
         with pytest.raises(InputError, match=match):
-            compare(str(data), backends="fast", jobs=1)
+            compare(str(data), backends="fast", jobs=1, methods="cubes")
 
 
 @pytest.mark.parametrize(
@@ -274,6 +280,61 @@ def test_smallest_experiment(tmp_path):
     assert found.data == "household" and found.seeds == (4, 5) and found.radii == {"all": (0.02, 0.03)}
     [fast] = candidates(found)
     assert fast.name == "fast" and fast.radii == (0.02, 0.03)
+    assert found.methods == ("profile",) and found.length.drops == 200
+
+
+def test_radii_are_the_methods_where_nobody_says_otherwise():
+    def radii(*methods):
+        return candidates(Experiment(data="household", backends=("fast",), methods=methods))[0].radii
+
+    assert radii("profile") == (0.005, 0.01, 0.03) and radii("cubes", "paper") == (0.02, 0.03, 0.05)
+
+
+@pytest.fixture
+def few_trees(monkeypatch):
+    """Learn in this process, and quickly: what forests say is not looked at."""
+    monkeypatch.setattr(function_classifier, "TREES", 8)
+    monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
+
+
+def test_profiles_and_copies_are_compared(few_trees, tmp_path, capsys):
+    kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "dining_table_01", "vase_01")
+    made = [item for item in make_catalogue("household") if item.name in kinds]
+    write_catalogue(made, tmp_path / "things", "six")
+    options = {"backends": "fast", "radii": ["1cm"], "trials": 2, "copied": 1, "report": tmp_path / "out"}
+    compare(str(tmp_path / "things"), jobs=1, json=True, **options)
+    found = json.loads(capsys.readouterr().out)
+    assert found["answer"].startswith("Spheres ") and "fast was compared with no other" in found["answer"]
+    assert found["backends"]["fast"]["drops"] == 200 * 6 and {"points", "rules"} <= set(found["baselines"])
+    cup = found["impaired"]["cup"]
+    assert not cup["hole"]["works"] and cup["no_handle"]["works"]
+    assert {"fast", "fast, copies learnt", "points, copies learnt", "examiner"} <= set(cup["hole"]["share"])
+    assert Image.open(tmp_path / "out" / "impaired.png").width > 1000
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "Does it still work?" in page and "hole" in (tmp_path / "out" / "report.md").read_text()
+
+
+def test_second_seed_is_asked_of_who_has_not_learnt_the_object(few_trees, data, layers, capsys):
+    layers()
+    options = {"backends": "layer", "shapes": "voxel,compound", "radii": ["3cm"], "trials": 1, "copied": 0}
+    [pair] = compared(capsys, data, methods="profile", **options)["agreement"]
+    assert pair["objects_again"] == 12
+    # Plates, mugs and blocks differ in size alone, and either seed shows it.
+    assert all(share == 1 for shares in pair["labels_of_two_seeds"].values() for share in shares.values())
+
+
+def test_what_spheres_buy_is_said_first():
+    def row(works: bool, fast: float, points: float) -> dict:
+        return {"works": works, "copies": 1, "share": {"fast": fast, "fast, copies learnt": 0, "points": points}}
+
+    kinds = {"lid": row(False, 0.1, 0.6), "turned": row(True, 0.9, 0.8)}
+    report = {"backends": {"fast": {}}, "impaired": {"cup": kinds}}
+    assert bought(report) == (
+        "Spheres tell what works from what looks alike: of copies that no longer work 10% by fast and 60% by points, "
+        "the best that needs no spheres, are still called by their function; of copies changed harmlessly, 90% and 80%."
+    )
+    kinds["lid"]["share"]["points"] = 0.0
+    assert bought(report).startswith("Spheres do not tell what works better: ")
 
 
 def test_radii_for_one_and_for_all():
@@ -314,7 +375,7 @@ def test_histograms_by_hand():
     # Cubes of 14 cm: `here` and `there` are two of them. A has 3 spheres here, then 5; B has 4 there, both times.
     here, there = [[0, 0, 0.01]], [[0.2, 0, 0.01]]
     a, b = entry("A", [here * 3], [here * 5]), entry("B", [there * 4], [there * 4])
-    found = histograms_agree(a, b, 0.02, find_method("paper"))
+    found = histograms_agree(a, b, 0.02)
     assert found["within"] == {"A": 2, "B": 0}
     assert found["between"] == pytest.approx(np.sqrt((9 + 16 + 25 + 16) / 2), abs=1e-4)
     assert found["ratio"] == pytest.approx(np.sqrt(33) / np.sqrt(2), abs=1e-4)
@@ -325,7 +386,7 @@ def test_histograms_by_hand():
 def test_objects_without_spheres_say_nothing():
     here = [[0, 0, 0.01]]
     empty = entry("A", [[], here * 2], [[], here * 4])
-    found = histograms_agree(empty, empty, 0.02, find_method("paper"))
+    found = histograms_agree(empty, empty, 0.02)
     assert found["objects"] == 1 and found["ratio"] == pytest.approx(np.sqrt(0.5), abs=1e-4)
     assert median_ratio(np.zeros(3), np.zeros(3)) is None
 

@@ -23,16 +23,21 @@ def compare(
     shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
     radii: Annotated[
         list[str] | None,
-        typer.Option(help="Such as 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: 2cm,3cm,5cm."),
+        typer.Option(help="Such as 2cm,3cm for all, or fast=1cm,2cm for one; may be repeated. Default: the method's."),
     ] = None,
     trials: Annotated[int | None, typer.Option(min=1, help="Random equal splits. Default: 10.")] = None,
     methods: Annotated[
-        str | None, typer.Option("--methods", "--method", help="default, paper or both; the first is in the tables.")
+        str | None,
+        typer.Option("--methods", "--method", help="profile, or cubes, paper or both; the first is in the tables."),
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Of spheres and splits. Default: 0.")] = None,
     repeated: Annotated[
         int | None,
         typer.Option(min=1, help="Objects dropped on with a second seed. Default: all if that is cheap, else 40."),
+    ] = None,
+    copied: Annotated[
+        int | None,
+        typer.Option(min=0, help="Objects of each function of which impaired copies are asked about. Default: 4."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
@@ -49,11 +54,13 @@ def compare(
 
     from ..comparison.comparison import compare_entries
     from ..comparison.entries import repeatable, require_splittable, simulate_candidates
+    from ..comparison.evaluations import shares_of_copies
     from ..comparison.experiment import candidates, read_experiment
-    from ..comparison.files import write_report
+    from ..comparison.files import IMPAIRED, write_report
+    from ..figures.impaired_picture import draw_impaired
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
-    given |= {"seed": seed, "repeated": repeated, "up": up, "units": units}
+    given |= {"seed": seed, "repeated": repeated, "copied": copied, "up": up, "units": units}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
         if given:  # which would make it another experiment
@@ -68,8 +75,13 @@ def compare(
     failures = Failures()
     comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
     experiment = repeatable(experiment, comparison)
-    figures = compare_entries(comparison, experiment)
+    shares = None
+    if experiment.copied:
+        shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
+    figures = compare_entries(comparison, experiment, shares)
     if report is not None:
+        if shares:
+            draw_impaired(shares, report / IMPAIRED)
         write_report(report, figures, comparison, experiment)
     if json:
         print_json({name: value for name, value in figures.items() if name != "per_object"})
@@ -83,12 +95,16 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
 
     A backend that is named has to be installed; of the default ones those that are not are said and left out.
     """
-    from ..comparison.experiment import BACKENDS, Experiment, parse_radii, read_methods
+    from spherefunc_bullet.learning.method import PROFILE
+
+    from ..comparison.experiment import BACKENDS, COPIED, Experiment, parse_radii, read_methods
     from ..machine import usable_backends
 
     values = {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
-    values |= {name: given[name] for name in ("trials", "repeated", "up", "units") if name in given}
-    read_methods(list(values.get("methods", ["cubes"])))
+    values |= {name: given[name] for name in ("trials", "repeated", "copied", "up", "units") if name in given}
+    read_methods(list(values.get("methods", [PROFILE])))
+    if PROFILE in values.get("methods", [PROFILE]):  # full runs on copies would take hours
+        values.setdefault("copied", COPIED)
     if "seed" in given:
         values["seeds"] = (given["seed"], given["seed"] + 1)
     if "radii" in given:

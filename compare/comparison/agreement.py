@@ -8,12 +8,11 @@ from itertools import combinations
 import numpy as np
 from scipy import sparse
 
-from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.simulator import sphere_limit
 
 from ..evaluation.evaluation import Evaluation
-from .entries import Comparison, Entry
+from .entries import Comparison, Entry, dropped_twice
 from .report import BackendReport, HistogramAgreement, LabelAgreement, PairReport
 from .significance import paired_differences
 
@@ -34,7 +33,7 @@ def agreements(
             {
                 "backends": names,
                 "objects_again": comparison.repeated,
-                "histograms": [histograms_agree(*pair, radius, first.method) for radius in radii],
+                "histograms": [histograms_agree(*pair, radius) for radius in radii],
                 "settled": [{"radius": r, "share": {name: shares[name][r] for name in names}} for r in radii],
                 "labels": labels_agree(first, second, names),
                 "labels_of_two_seeds": {name: seeds_agree(features[name]) for name in names},
@@ -44,7 +43,7 @@ def agreements(
     return reports
 
 
-def histograms_agree(first: Entry, second: Entry, radius: float, method: Method) -> HistogramAgreement:
+def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgreement:
     """Return how far two simulators' histograms lie apart, beside two seeds of one simulator.
 
     An object has four histograms: by A and by B, each with two seeds. ``between`` is the root mean square of the four
@@ -53,7 +52,7 @@ def histograms_agree(first: Entry, second: Entry, radius: float, method: Method)
     a change of simulator is no more than a change of seed. Medians over objects, since a sofa's thousands of spheres
     would outweigh all cups in a mean. Objects on which no histogram differs say nothing and have no ratio.
     """
-    histograms = four_histograms(first, second, radius, method)
+    histograms = four_histograms(first, second, radius)
     a, again_a, b, again_b = histograms
     between = np.sqrt(np.mean([apart(x, y) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
     seeds = [apart(a, again_a), apart(b, again_b)]
@@ -70,7 +69,7 @@ def histograms_agree(first: Entry, second: Entry, radius: float, method: Method)
     }
 
 
-def four_histograms(first: Entry, second: Entry, radius: float, method: Method) -> list[sparse.csr_matrix]:
+def four_histograms(first: Entry, second: Entry, radius: float) -> list[sparse.csr_matrix]:
     """Return the histograms of the objects dropped on twice: A's, A's again, B's, B's again, in one space.
 
     Of the first spheres to settle, as many as either simulator is allowed, since a run that ends sooner differs.
@@ -79,9 +78,9 @@ def four_histograms(first: Entry, second: Entry, radius: float, method: Method) 
     settled = []
     for entry in (first, second):
         twice = dropped_twice(entry)
-        settled += [entry.records[row].settled[radius][:limit] for row in twice]
-        settled += [again.settled[radius][:limit] for again in twice.values()]
-    matrix = method.histogram(radius).fit_transform(settled)
+        settled += [entry.records[row].centers(radius)[:limit] for row in twice]
+        settled += [again.centers(radius)[:limit] for again in twice.values()]
+    matrix = CUBES.histogram(radius).fit_transform(settled)
     count = len(settled) // 4
     return [matrix[i * count : (i + 1) * count] for i in range(4)]
 
@@ -131,9 +130,3 @@ def seeds_agree(evaluation: Evaluation) -> dict[str, float]:
     again = evaluation.again
     shares = np.mean(again.predicted == evaluation.predicted[again.rows], axis=0)
     return {name: round(float(share), 4) for name, share in zip(evaluation.labels.functions, shares, strict=True)}
-
-
-def dropped_twice(entry: Entry) -> dict[int, ObjectRecord]:
-    """Return the objects that were dropped on twice: which row they are, and their records of the second seed."""
-    again = {record.path: record for record in entry.again.records}
-    return {row: again[record.path] for row, record in enumerate(entry.records) if record.path in again}

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 
-from spherefunc_bullet.learning.method import Method, find_method
+from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.simulator import sphere_limit
 
-from ..evaluation.evaluation import Evaluation, evaluate
-from ..evaluation.features import baseline_distances, distances_again, sphere_distances
-from ..evaluation.protocol import Labels, Protocol, Splits, labels_of
+from ..evaluation.evaluation import Evaluation
+from ..evaluation.impaired import Shares
+from ..evaluation.protocol import Protocol, labels_of
 from ..machine import machine
 from .agreement import agreements
 from .costs import Runs
 from .entries import Comparison, Entry
+from .evaluations import evaluate_features
 from .experiment import Experiment
 from .report import BackendReport, FeatureReport, ObjectReport, RadiusReport, Report
 from .significance import answer
 
-ALWAYS_NO = "always_no"
 TIMING = (
     "Wall time of the simulation alone, without loading, sampling and compilation, taken when each run was first made "
     "and kept with it, with as many runs at once as there were worker processes. A run from the cache has the time of "
@@ -27,8 +27,8 @@ TIMING = (
 )
 
 
-def compare_entries(comparison: Comparison, experiment: Experiment) -> Report:
-    """Return the report of a comparison, ready for JSON."""
+def compare_entries(comparison: Comparison, experiment: Experiment, copies: Shares | None = None) -> Report:
+    """Return the report of a comparison, ready for JSON; with what was said of impaired copies, where it was asked."""
     labels = labels_of(comparison.simulated)
     half = len(labels) // 2
     protocol = Protocol(train_sizes=(half,), trials=experiment.trials, seed=experiment.seeds[0], leave_one_out=True)
@@ -60,28 +60,9 @@ def compare_entries(comparison: Comparison, experiment: Experiment) -> Report:
         "timing": TIMING,
         "per_object": object_reports(comparison, features),
     }
+    if copies:
+        report["impaired"] = copies
     return {"answer": answer(report)} | report
-
-
-def evaluate_features(
-    comparison: Comparison, labels: Labels, method: Method, splits: Splits
-) -> dict[str, Evaluation]:
-    """Return the evaluation of every simulator and every baseline, all by one method.
-
-    Baselines may choose from the radii of all simulators together.
-    """
-    evaluations = {entry.name: evaluate_entry(entry, labels, method, splits) for entry in comparison.entries}
-    radii = sorted(set().union(*(entry.radii for entry in comparison.entries)))
-    baselines = baseline_distances(comparison.simulated.records, radii)
-    evaluations |= {name: evaluate(distances, labels, method, splits) for name, distances in baselines.items()}
-    return evaluations | {ALWAYS_NO: evaluations["bounding_box"].saying_no()}
-
-
-def evaluate_entry(entry: Entry, labels: Labels, method: Method, splits: Splits) -> Evaluation:
-    """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
-    distances = sphere_distances(entry.simulated, entry.radii, method)
-    again = distances_again(entry.simulated, entry.again, entry.radii, method) if entry.again.objects else None
-    return evaluate(distances, labels, method, splits, again=again, each_radius=True)
 
 
 def feature_report(evaluation: Evaluation) -> FeatureReport:

@@ -39,7 +39,7 @@ class Runs:
     @property
     def settled(self) -> list[int]:
         """Spheres on each object, all radii together."""
-        return [sum(len(record.settled[radius]) for radius in self.radii) for record in self.records]
+        return [sum(len(record.centers(radius)) for radius in self.radii) for record in self.records]
 
     @property
     def settled_share(self) -> float | None:

@@ -86,8 +86,8 @@ def displays_of(
 def layer(entry: Entry, row: int, radius: float) -> Layer:
     """Return what one simulator's spheres of one radius did on one object."""
     record = entry.records[row]
-    centers = record.settled[radius][:MAX_SPHERES]
-    settled = len(record.settled[radius])
+    everything = record.centers(radius)
+    centers, settled = everything[:MAX_SPHERES], len(everything)
     note = f"Spheres of radius {format_length(radius)}: {settled:,} of {record.drops[radius]:,} settled"
     note += f", in {record.seconds[radius]:.3g} s"
     note += f"; the first {len(centers):,} are drawn." if len(centers) < settled else "."

@@ -13,7 +13,7 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import Dropping, Loading, ObjectRecord
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of
@@ -127,7 +127,7 @@ def simulate_candidates(
         If too few objects are left to split, or all of one label.
     """
     complaints = Complaints(failures=failures, consequence="left out of every backend")
-    options = {"loading": experiment.loading, "jobs": jobs, "run": run}
+    options = {"experiment": experiment, "jobs": jobs, "run": run}
     first = drop_all(candidates, dataset, complaints, seed=experiment.seeds[0], **options)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
     if len(candidates) == 1:  # nobody to agree with
@@ -153,7 +153,7 @@ def drop_all(
     complaints: Complaints,
     *,
     seed: int,
-    loading: Loading,
+    experiment: Experiment,
     **options: Any,
 ) -> list[Simulated]:
     """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
@@ -161,12 +161,23 @@ def drop_all(
     for candidate in candidates:
         failed = complaints.by(candidate.name)
         try:
-            dropping = Dropping(simulator=candidate.simulator, radii=candidate.radii, seed=seed, loading=loading)
+            dropping = dropping_of(candidate, experiment, seed)
             done.append(simulate_dataset(dataset, dropping, failed=failed, **options))
         except InputError as error:
             raise InputError(f"{candidate.name}: {error}") from error
     paths = set.intersection(*({item.path for item in simulated.objects} for simulated in done))
     return [subset(simulated, paths) for simulated in done]
+
+
+def dropping_of(candidate: Candidate, experiment: Experiment, seed: int) -> Dropping:
+    """Return how spheres are dropped by one simulator."""
+    return Dropping(
+        simulator=candidate.simulator,
+        radii=candidate.radii,
+        seed=seed,
+        loading=experiment.loading,
+        length=experiment.length,
+    )
 
 
 def require_splittable(name: str, objects: Sequence[DatasetObject], which: str = ""):
@@ -189,6 +200,12 @@ def repeated_count(first: Sequence[Simulated], asked: int | None) -> int:
         return min(asked, count)
     spent = sum(sum(record.seconds.values()) for simulated in first for record in simulated.records)
     return count if spent <= CHEAP else min(SOME, count)
+
+
+def dropped_twice(entry: Entry) -> dict[int, ObjectRecord]:
+    """Return the objects that were dropped on twice: which row they are, and their records of the second seed."""
+    again = {record.path: record for record in entry.again.records}
+    return {row: again[record.path] for row, record in enumerate(entry.records) if record.path in again}
 
 
 def evenly(objects: Sequence[Item], count: int) -> tuple[Item, ...]:

@@ -6,19 +6,22 @@ import json
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.method import find_cube_method
+from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
 from spherefunc_bullet.quantities import parse_lengths
+from spherefunc_bullet.settling.drops import LIMITED, Length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator, make_simulator
 
 ALL = "all"  # the key of radii that are for every backend without its own
-RADII = {ALL: (0.02, 0.03, 0.05)}  # metres
+CUBES_RADII = (0.02, 0.03, 0.05)  # metres: the quick ones of full runs
 BACKENDS = ("fast", "bullet")
+COPIED = 4  # objects of each function, where nobody says otherwise
 Kind = TypeVar("Kind")
 
 
@@ -39,9 +42,10 @@ class Experiment:
     data: str
     backends: tuple[str, ...]
     shapes: tuple[str, ...] = ()  # for backends that have such an option
-    radii: Mapping[str, tuple[float, ...]] = field(default_factory=lambda: RADII)  # metres, by backend or ALL
+    radii: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # metres, by backend or ALL; else the method's
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of the simulators, by backend
-    methods: tuple[str, ...] = ("cubes",)
+    methods: tuple[str, ...] = (PROFILE,)
+    copied: int = 0  # objects of each function of which impaired copies are asked about too
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
     repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
@@ -51,6 +55,16 @@ class Experiment:
     @property
     def loading(self) -> Loading:
         return Loading(up=self.up, units=self.units)
+
+    @property
+    def length(self) -> Length:
+        """How long runs are: all methods read the same spheres."""
+        return find_method(PROFILE).length if PROFILE in self.methods else LIMITED
+
+    @property
+    def usual_radii(self) -> tuple[float, ...]:
+        """Where nobody says otherwise, metres."""
+        return PROFILE_RADII if PROFILE in self.methods else CUBES_RADII
 
 
 def candidates(experiment: Experiment) -> list[Candidate]:
@@ -69,7 +83,7 @@ def candidates(experiment: Experiment) -> list[Candidate]:
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
     if experiment.shapes and not any("shape" in simulator.options() for _, _, simulator in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
-    radii = RADII | experiment.radii
+    radii = {ALL: experiment.usual_radii} | dict(experiment.radii)
     return [
         Candidate(
             name=name, backend=backend, simulator=simulator, radii=radii.get(name) or radii.get(backend) or radii[ALL]
@@ -196,8 +210,11 @@ def read_seeds(value: object) -> tuple[int, int]:
 
 
 def read_methods(value: object) -> tuple[str, ...]:
-    """Return the names of methods that there are."""
-    return tuple(find_cube_method(name).name for name in texts(value))
+    """Return the names of methods that there are, all of which can read the same spheres."""
+    named = tuple(find_method(name).name for name in texts(value))
+    if PROFILE in named and len(named) > 1:
+        raise InputError(f"methods {', '.join(named)}: expected {PROFILE} alone, which reads runs of its own")
+    return named
 
 
 KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, and what is expected
@@ -209,6 +226,7 @@ KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, 
     "methods": (read_methods, "a list of names"),
     "seeds": (read_seeds, "two whole numbers from 0, the second for what is dropped again"),
     "trials": (whole, "a whole number from 1"),
+    "copied": (partial(whole, least=0), "a whole number from 0"),
     "repeated": (whole, "a whole number from 1"),
     "up": (text, "z, y, x or auto"),
     "units": (text, "m, cm, mm, in or auto"),

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json as json_format
 from pathlib import Path
 
+from PIL import Image
+
 from spherefunc_bullet.console import say
 from spherefunc_bullet.formats.writing import write_text
 
 from .entries import Comparison
 from .experiment import Experiment
 from .report import Report
+
+IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
 
 
 def write_report(folder: Path, report: Report, comparison: Comparison, experiment: Experiment):
@@ -20,9 +24,10 @@ def write_report(folder: Path, report: Report, comparison: Comparison, experimen
     from .page import comparison_page
     from .tables import markdown
 
+    picture = Image.open(folder / IMPAIRED).convert("RGB") if "impaired" in report else None
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
     files = {
-        "report.html": comparison_page(report, comparison, experiment),
+        "report.html": comparison_page(report, comparison, experiment, picture),
         "accuracy.svg": accuracy_chart(report),
         "cost.svg": cost_chart(comparison),
         "report.json": json_format.dumps(report, indent=1) + "\n",

@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from PIL.Image import Image
+
 from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.viewer.page import display_html, table_html
 
 from ..machine import options_text
-from ..pages.html import drawing, report_page
+from ..pages.html import drawing, image, report_page
 from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Display, clearest, disagreements, displays_of
 from .entries import Comparison
@@ -21,18 +23,19 @@ from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
 from .significance import enumeration
-from .tables import Table, cost_table, histogram_table, label_table, quality_table, radius_table
+from .tables import Table, copies_table, cost_table, histogram_table, label_table, quality_table, radius_table
 
 COARSE = 0.1  # a difference of F-measures that readers expect to be told of
 LONGEST = 60  # disagreements in the list; all are in report.json
 
 
-def comparison_page(report: Report, comparison: Comparison, experiment: Experiment) -> str:
-    """Return the page."""
+def comparison_page(report: Report, comparison: Comparison, experiment: Experiment, copies: Image | None = None) -> str:
+    """Return the page; with a picture of what was said of impaired copies, where that was asked."""
     names = list(report["backends"])
     several, chosen = len(names) > 1, recommendations(report)
     parts = [
         introduction(report, chosen),
+        *([] if copies is None else [copies_section(report, copies)]),
         accuracy_section(report, chosen),
         cost_section(report, comparison),
         *([agreement_section(report), disagreement_section(report, comparison, experiment)] if several else []),
@@ -67,6 +70,15 @@ def blind_spot(report: Report) -> str:
     margins = [row["margin"] or 0.0 for pair in report["agreement"] for row in pair["f_measures"].values()]
     widest = max(margins, default=0.0)
     return f" With so few objects, differences of up to {widest:.2f} do not show." if widest > COARSE else ""
+
+
+def copies_section(report: Report, copies: Image) -> str:
+    """Return what was said of copies that look right and do not work, and of others that do."""
+    return f"""<section><h2>Does it still work?</h2><p>Copies of {report["experiment"]["copied"]} objects of each
+function were spoilt so that they no longer work, or changed in a way that does not matter. Nobody had learnt the
+object, nor a spoilt one. The picture shows how many are still called by their function.</p>
+{image(copies, "Share of useless and harmless copies still called by their function")}
+<details><summary>The numbers, kind by kind</summary>{html_table(copies_table(report))}</details></section>"""
 
 
 def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NotRequired, TypedDict
 
 from ..evaluation.evaluation import FunctionQuality
+from ..evaluation.impaired import Shares
 
 Qualities = dict[str, FunctionQuality]  # by function
 
@@ -134,3 +135,4 @@ class Report(TypedDict):
     machine: dict[str, str]
     timing: str
     per_object: NotRequired[list[ObjectReport]]
+    impaired: NotRequired[Shares]  # copies still called by their function, where that was asked

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from spherefunc_bullet.quantities import format_duration, format_length
 
 from ..evaluation.evaluation import FunctionQuality
+from ..evaluation.impaired import share_rows
 from ..evaluation.protocol import PAPER
 from .report import Report
 
@@ -29,7 +30,8 @@ class Table:
 def tables(report: Report) -> list[Table]:
     """Return all tables of a comparison."""
     of_pairs = [label_table(report), histogram_table(report)] if report["agreement"] else []
-    return [quality_table(report), cost_table(report), radius_table(report), *of_pairs]
+    of_copies = [copies_table(report)] if "impaired" in report else []
+    return [quality_table(report), *of_copies, cost_table(report), radius_table(report), *of_pairs]
 
 
 def quality_table(report: Report) -> Table:
@@ -53,6 +55,13 @@ def quality_table(report: Report) -> Table:
     title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
     head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]
     return Table(title=title, columns=head, rows=rows)
+
+
+def copies_table(report: Report) -> Table:
+    """Return the share of impaired copies that are still called by their function, kind by kind."""
+    title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
+    columns, rows = share_rows(report["impaired"])
+    return Table(title=f"{title}: share still called by the function", columns=columns, rows=rows)
 
 
 def cost_table(report: Report) -> Table:

@@ -63,7 +63,7 @@ UNSEEN = (
 SIZE = (320, 280)  # of an object's picture, pixels
 OBJECTS = 40  # evenly spread over the catalogue, so in its proportions
 AGAIN = 8  # of them dropped on with a second seed
-RADII = (0.03, 0.05)  # metres: the quick ones
+COMPARED_TRIALS = 3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,7 +223,7 @@ def compare_some(out: Path, jobs: int) -> Report:
     folder = out / "objects"
     write_catalogue(evenly(make_catalogue(DATA), OBJECTS), folder, f"{OBJECTS} of {DATA}")
     backends = usable_backends(BACKENDS)
-    experiment = Experiment(data=str(folder), backends=backends, radii={"all": RADII}, repeated=AGAIN)
+    experiment = Experiment(data=str(folder), backends=backends, trials=COMPARED_TRIALS, repeated=AGAIN)
     comparison = simulate_candidates(open_dataset(folder), candidates(experiment), experiment, jobs, Failures())
     experiment = repeatable(experiment, comparison)
     report = compare_entries(comparison, experiment)

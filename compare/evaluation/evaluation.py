@@ -57,6 +57,10 @@ class Trial:
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure
 
+    def kept(self, which: np.ndarray) -> Trial:
+        """Return what was said of some of the objects (T,) bool."""
+        return replace(self, rows=self.rows[which], scores=self.scores[which])
+
     def saying_no(self) -> Trial:
         """Return the same trial with no to everything."""
         return replace(self, scores=np.zeros_like(self.scores), weights=())

@@ -31,11 +31,11 @@ from spherefunc_bullet.settling.records import Dropping, Loading
 from .features import SPHERES
 from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import readings
+from .readings import baselines_read, spheres_read
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
-LEARNT = "spheres, copies learnt"
+COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
 
@@ -82,6 +82,7 @@ def impaired_shares(
     method: AnyMethod,
     *,
     copied: int | None = None,
+    baselines: bool = True,
     jobs: int = -1,
     failed: Failed,
 ) -> Shares:
@@ -97,26 +98,31 @@ def impaired_shares(
         How spheres fall; its seed is that of the copies too.
     copied : int
         Of each function so many objects at most have copies, evenly chosen; all are learnt.
+    baselines : bool
+        Whether they are asked too.
     failed : callable
         Is given the error of each file that cannot be used.
     """
     usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
     folder = built_copies(usable, dropping, failed)
     impaired = joined(learnt, usable, folder, dropping, jobs, failed)
-    splits, asked = held_out(impaired, dropping.seed), readings(impaired.simulated, radii, method)
+    splits, asked = held_out(impaired, dropping.seed), {SPHERES: spheres_read(impaired.simulated, radii, method)}
+    if baselines:
+        asked |= baselines_read(impaired.simulated, radii, method)
     said = {name: [read.trial([split]).predicted for split in splits] for name, read in asked.items()}
-    if isinstance(asked[SPHERES], Profiled):
-        said[LEARNT] = said_having_learnt(impaired, asked[SPHERES], splits)
+    for name, read in asked.items():
+        if isinstance(read, Profiled):
+            said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)
     return shares_of(impaired, splits, said)
 
 
-def said_having_learnt(impaired: Impaired, spheres: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
+def said_having_learnt(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
     """Return what is said of copies by what has learnt the copies of other sources' objects beside those."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
-    both = replace(spheres, kin=Kin(weights=weights, groups=originals))
+    both = replace(read, kin=Kin(weights=weights, groups=originals))
     more = [Split(np.concatenate([split.train, impaired.rows_of(split.train)]), split.test) for split in splits]
-    return [both.trial([split]).predicted for split in more]
+    return [trial.predicted for trial in both.trials([[split] for split in more])]
 
 
 def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
@@ -212,7 +218,13 @@ def kinds_by_function() -> Iterator[tuple[str, Impairment]]:
 
 
 def print_shares(shares: Shares):
-    """Print a row for each kind and a column for each feature set, with means over useless and harmless kinds."""
+    """Print a row for each kind and a column for each feature set."""
+    title = "\nimpaired copies of objects from sources not learnt: share still called by the function"
+    print_table(title, *share_rows(shares))
+
+
+def share_rows(shares: Shares) -> tuple[list[str], list[list[str]]]:
+    """Return a column for each feature set, and a row for each kind, with means over useless and harmless kinds."""
     features = list(next(iter(next(iter(shares.values())).values()))["share"])
     rows = [
         [f"{function}, {kind.replace('_', ' ')}", "yes" if row["works"] else "no", str(row["copies"])]
@@ -220,8 +232,7 @@ def print_shares(shares: Shares):
         for function, kinds in shares.items()
         for kind, row in [*kinds.items(), *mean_rows(kinds, features)]
     ]
-    title = "\nimpaired copies of objects from sources not learnt: share still called by the function"
-    print_table(title, ["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows)
+    return ["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows
 
 
 def mean_rows(kinds: Mapping[str, KindShare], features: Sequence[str]) -> Iterator[tuple[str, KindShare]]:

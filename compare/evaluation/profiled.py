@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
@@ -16,12 +18,13 @@ from spherefunc_bullet.settling.drops import as_drops
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.settling.settling import Settled
 
-from .evaluation import FOLDS, Evaluation, Trial
+from .evaluation import FOLDS, Evaluation, Trial, Weights
 from .features import voxel_centers
 from .protocol import Labels, Split, Splits
 
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
+WORTH_CORES = 8  # classifiers to be learnt: for fewer, other processes take longer to start
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
@@ -35,29 +38,21 @@ class Profiled:
     kin: Kin | None = None  # of the objects, where some are copies of others
 
     def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that splits test, each by what that split learns.
+        """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
+        return self.trials([splits])[0]
 
-        Where splits leave out one object each, a twentieth of them is left out at a time.
-        """
-        folds = [[split] for split in splits]
-        if len(splits) > FOLDS:
-            folds = [[splits[k] for k in fold] for fold in np.array_split(np.arange(len(splits)), FOLDS)]
-        tests = [np.concatenate([split.test for split in fold]) for fold in folds]
-        trains = [
-            fold[0].train if len(fold) == 1 else np.setdiff1d(np.arange(len(self.labels)), test)
-            for fold, test in zip(folds, tests, strict=True)
-        ]
-        scores, weights = [], []
-        for train, test in zip(trains, tests, strict=True):
-            learnt = self.learnt(train)
-            scores.append(learnt.score_profiles(self.profiles[test]))
-            weights.append([{learnt.radius_[name]: 1.0} for name in self.labels.functions])
-        return Trial(
-            learnt=round(float(np.mean([len(split.train) for split in splits]))),
-            rows=np.concatenate(tests),
-            scores=np.concatenate(scores),
-            weights=weights,
-        )
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials, on all cores; see `folds_of`."""
+        folds = [folds_of(splits) for splits in asked]
+        work = [delayed(self.said_of)(fold) for own in folds for fold in own]
+        said = iter(Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1)(work))
+        return [joined(splits, own, [next(said) for _ in own]) for splits, own in zip(asked, folds, strict=True)]
+
+    def said_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
+        """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
+        learnt = self.learnt(fold.train)
+        weights = [{learnt.radius_[name]: 1.0} for name in self.labels.functions]
+        return learnt.score_profiles(self.profiles[fold.test]), weights
 
     def learnt(self, rows: np.ndarray) -> FunctionClassifier:
         """Return the classifier after learning some objects."""
@@ -67,12 +62,38 @@ class Profiled:
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
+        halves = [[split] for trials in splits.halves.values() for split in trials]
+        said = iter(self.trials([*halves, *splits.left_out.values()]))
         return Evaluation(
             labels=self.labels,
             method=METHODS["profile"],
-            trials={size: [self.trial([split]) for split in trials] for size, trials in splits.halves.items()},
-            left_out={name: self.trial(alone) for name, alone in splits.left_out.items()},
+            trials={size: [next(said) for _ in trials] for size, trials in splits.halves.items()},
+            left_out={name: next(said) for name in splits.left_out},
         )
+
+
+def folds_of(splits: Sequence[Split]) -> list[Split]:
+    """Return splits that are learnt at once: where many leave out one object each, a twentieth of them at a time."""
+    if len(splits) <= FOLDS:
+        return list(splits)
+    parts = [[splits[k] for k in part] for part in np.array_split(np.arange(len(splits)), FOLDS)]
+    return [
+        Split(
+            train=reduce(np.intersect1d, [split.train for split in part]),
+            test=np.concatenate([split.test for split in part]),
+        )
+        for part in parts
+    ]
+
+
+def joined(splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple[np.ndarray, list[Weights]]]) -> Trial:
+    """Return one trial from what was said in each of its folds."""
+    return Trial(
+        learnt=round(float(np.mean([len(split.train) for split in splits]))),
+        rows=np.concatenate([fold.test for fold in folds]),
+        scores=np.concatenate([scores for scores, _ in said]),
+        weights=[weights for _, weights in said],
+    )
 
 
 def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionClassifier) -> Profiled:

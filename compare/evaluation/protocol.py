@@ -26,6 +26,10 @@ class Labels:
     def __len__(self) -> int:
         return len(self.members)
 
+    def of(self, rows: np.ndarray) -> Labels:
+        """Return what is true of some objects, or of some more than once."""
+        return Labels(self.functions, self.members[rows], self.also[rows], self.groups[rows])
+
 
 def labels_of(simulated: Simulated) -> Labels:
     """Return what is true of a data set's objects.

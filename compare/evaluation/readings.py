@@ -46,23 +46,33 @@ class Neighbours:
         return evaluate(self.distances, self.labels, self.method, splits)
 
 
-def readings(
-    simulated: Simulated, radii: tuple[float, ...], method: AnyMethod, seed: int = 0
-) -> dict[str, Reading]:
-    """Return the spheres as a method reads them, and what they have to beat: shapes, points and related work.
+def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+    """Return the spheres as a method reads them, and what they have to beat: shapes, points and related work."""
+    return {SPHERES: spheres_read(simulated, radii, method)} | baselines_read(simulated, radii, method)
 
-    Baselines of shapes are scored with the neighbours, votes and choice of radius of the method, if it has such.
+
+def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> Reading:
+    """Return the spheres as a method reads them."""
+    labels = labels_of(simulated)
+    if isinstance(method, Method):
+        return Neighbours(distances=sphere_distances(simulated, radii, method), labels=labels, method=method)
+    return spheres_profiled(simulated, labels, radii)
+
+
+def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+    """Return what the spheres have to beat: their own points, shapes and related work."""
+    points = points_profiled(simulated.records, labels_of(simulated), radii)
+    return {POINTS: points} | shapes_read(simulated, radii, method)
+
+
+def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
+    """Return baselines that are quickly asked: shapes, and related work.
+
+    Shapes are scored with the neighbours, votes and choice of radius of the method, if it has such.
     """
     labels, neighbours = labels_of(simulated), method if isinstance(method, Method) else CUBES
-    spheres: Reading
-    if isinstance(method, Method):
-        distances = sphere_distances(simulated, radii, method)
-        spheres = Neighbours(distances=distances, labels=labels, method=method)
-    else:
-        spheres = spheres_profiled(simulated, labels, radii)
     shapes = {
         name: Neighbours(distances=distances, labels=labels, method=neighbours)
         for name, distances in baseline_distances(simulated.records, radii).items()
     }
-    points = points_profiled(simulated.records, labels, radii)
-    return {SPHERES: spheres, POINTS: points} | shapes | related(simulated.records, labels)
+    return shapes | related(simulated.records, labels)

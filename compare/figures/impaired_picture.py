@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.impaired import HARMLESS, USELESS, KindShare, Shares, mean_rows
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows
 from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ COLUMNS = {  # feature set -> what the picture calls it
     "rules": "rules",
     "examiner": "examiner",
 }
+NOT_DRAWN = ("bounding_box", "occupancy", "height_map", "always_no")  # no better than those that are
 MEANINGS = {
     "spheres": "where spheres that fall on the object come to rest",
     "points": "the object's own points, read the same way",
@@ -112,9 +113,12 @@ def require_ending(path: Path):
 
 
 def columns_of(shares: Shares) -> dict[str, str]:
-    """Return which feature sets are drawn, those of `COLUMNS` that there are, and what they are called."""
+    """Return which feature sets are drawn, and what they are called: simulators by name, and those of `COLUMNS`."""
     there = next(iter(next(iter(shares.values())).values()))["share"]
-    return {name: words for name, words in COLUMNS.items() if name in there}
+    simulators = [name for name in there if name not in {*COLUMNS, *NOT_DRAWN} and COPIES_LEARNT not in name]
+    return dict(zip(simulators, simulators, strict=True)) | {
+        name: words for name, words in COLUMNS.items() if name in there
+    }
 
 
 def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dict[bool, dict[str, KindShare]]:
@@ -151,9 +155,8 @@ def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
         means = [row[name]["share"] for row in rows if name in row]
         if means:
             told = [(column, np.mean([mean[key] for mean in means])) for key, column in columns.items()]
-            (first, share), *others = ((column, f"{per_cent(mean)} %") for column, mean in told)
-            beside = "".join(f", {column} {other}" for column, other in others)
-            sentences.append(f"Of {words}, {first} still call {share} useful{beside}.")
+            said = ", ".join(f"{column} {per_cent(mean)} %" for column, mean in told)
+            sentences.append(f"Of {words} are still called useful by {said}.")
     return sentences
 
 
@@ -217,6 +220,6 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
     key.set_axis_off()
     words = "wrong to right.  In each cell: how many per cent of the copies are still called by the function."
     figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
-    meanings = [f"{words}: {MEANINGS[name]}." for name, words in columns.items()]
-    for line, said in enumerate((meanings[:3], meanings[3:])):
+    meanings = [f"{words}: {MEANINGS[name]}." for name, words in columns.items() if name in MEANINGS]
+    for line, said in enumerate((meanings[:-2], meanings[-2:])):
         figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(said), fontsize=8, va="center", color=GREY)

@@ -23,7 +23,7 @@ from ..formats.limits import require_file
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
-from .drops import LIMITED, Length
+from .drops import LIMITED, Length, settled_centers
 from .settling import Settled, drop_settings, measured_run
 
 FORMAT = 1  # of the cache; another number, other entries
@@ -100,6 +100,10 @@ class ObjectRecord:
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
+
+    def centers(self, radius: float) -> np.ndarray:
+        """Return where spheres of a radius settled (S, 3), metres, whether drops were counted or not."""
+        return settled_centers(self.settled[radius])
 
 
 def simulate_objects(

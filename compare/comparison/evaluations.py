@@ -1,0 +1,115 @@
+"""What every simulator's spheres and every baseline say of the objects of a comparison, by one method."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from spherefunc_bullet.console import Failures
+from spherefunc_bullet.datasets.dataset import Dataset
+from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
+
+from ..evaluation.evaluation import Evaluation, evaluate
+from ..evaluation.features import SPHERES, distances_again, sphere_distances
+from ..evaluation.impaired import Shares, impaired_shares
+from ..evaluation.profiled import profiled, spheres_profiled
+from ..evaluation.protocol import Labels, Split, Splits
+from ..evaluation.readings import baselines_read, shapes_read
+from .entries import Comparison, Entry, dropped_twice, dropping_of
+from .experiment import Experiment
+
+ALWAYS_NO = "always_no"
+ALONE = "leave_one_out"
+
+
+def evaluate_features(
+    comparison: Comparison, labels: Labels, method: AnyMethod, splits: Splits
+) -> dict[str, Evaluation]:
+    """Return the evaluation of every simulator and every baseline, all by one method.
+
+    Baselines may choose from the radii of all simulators together. Points are read as resting profiles are, and asked
+    beside these alone.
+    """
+    evaluations = {entry.name: evaluate_entry(entry, labels, method, splits) for entry in comparison.entries}
+    radii = tuple(sorted(set().union(*(entry.radii for entry in comparison.entries))))
+    read = shapes_read if isinstance(method, Method) else baselines_read
+    baselines = read(comparison.simulated, radii, method)
+    evaluations |= {name: baseline.evaluation(splits) for name, baseline in baselines.items()}
+    return evaluations | {ALWAYS_NO: evaluations["bounding_box"].saying_no()}
+
+
+def shares_of_copies(
+    comparison: Comparison, experiment: Experiment, dataset: Dataset, *, jobs: int, failures: Failures
+) -> Shares:
+    """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
+    shares: Shares = {}
+    for entry in comparison.entries:
+        found = impaired_shares(
+            entry.simulated,
+            dataset,
+            dropping_of(entry.candidate, experiment, experiment.seeds[0]),
+            entry.radii,
+            find_method(experiment.methods[0]),
+            copied=experiment.copied,
+            baselines=not shares,
+            jobs=jobs,
+            failed=failures.add,
+        )
+        add_shares(shares, found, entry.name)
+    return shares
+
+
+def add_shares(shares: Shares, found: Shares, name: str):
+    """Add what one simulator's spheres say of copies, under its name, and of baselines what there is."""
+    for function, kinds in found.items():
+        for kind, row in kinds.items():
+            said = {
+                name + key.removeprefix(SPHERES) if key.startswith(SPHERES) else key: value
+                for key, value in row["share"].items()
+            }
+            known = shares.setdefault(function, {}).setdefault(kind, row | {"share": {}})
+            known["share"] |= said
+
+
+def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Splits) -> Evaluation:
+    """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
+    if not isinstance(method, Method):
+        return evaluate_profiles(entry, labels, splits)
+    distances = sphere_distances(entry.simulated, entry.radii, method)
+    again = distances_again(entry.simulated, entry.again, entry.radii, method) if entry.again.objects else None
+    return evaluate(distances, labels, method, splits, again=again, each_radius=True)
+
+
+def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluation:
+    """Return the same of one simulator's drops, read as resting profiles.
+
+    What fell with the second seed is asked about behind all objects, each by who has learnt all others.
+    """
+    count, again = len(labels), dropped_twice(entry)
+    rows = np.array([*range(count), *again])
+    whole = spheres_profiled(entry.simulated, labels, entry.radii)
+    twice = whole.classifier.profiles([record.settled for record in again.values()])
+    both = replace(whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows))
+    asked = Splits(halves=splits.halves, left_out={ALONE: asked_again(splits.left_out[ALONE], rows)})
+    evaluation, halves = both.evaluation(asked), Splits(halves=splits.halves)
+    everything = evaluation.left_out[ALONE]
+    second = everything.kept(everything.rows >= count)
+    return replace(
+        evaluation,
+        labels=labels,
+        left_out={ALONE: everything.kept(everything.rows < count)},
+        again=replace(second, rows=rows[second.rows]) if again else None,
+        by_radius={
+            radius: profiled(entry.simulated.settled, labels, type(whole.classifier)(radii=(radius,))).evaluation(
+                halves
+            )
+            for radius in entry.radii
+        },
+    )
+
+
+def asked_again(splits: Sequence[Split], rows: np.ndarray) -> list[Split]:
+    """Return splits that test, with each object, the rows (R,) behind all objects that are it once more."""
+    return [Split(split.train, np.flatnonzero(np.isin(rows, split.test))) for split in splits]

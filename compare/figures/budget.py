@@ -1,0 +1,164 @@
+"""How good a label is after so many drops, and after so much time: one picture for several simulators.
+
+    python -m spherefunc_bullet.compare.figures.budget DATA --out DIR
+
+Times are those of this machine: keep it idle meanwhile. Docs/method.md has the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+import typer
+
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.commands import options
+from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, say
+from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
+from spherefunc_bullet.learning.method import DROPS, PROFILE
+from spherefunc_bullet.settling.drops import Length
+from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator import make_simulator
+
+from ..evaluation.profiles import few_drops
+from ..evaluation.protocol import Protocol, labels_of
+from ..machine import usable_backends
+from ..pages.plates import DOUBLE, Plate, look, write_plate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COUNTS = f"10,20,40,80,120,{DROPS}"
+TIMED = 40  # objects, evenly chosen
+TIMES = 3  # that each is timed, of which the least counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Budget:
+    """What so many drops at each radius give and cost."""
+
+    backend: str
+    drops: int
+    milliseconds: float  # that they take on the median object, all radii together
+    function: str
+    f_measure: float  # across sources
+
+
+def budgets(simulated: Simulated, timed: Sequence[Cloud], backend: str, counts: Sequence[int]) -> list[Budget]:
+    """Return what each number of drops gives across the sources of a data set, and what it costs on some clouds."""
+    radii = tuple(simulated.records[0].settled)
+    splits = Protocol(groups=True).splits(labels_of(simulated))
+    told = few_drops(simulated, radii, counts, splits)
+    times = {count: 1000 * median_seconds(timed, backend, radii, count) for count in counts}
+    return [
+        Budget(backend=backend, drops=count, milliseconds=round(times[count], 2), function=name, f_measure=f_measure)
+        for count in counts
+        for name, f_measure in told[count].items()
+    ]
+
+
+def median_seconds(timed: Sequence[Cloud], backend: str, radii: tuple[float, ...], count: int) -> float:
+    """Return the seconds that drops take on the median of some clouds, all radii together."""
+    simulator, taken = make_simulator(backend), []
+    settle(timed[0], simulator, radii, 0, Length(drops=count))  # compiles and loads what is to be timed
+    for cloud in progress(timed, len(timed), f"{backend}, {count} drops"):
+        laps = []
+        for _ in range(TIMES):
+            start = perf_counter()
+            settle(cloud, simulator, radii, 0, Length(drops=count))
+            laps.append(perf_counter() - start)
+        taken.append(min(laps))
+    return float(np.median(taken))
+
+
+def budget_plate(rows: Sequence[Budget], data: str) -> Plate:
+    """Return the figure: F-measures against drops on the left, against milliseconds on the right."""
+    return Plate(
+        stem="budget",
+        caption=f"F-measure across the sources of {data} when only the first so many drops at each radius are read, in "
+        "learning and in asking: against their number, and against the time that they take on the median object.",
+        size=(DOUBLE, 3.0),
+        draw=lambda figure: draw_budget(figure, rows),
+        rows=[asdict(row) for row in rows],
+    )
+
+
+def draw_budget(figure: Figure, rows: Sequence[Budget]):
+    """Draw both panels."""
+    from matplotlib.ticker import EngFormatter
+
+    by_drops, by_time = figure.subplots(1, 2, sharey=True)
+    draw_lines(by_drops, rows, "drops")
+    draw_lines(by_time, rows, "milliseconds")
+    by_drops.set(xlabel="drops at each radius", ylabel="F-measure across sources")
+    counts = sorted({row.drops for row in rows})
+    by_drops.set_xticks(counts, map(str, counts))
+    by_drops.minorticks_off()
+    by_time.set(xlabel="time of the drops on the median object (logarithmic)")
+    by_time.xaxis.set_major_formatter(EngFormatter(unit="s"))
+    figure.legend(*by_drops.get_legend_handles_labels(), loc="outside upper center", ncols=3, handlelength=3.2)
+
+
+def draw_lines(axes: Axes, rows: Sequence[Budget], across: str):
+    """Draw a line for each function and backend: a colour for the function, a dash and a marker for the backend."""
+    functions, backends = (list(dict.fromkeys(getattr(row, key) for row in rows)) for key in ("function", "backend"))
+    for place, backend in enumerate(backends):
+        for colour, function in enumerate(functions):
+            own = [row for row in rows if (row.backend, row.function) == (backend, function)]
+            style = look(place) | {"color": look(colour)["color"]}
+            values = [getattr(row, across) / (1000 if across == "milliseconds" else 1) for row in own]
+            axes.plot(values, [row.f_measure for row in own], **style, markersize=4, label=f"{function}, {backend}")
+    axes.set_xscale("log")
+    axes.grid(axis="y", linewidth=0.3, color="#dddddd")
+
+
+def dropped(dataset: Dataset, backend: str, failures: Failures, jobs: int) -> Simulated:
+    """Return a data set's drops by a backend, from the cache where it has them."""
+    dropping = options.dropping(backend, None, None, 0, "z", "m", PROFILE)
+    return simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
+
+
+def main(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv that names sources.")],
+    out: Annotated[Path, typer.Option(help="Folder of budget.png, .svg and .csv.")],
+    backends: Annotated[str, typer.Option(help="Whose drops; those that are installed.")] = "fast,bullet",
+    counts: Annotated[str, typer.Option(help="Drops at each radius.")] = COUNTS,
+    jobs: options.Jobs = -1,
+    json: options.Json = False,
+):
+    """Print and draw how good labels are after so many drops, and after so much time."""
+    failures, dataset, rows = Failures(), open_dataset(data), []
+    chosen = [dataset.objects[k].path for k in np.linspace(0, len(dataset.objects) - 1, TIMED).astype(int)]
+    clouds = [load_cloud(path) for path in chosen]
+    for backend in usable_backends(backends.split(",")):
+        numbers = [int(count) for count in counts.split(",")]
+        rows += budgets(dropped(dataset, backend, failures, jobs), clouds, backend, numbers)
+    out.mkdir(parents=True, exist_ok=True)
+    for path in write_plate(budget_plate(rows, dataset.name), out):
+        say(f"wrote {path}")
+    if json:
+        print_json([asdict(row) for row in rows])
+    else:
+        print_rows(rows)
+    failures.exit()
+
+
+def print_rows(rows: Sequence[Budget]):
+    """Print a row for each backend and number of drops."""
+    table: dict[tuple[str, int], list[str]] = {}
+    for row in rows:
+        begin = [row.backend, str(row.drops), f"{row.milliseconds:.1f}"]
+        table.setdefault((row.backend, row.drops), begin).append(f"{row.f_measure:.3f}")
+    functions = list(dict.fromkeys(row.function for row in rows))
+    print_table("across sources", ["backend", "drops", "ms", *(f"F {name}" for name in functions)], [*table.values()])
+
+
+if __name__ == "__main__":
+    run(lambda: typer.run(main))
