@@ -10,6 +10,8 @@ from numba import njit
 from ..compilation import prepare
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
+MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table
+CELLS_A_POINT = 64
 _OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
 
 
@@ -73,6 +75,43 @@ def _thin(points, distance, bits):
     return keep
 
 
+@njit(cache=True)
+def _has_kept_in_grid(points, p, low, scale, grid, follower):
+    """Return whether a kept point is nearer to point ``p`` than half a cell, as `_has_kept_near`."""
+    x, y, z = points[p, 0], points[p, 1], points[p, 2]
+    squared = 0.25 / (scale * scale)
+    i0 = int((x - low[0]) * scale + 0.5)
+    j0 = int((y - low[1]) * scale + 0.5)
+    k0 = int((z - low[2]) * scale + 0.5)
+    for i in range(i0, i0 + 2):
+        for j in range(j0, j0 + 2):
+            for k in range(k0, k0 + 2):
+                other = grid[i, j, k]
+                while other >= 0:
+                    dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
+                    if dx * dx + dy * dy + dz * dz < squared:
+                        return True
+                    other = follower[other]
+    return False
+
+
+@njit(cache=True)
+def _thin_in_grid(points, low, distance, grid):
+    """Return the mask of the kept points, by a grid of -1 over the points' box with a cell to spare on each side."""
+    keep = np.zeros(len(points), dtype=np.bool_)
+    follower = np.full(len(points), -1, dtype=np.int32)
+    scale = 0.5 / distance
+    for p in range(len(points)):
+        if not _has_kept_in_grid(points, p, low, scale, grid, follower):
+            i = int((points[p, 0] - low[0]) * scale) + 1
+            j = int((points[p, 1] - low[1]) * scale) + 1
+            k = int((points[p, 2] - low[2]) * scale) + 1
+            follower[p] = grid[i, j, k]
+            grid[i, j, k] = p
+            keep[p] = True
+    return keep
+
+
 def thin(points: np.ndarray, distance: float) -> np.ndarray:
     """Return the points that greedy thinning keeps, in their order.
 
@@ -87,8 +126,14 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
     -------
     (K, 3) float64, metres
     """
+    points, distance = np.ascontiguousarray(points, dtype=np.float64), float(distance)
+    low, high = (np.array([end(column) for column in points.T]) for end in (np.min, np.max))
+    cells = np.floor((high - low) * (0.5 / distance)) + 3
+    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
+        grid = np.full(cells.astype(int), -1, np.int32)
+        return points[_thin_in_grid(points, low, distance, grid)]
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
-    return points[_thin(np.ascontiguousarray(points, dtype=np.float64), float(distance), bits)]
+    return points[_thin(points, distance, bits)]
 
 
 def one_per_cell(points: np.ndarray, side: float) -> np.ndarray:

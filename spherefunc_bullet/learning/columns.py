@@ -30,7 +30,7 @@ class Outline:
     @cached_property
     def area(self) -> float:
         """Square metres."""
-        edges = np.roll(self.corners, -1, axis=0) - self.corners
+        edges = edges_of(self.corners)
         perimeter = float(np.hypot(*edges.T).sum())
         return enclosed_area(self.corners) + perimeter * self.radius + np.pi * self.radius**2
 
@@ -50,14 +50,15 @@ class Outline:
         """Return how far points (N, 2) lie inside of each side of the outline (H, N), metres."""
         if len(self.corners) < 2:
             return np.zeros((len(self.corners), len(points)))
-        edges = np.roll(self.corners, -1, axis=0) - self.corners
+        edges = edges_of(self.corners)
         inward = np.column_stack([-edges[:, 1], edges[:, 0]]) / np.hypot(*edges.T)[:, None]
         return np.einsum("hnk,hk->hn", points[None] - self.corners[:, None], inward)
 
 
 def outline_of(points: np.ndarray, radius: float) -> Outline:
     """Return the convex outline of centres (N, 2), metres, of which there is at least one."""
-    ordered = np.unique(points, axis=0)
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+    ordered = ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
     if len(ordered) > 1:
         prepare(half_hull)
         back = ordered[::-1].copy()
@@ -80,10 +81,16 @@ def half_hull(ordered):
     return chain[:count]
 
 
+def edges_of(corners: np.ndarray) -> np.ndarray:
+    """Return the edges (H, 2) of a polygon, each from a corner to the next, metres."""
+    return np.concatenate([corners[1:], corners[:1]]) - corners
+
+
 def enclosed_area(corners: np.ndarray) -> float:
     """Return the area of a polygon (H, 2), square metres."""
     x, y = (corners - corners[0]).T
-    return 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+    next_x, next_y = np.append(x[1:], x[0]), np.append(y[1:], y[0])
+    return 0.5 * abs(float(np.sum(x * next_y - y * next_x)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -174,6 +181,8 @@ def largest_piece(level: Columns) -> Columns:
     graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(level), len(level)))
     _, pieces = connected_components(graph, directed=False)
     carried = np.round(np.bincount(pieces, level.weights), 9)
+    equal = np.flatnonzero(carried == carried.max())
+    if len(equal) == 1:
+        return level if len(carried) == 1 else level.kept(pieces == equal[0])
     # Of equal pieces the wider one, whatever order they came in.
-    largest = max(np.flatnonzero(carried == carried.max()), key=lambda k: level.kept(pieces == k).outline.area)
-    return level.kept(pieces == largest)
+    return max((level.kept(pieces == piece) for piece in equal), key=lambda piece: piece.outline.area)
