@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import clouds
 import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
@@ -14,6 +15,8 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profile_choices, profiles
 from spherefunc_bullet.compare.evaluation.profiled import ACROSS, fused, points_as_drops, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
+from spherefunc_bullet.compare.figures import budget
+from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -122,3 +125,22 @@ def test_log_loss_of_a_sure_truth_is_nothing(simulated, splits):
     trial, labels = evaluation.left_out[ACROSS], labels_of(simulated)
     sure = replace(trial, scores=labels.members[trial.rows].astype(float))
     assert profile_choices.log_loss(sure, labels) == pytest.approx(-np.log(1 - profile_choices.SURE), abs=1e-5)
+
+
+def test_seeds_are_listed_with_their_mean_and_spread(capsys):
+    profiles.print_seeds([{"cup": 0.9, "table": 1.0}, {"cup": 0.7, "table": 1.0}], "two seeds", json=False)
+    out = capsys.readouterr().out
+    assert "0.800 ± 0.100" in out and "1.000 ± 0.000" in out
+
+
+def test_budget_draws_and_prints_what_drops_give_and_cost(simulated, tmp_path, capsys):
+    timed = [clouds.mug(), clouds.plate(0.2, 0.2, 0.2)]
+    rows = budget.budgets(simulated, timed, "fast", [4, 16])
+    assert {(row.drops, row.function) for row in rows} == {(n, name) for n in (4, 16) for name in FUNCTIONS}
+    assert all(row.milliseconds > 0 and 0 <= row.f_measure <= 1 for row in rows)
+    written = write_plate(budget.budget_plate(rows, "things"), tmp_path)
+    assert [path.name for path in written] == ["budget.png", "budget.svg", "budget.csv"]
+    words = (tmp_path / "budget.svg").read_text()
+    assert all(f"{name}, fast" in words for name in FUNCTIONS) and "drops at each radius" in words
+    budget.print_rows(rows)
+    assert "fast" in capsys.readouterr().out

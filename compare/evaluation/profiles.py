@@ -8,18 +8,22 @@ other classifiers make of the same quantities.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
-from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, ProfileMethod
+from spherefunc_bullet.settling.records import Dropping
 
 from .alternatives import f_measures, side_by_side
 from .features import SPHERES
@@ -61,6 +65,33 @@ def few_drops(
     return rows
 
 
+def over_seeds(
+    dataset: Dataset, dropping: Dropping, seeds: int, jobs: int, failed: Callable[[InputError], None]
+) -> list[dict[str, float]]:
+    """Return the F-measures across sources with each seed of the drops, of which the forests have the same."""
+    rows = []
+    for seed in range(seeds):
+        simulated = simulate_dataset(dataset, replace(dropping, seed=seed), jobs=jobs, failed=failed)
+        labels = labels_of(simulated)
+        splits = Protocol(groups=True).splits(labels)
+        classifier = FunctionClassifier(radii=dropping.radii, random_state=seed)
+        evaluation = profiled(simulated.settled, labels, classifier).evaluation(splits)
+        rows.append(f_measures(evaluation.left_out_quality(ACROSS)))
+    return rows
+
+
+def print_seeds(rows: Sequence[dict[str, float]], title: str, json: bool):
+    """Print the F-measures of each seed, their means and standard deviations."""
+    functions = list(rows[0])
+    columns = [[row[name] for row in rows] for name in functions]
+    summary = [f"{np.mean(column):.3f} ± {np.std(column):.3f}" for column in columns]
+    if json:
+        print_json({"seeds": rows})
+        return
+    table = [[str(seed), *(f"{row[name]:.3f}" for name in functions)] for seed, row in enumerate(rows)]
+    print_table(title, ["seed", *functions], [*table, ["mean ± std", *summary]])
+
+
 def milliseconds_each(simulated: Simulated, radii: tuple[float, ...]) -> float:
     """Return the milliseconds that the quantities of one object take, all radii together."""
     classifier = FunctionClassifier(radii=radii)
@@ -79,6 +110,7 @@ def main(
     classifiers: Annotated[bool, typer.Option(help="Compare classifiers instead.")] = False,
     cubes: Annotated[bool, typer.Option(help="Also count spheres of full runs in cubes, which takes long.")] = False,
     ranking: Annotated[bool, typer.Option(help="Rank quantities by what they add instead.")] = False,
+    seeds: Annotated[int, typer.Option(min=0, help="Repeat the drops and forests with so many seeds instead.")] = 0,
     backend: options.Backend = "fast",
     seed: options.Seed = 0,
     jobs: options.Jobs = -1,
@@ -88,6 +120,11 @@ def main(
     failures = Failures()
     dropping = options.dropping(backend, None, radii, seed, "z", "m")
     dataset = open_dataset(data)
+    if seeds:
+        rows = over_seeds(dataset, dropping, seeds, jobs, failures.add)
+        print_seeds(rows, f"{dataset.name}, {backend}: F-measures across sources", json)
+        failures.exit()
+        return
     simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
     sizes = tuple(wanted_sizes(train_sizes, len(simulated.objects)))
     splits = Protocol(train_sizes=sizes, trials=trials, seed=seed, groups=True).splits(labels_of(simulated))
