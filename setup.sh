@@ -27,9 +27,10 @@ command -v "$PYTHON" >/dev/null 2>&1 || install python3
 "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || install "$("$PYTHON" -c \
     'import sys; print(f"python3.{sys.version_info[1]}-venv")')"
 
-# Open3D, which draws the pictures, needs libusb, and OpenMP's runtime.
+# Open3D, which draws the pictures, is linked against these, though nothing opens a window; OpenMP's runtime.
 missing=""
-for pair in libusb-1.0.so.0:libusb-1.0-0 libgomp.so.1:libgomp1; do
+for pair in libusb-1.0.so.0:libusb-1.0-0 libgomp.so.1:libgomp1 libGL.so.1:libgl1 libEGL.so.1:libegl1 \
+    libX11.so.6:libx11-6 libudev.so.1:libudev1 libidn2.so.0:libidn2-0; do
     "$PYTHON" -c "import ctypes; ctypes.CDLL('${pair%%:*}')" 2>/dev/null || missing="$missing ${pair##*:}"
 done
 # shellcheck disable=SC2086
@@ -44,13 +45,9 @@ stamp=.venv/installed
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     echo "setup: installing the package and what it needs into .venv (some 400 MB to download the first time)" >&2
-    # PyBullet comes ready-made for CPython 3.11 on Linux; elsewhere it would have to be compiled.
-    extras=test
-    if .venv/bin/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11) or sys.platform != "linux")'; then
-        extras=test,bullet
-    else
-        echo "setup: the bullet backend is left out; with a C++ compiler: .venv/bin/pip install -e '.[bullet]'" >&2
-    fi
-    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[$extras]"
+    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[test]"
+    .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" || echo \
+        "setup: PyBullet has no wheel here, the bullet backend is left out; with a C++ compiler:" \
+        ".venv/bin/pip install -e '.[bullet]'" >&2
     touch "$stamp"
 fi

@@ -12,4 +12,5 @@ model = sf.CubeClassifier(simulator="fast").fit(clouds, functions)
 import lazy_loader
 
 # Names are imported when they are first used, so that the command line starts at once; `__init__.pyi` lists them.
+__version__ = "0.1.0"
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -21,3 +21,5 @@ from .simulator import Outcome as Outcome
 from .simulator import Simulator as Simulator
 from .simulator import Stop as Stop
 from .simulator import make_simulator as make_simulator
+
+__version__: str

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
+import re
+import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from pathlib import Path
@@ -12,6 +16,10 @@ from pathlib import Path
 import clouds
 import numpy as np
 import pytest
+import yaml
+from packaging.requirements import Requirement
+
+import spherefunc_bullet
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {
@@ -108,6 +116,93 @@ def test_files_of_a_user_s_do_not_get_in_the_way(kind, wheel, hostile, tmp_path_
     for arguments in (["backends", "--json"], ["simulate", "plate.xyz", "--radius", "2cm", "--json"]):
         done = run_from(hostile, site, *arguments)
         assert done.returncode == 0 and '"fast"' in done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def fresh(wheel, tmp_path_factory) -> Path:
+    """Return the commands of a new environment with the wheel installed; what it needs is borrowed from ours."""
+    home = tmp_path_factory.mktemp("fresh")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", home / "bin" / "python", "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "-q", "--no-deps", "--no-index", wheel], check=True, capture_output=True)
+    # A path file in a path file is not followed: our own editable installation stays out of it.
+    site = next(home.glob("lib/python*/site-packages"))
+    (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return home / "bin"
+
+
+def output(command: list[Path | str], folder: Path) -> str:
+    """Return what a command prints in a folder."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment["SPHEREFUNC_CACHE"] = str(folder / "cache")
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_wheel_works_in_a_fresh_environment(fresh, hostile):
+    where = output([fresh / "python", "-c", "import spherefunc_bullet as sf; print(sf.__file__)"], Path("/"))
+    assert Path(where).is_relative_to(fresh.parent)
+    assert output([fresh / "spherefunc", "--version"], hostile) == f"spherefunc {spherefunc_bullet.__version__}\n"
+    assert output([fresh / "spherefunc", "classify", "plate.xyz", "--json"], hostile).startswith("[")
+    assert '"settled"' in output(
+        [fresh / "python", "-P", "-m", "spherefunc_bullet", "simulate", "plate.xyz", "--radius", "2cm", "--json"],
+        hostile,
+    )
+
+
+def test_the_wheel_is_typed_for_its_users(fresh, tmp_path):
+    (tmp_path / "use.py").write_text("import spherefunc_bullet as sf\nreveal_type(sf.load_cloud)\n")
+    command = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--python-executable",
+        fresh / "python",
+        "--follow-imports=silent",
+        "use.py",
+    ]
+    assert "spherefunc_bullet.clouds.cloud.Cloud" in output(command, tmp_path)
+
+
+def test_version_is_the_same_everywhere():
+    version = spherefunc_bullet.__version__
+    assert importlib.metadata.version("spherefunc-bullet") == version
+    assert yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"] == version
+
+
+def test_pybullet_comes_by_itself_where_it_has_wheels():
+    needs = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    (marker,) = [need.marker for need in map(Requirement, needs) if need.name == "pybullet"]
+    linux = {"python_version": "3.11", "sys_platform": "linux", "platform_machine": "x86_64"}
+    assert marker.evaluate(linux)
+    assert not marker.evaluate(linux | {"python_version": "3.12"})
+    assert not marker.evaluate(linux | {"sys_platform": "darwin"})
+    assert not marker.evaluate(linux | {"platform_machine": "aarch64"})
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_shell_completes_commands(shell):
+    spherefunc = Path(sys.executable).with_name("spherefunc")
+    words = {"COMP_WORDS": "spherefunc cla", "COMP_CWORD": "1", "_TYPER_COMPLETE_ARGS": "spherefunc cla"}
+    environment = (
+        os.environ | words | {"_SPHEREFUNC_COMPLETE": f"complete_{shell}", "_TYPER_COMPLETE_FISH_ACTION": "get-args"}
+    )
+    done = subprocess.run([spherefunc], env=environment, capture_output=True, text=True, check=False)
+    assert "classify" in done.stdout and "simulate" not in done.stdout, done.stderr
+
+
+def test_what_open3d_is_linked_against_is_set_up():
+    """A slim system lacks libraries that a desktop has; the ones that wheels do not bring are in setup.sh."""
+    open3d = Path(sysconfig.get_path("purelib")) / "open3d"
+    library = next(open3d.glob("libOpen3D.so*"), None)
+    if library is None or shutil.which("readelf") is None:
+        pytest.skip("no shared library of Open3D, or no readelf to look into it")
+    listed = subprocess.run(["readelf", "-d", library], capture_output=True, text=True, check=True).stdout
+    needed = set(re.findall(r"NEEDED.*\[(.+)\]", listed)) - {file.name for file in open3d.rglob("*.so*")}
+    basic = {"libstdc++.so.6", "libgcc_s.so.1", "libc.so.6", "libm.so.6", "ld-linux-x86-64.so.2", "libpthread.so.0"}
+    basic |= {"libdl.so.2", "librt.so.1"}  # the C library's, and what Python itself is linked against
+    assert needed - basic <= set(re.findall(r"(lib\S+\.so\.\d+):", (ROOT / "setup.sh").read_text()))
 
 
 def test_the_wheel_is_what_ran(wheel, hostile, tmp_path_factory):

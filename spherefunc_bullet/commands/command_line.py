@@ -6,20 +6,34 @@ Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
 from __future__ import annotations
 
 from importlib.metadata import entry_points
+from typing import Annotated
 
 import typer
 
+from .. import __version__
 from ..console import log_on_stderr, run
+
+
+def say_version(asked: bool):
+    """Print the version and leave, if asked."""
+    if asked:
+        print(f"spherefunc {__version__}")
+        raise typer.Exit()
+
+
+def spherefunc(
+    version: Annotated[bool, typer.Option("--version", callback=say_version, is_eager=True, help="Say which.")] = False,
+):
+    """Tell what an object is for from how spheres come to rest on it."""
 
 
 def application() -> typer.Typer:
     """Return the application with every registered subcommand, ours and other packages'."""
     app = typer.Typer(
         name="spherefunc",
-        help="Tell what an object is for from how spheres come to rest on it.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
+        callback=spherefunc,
     )
     for point in sorted(entry_points(group="spherefunc.commands"), key=lambda point: point.name):
         command = point.load()
@@ -33,4 +47,5 @@ def application() -> typer.Typer:
 def main():
     """Run the command line; a user's mistake is one line on stderr and exit code 2."""
     log_on_stderr()
-    run(application())
+    app = application()
+    run(lambda: app(prog_name="spherefunc"))
