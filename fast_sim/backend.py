@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
@@ -114,13 +114,6 @@ class DropRun:
     def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
         """Return what came of the run."""
         settled, rolled_off, rejected, timed_out, _ = self.state.tolist()
-        provenance = {
-            "backend": simulator.name,
-            "version": simulator.version,
-            "options": simulator.options(),
-            "settings": asdict(self.settings),
-            "seed": seed,
-        }
         return DropResult(
             centers=self.spheres.centers[:settled].copy(),
             on_object=self.on_object[:settled].copy(),
@@ -131,7 +124,7 @@ class DropRun:
             seconds=seconds,
             columns=np.concatenate(self.columns),
             outcomes=np.concatenate(self.outcomes),
-            provenance=provenance,
+            provenance=provenance_of(simulator, self.settings, seed),
         )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Protocol, runtime_checkable
@@ -56,7 +56,16 @@ class DropSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class DropResult:
-    """Where the spheres came to rest, and what became of the others."""
+    """Where the spheres came to rest, and what became of the others.
+
+    A backend fills in all of it. ``columns`` and ``outcomes`` may be left out by one that does not know what became of
+    every drop; then the resting profile, the default method, sees no losses, and the conformance suite complains.
+
+    Raises
+    ------
+    ValueError
+        If the provenance lacks what every command reads: backend, version, settings, seed.
+    """
 
     centers: np.ndarray  # (S, 3) float64, metres, the object's frame, in the order in which they settled
     on_object: np.ndarray  # (S,) bool: touches the object (True) or only spheres (False)
@@ -69,7 +78,15 @@ class DropResult:
     # does not tell.
     columns: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))  # (D, 2) float64, where it began, metres
     outcomes: np.ndarray = field(default_factory=lambda: np.empty(0, np.int8))  # (D,) int8, each an `Outcome`
-    provenance: dict[str, Any] = field(default_factory=dict)  # backend, version, settings, seed
+    provenance: dict[str, Any]  # what made it, see `provenance_of`; more entries are welcome, JSON-ready
+
+    def __post_init__(self):
+        missing = sorted({"backend", "version", "settings", "seed"} - self.provenance.keys())
+        if missing:
+            raise ValueError(
+                f"provenance: expected backend, version, settings and seed, got none of {', '.join(missing)}; "
+                "use provenance_of(simulator, settings, seed)"
+            )
 
     @property
     def settled(self) -> int:
@@ -82,32 +99,71 @@ class DropResult:
 
 @runtime_checkable
 class Simulator(Protocol):
-    """What a backend provides: a name, a version, and ``drop``.
+    """What a backend provides: a name, a version, ``options`` and ``drop``.
 
-    A backend of native code that may crash declares the class attribute ``isolate = True``. The command line and
-    `simulate_objects` then run it in a process of its own, where a crash costs one object and not the run; for that
-    it can be pickled. A call of ``drop`` itself always runs where it is made.
+    A class, registered under its ``name`` in the entry-point group ``spherefunc.backends``; keyword arguments of its
+    constructor are its options, and one that it does not know is a TypeError. docs/backends.md has a whole one, and
+    ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` holds one to what is written here.
+
+    Attributes
+    ----------
+    name : str
+        As it is registered.
+    version : str
+        Of what it computes: results are kept under it, so another result needs another version.
+    isolate : bool, optional
+        True: native code that may crash. The command line and `simulate_objects` then run it in a process of its own,
+        where a crash costs one object and not the run; for that it can be pickled. A call of ``drop`` itself always
+        runs where it is made.
+    sphere_limit : int, optional
+        Settled spheres that end a run for features, where the simulator needs a limit of its own.
     """
 
     name: str
     version: str
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
-        """Drop spheres on a cloud until the miss limit.
+        """Drop spheres on a cloud until one of the limits is reached, in this order: misses, spheres, drops.
+
+        Columns are drawn uniformly over the bounding box, a sphere comes straight down its column, and one at rest is
+        static for ever. A sphere at rest keeps off the points by its radius, may rest on spheres alone only while its
+        centre is within the bounding box (else `Outcome.REJECTED`), and one that reaches the ground z = 0 beside the
+        object has rolled off. The limits cut a run short and change nothing else: the drops of a shorter run are the
+        first ones of a longer.
 
         Parameters
         ----------
         cloud : Cloud
-            Points in metres, z up, standing on z = 0.
+            Points in metres, z up, standing on z = 0, with ``cloud.mesh`` where there is one; left as it was.
         settings : DropSettings
         seed : int
-            The same cloud, settings and seed give the same centres, bit for bit, on one machine.
+            The same cloud, settings and seed give the same result, bit for bit, on one machine. The order of the
+            points does not matter, another seed gives other spheres.
+
+        Raises
+        ------
+        InputError
+            In one line, if nothing can be dropped on this cloud; of a sphere larger than it by `require_fitting`.
         """
         ...
 
     def options(self) -> dict[str, Any]:
-        """Return what only this simulator knows (shape, time step, …), as JSON-ready values."""
+        """Return what only this simulator knows (shape, time step, …), as JSON-ready values.
+
+        Results are kept under them, so all that decides where spheres settle is among them.
+        """
         ...
+
+
+def provenance_of(simulator: Simulator, settings: DropSettings, seed: int) -> dict[str, Any]:
+    """Return what produced a run, JSON-ready: backend, version, options, settings and seed."""
+    return {
+        "backend": simulator.name,
+        "version": simulator.version,
+        "options": simulator.options(),
+        "settings": asdict(settings),
+        "seed": seed,
+    }
 
 
 def require_fitting(cloud: Cloud, radius: float):

@@ -1,256 +1,92 @@
-"""What every simulator must keep, whatever it computes: one suite over all registered backends."""
+"""The installed backends keep the contract, and backends of other packages can be held to it."""
 
 from __future__ import annotations
 
-import json
-from functools import cache
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
 
 import clouds
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
-from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.simulator import DropSettings, Outcome, Simulator, Stop, backend_entry_points, make_simulator
+from spherefunc_bullet.conformance.test_simulator import *  # noqa: F403
+from spherefunc_bullet.simulator import DropResult, Stop
 
-# Shapes and radii in metres: up to a thousand spheres each, so that a run takes the roller milliseconds.
-SHAPES = {
-    "plate": (clouds.plate, 0.015),
-    "table": (clouds.table, 0.015),
-    "chair": (clouds.chair, 0.02),
-    "bin": (clouds.bin_, 0.01),
-    "mug": (clouds.mug, 0.01),
-    "mug, small": (clouds.mug, 0.005),
-    "groove": (clouds.groove, 0.01),
-}
-# Depth of an overlap in radii. The roller places spheres by geometry and promises 2 %; engines with
-# penetrating contacts let spheres sink by their contact margin.
-OVERLAP = {"fast": 0.02}
-ENGINE_OVERLAP = 0.05
-TOUCH = 0.03  # gap in radii that still counts as contact: the least distance that a step of any backend leaves
-# A surface may be met between its points: half a diagonal of the lattice from the nearest, and where a round floor's
-# lattice ends at a wall up to one spacing.
-BETWEEN = clouds.SPACING
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
 
 
-@pytest.fixture(scope="module", params=sorted(backend_entry_points()))
-def simulator(request):
-    try:
-        return make_simulator(request.param)
-    except InputError as error:
-        pytest.skip(str(error))
-
-
-@cache
-def shape(name: str) -> Cloud:
-    return SHAPES[name][0]()
-
-
-def radius_of(name: str) -> float:
-    return SHAPES[name][1]
-
-
-@cache
-def dropped(simulator: str, name: str, seed: int = 0):
-    """Return one run, kept for the tests that only look at it."""
-    return make_simulator(simulator).drop(shape(name), DropSettings(radius=radius_of(name)), seed)
-
-
-def overlap(simulator, name: str) -> float:
-    """Return the depth of an overlap that is allowed, metres."""
-    return OVERLAP.get(simulator.name, ENGINE_OVERLAP) * radius_of(name)
-
-
-def to_cloud(result, name: str) -> np.ndarray:
-    """Return each settled centre's distance to the cloud, (S,) metres."""
-    return cKDTree(shape(name).points).query(result.centers)[0]
-
-
-def touches_cloud(distances, name: str) -> np.ndarray:
-    """Return whether centres at distances (S,) from the nearest point can touch the surface there."""
-    return distances <= np.hypot((1 + TOUCH) * radius_of(name), BETWEEN)
-
-
-def to_spheres(result) -> np.ndarray:
-    """Return each settled centre's distance to the nearest other, (S,) metres."""
-    return cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]
-
-
-def on_each_shape(test):
-    return pytest.mark.parametrize("name", sorted(SHAPES))(test)
-
-
-def test_has_the_interface(simulator):
-    assert isinstance(simulator, Simulator)
-    assert simulator.name in backend_entry_points() and simulator.version
-    json.dumps(simulator.options())
-
-
-@on_each_shape
-def test_same_seed_gives_the_same_bits(simulator, name):
-    again = simulator.drop(shape(name), DropSettings(radius=radius_of(name)), 0)
-    first = dropped(simulator.name, name)
-    assert again.centers.tobytes() == first.centers.tobytes()
-    assert again.on_object.tobytes() == first.on_object.tobytes()
-    assert (again.drops, again.rolled_off, again.rejected, again.timed_out) == (
-        first.drops,
-        first.rolled_off,
-        first.rejected,
-        first.timed_out,
+def install(folder: Path, project: str, module: str, code: str):
+    """Put a package of one module into a folder, with the entry points of its pyproject.toml."""
+    declared = tomllib.loads(project)["project"]
+    about = folder / f"{module}-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {declared['name']}\nVersion: 1\n")
+    points = declared["entry-points"]["spherefunc.backends"]
+    (about / "entry_points.txt").write_text(
+        "\n".join(["[spherefunc.backends]", *(f"{name} = {point}" for name, point in points.items())])
     )
+    (folder / f"{module}.py").write_text(code)
 
 
-def test_another_seed_gives_other_spheres(simulator):
-    first, second = dropped(simulator.name, "mug"), dropped(simulator.name, "mug", 1)
-    assert first.centers.tobytes() != second.centers.tobytes()
+@pytest.fixture
+def sticky(tmp_path) -> Path:
+    """Return a folder with the page's backend."""
+    code, project = re.findall(r"```(?:python|toml)\n(.*?)```", PAGE, re.DOTALL)
+    install(tmp_path, project, "spherefunc_sticky", code)
+    return tmp_path
 
 
-@on_each_shape
-def test_order_of_points_does_not_matter(simulator, name):
-    points = np.random.default_rng(0).permutation(shape(name).points)
-    shuffled = simulator.drop(Cloud(points, name), DropSettings(radius=radius_of(name)), 0)
-    assert np.array_equal(shuffled.centers, dropped(simulator.name, name).centers)
+def suite(backend: str, folder: Path, *arguments: str) -> str:
+    """Return what the suite prints, run over one backend in a folder as another package would."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--pyargs"]
+    command += ["spherefunc_bullet.conformance", "--backend", backend, *arguments]
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False).stdout
 
 
-@on_each_shape
-def test_outcomes_add_up(simulator, name):
-    result = dropped(simulator.name, name)
-    counts = [result.settled, result.rolled_off, result.rejected, result.timed_out]
-    assert min(counts) >= 0 and sum(counts) == result.drops and result.settled > 0
-    assert result.seconds > 0
+def test_the_page_s_backend_keeps_the_contract(sticky):
+    printed = suite("sticky", sticky)
+    assert re.search(r"\b[89]\d passed", printed) and "failed" not in printed and "skipped" not in printed, printed
 
 
-@on_each_shape
-def test_centres_are_finite_rows(simulator, name):
-    result = dropped(simulator.name, name)
-    assert result.centers.dtype == np.float64 and result.centers.shape == (result.settled, 3)
-    assert result.on_object.dtype == np.bool_ and result.on_object.shape == (result.settled,)
-    assert np.isfinite(result.centers).all()
+def test_a_backend_that_breaks_the_contract_is_told(sticky):
+    source = sticky / "spherefunc_sticky.py"
+    source.write_text(source.read_text().replace("default_rng(seed)", "default_rng()"))
+    assert "FAILED" in suite("sticky", sticky, "-k", "same_seed")
 
 
-@on_each_shape
-def test_nothing_below_the_ground(simulator, name):
-    # 2 % of the radius, as for every overlap.
-    assert dropped(simulator.name, name).centers[:, 2].min() >= 0.98 * radius_of(name)
+def test_a_backend_asked_for_by_name_is_not_skipped_when_it_is_missing(tmp_path):
+    assert "expected one of" in suite("nobody-s", tmp_path, "-k", "interface")
 
 
-@on_each_shape
-def test_nothing_inside_the_cloud(simulator, name):
-    assert to_cloud(dropped(simulator.name, name), name).min() >= radius_of(name) - overlap(simulator, name)
+def test_the_page_s_backend_is_taken_by_the_commands(sticky):
+    np.savetxt(sticky / "plate.xyz", clouds.plate().points)
+    command = [sys.executable, "-m", "spherefunc_bullet", "simulate", "plate.xyz", "--backend", "sticky"]
+    command += ["--radius", "2cm", "--json"]
+    environment = os.environ | {"PYTHONPATH": str(sticky)}
+    done = subprocess.run(command, cwd=sticky, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and '"backend": "sticky"' in done.stdout, done.stderr
 
 
-@on_each_shape
-def test_nothing_inside_another_sphere(simulator, name):
-    assert to_spheres(dropped(simulator.name, name)).min() >= 2 * radius_of(name) - overlap(simulator, name)
+def test_a_result_without_provenance_is_refused_where_it_is_made():
+    nothing = {"centers": np.empty((0, 3)), "on_object": np.empty(0, bool), "stop": Stop.MISSES, "seconds": 0.0}
+    nothing |= {"rolled_off": 50, "rejected": 0, "timed_out": 0}
+    with pytest.raises(TypeError, match="provenance"):
+        DropResult(**nothing)
+    with pytest.raises(ValueError, match="provenance.*version.*provenance_of"):
+        DropResult(**nothing, provenance={"backend": "x", "seed": 0, "settings": {}})
 
 
-@on_each_shape
-def test_nothing_hangs_in_the_air(simulator, name):
-    result = dropped(simulator.name, name)
-    touches = touches_cloud(to_cloud(result, name), name) | (
-        to_spheres(result) <= (2 + TOUCH) * radius_of(name)
-    )
-    # A floor at ground level is met at the ground, also between its points.
-    touches |= result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
-    assert touches.all()
-
-
-@on_each_shape
-def test_spheres_on_spheres_stay_within_the_bounding_box(simulator, name):
-    """A sphere may rest without touching the object only within the object's bounding box (§III-A)."""
-    result = dropped(simulator.name, name)
-    low, high = shape(name).bounds
-    alone = result.centers[~result.on_object]
-    assert np.all((alone >= low) & (alone <= high))
-
-
-@on_each_shape
-def test_on_object_is_said_of_those_that_touch_it(simulator, name):
-    result = dropped(simulator.name, name)
-    distances = to_cloud(result, name)
-    near = touches_cloud(distances, name) | (
-        result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
-    )
-    assert np.all(near[result.on_object])
-    # Not touching, but within a thousandth of the radius, would be a contradiction.
-    assert np.all(distances[~result.on_object] > 0.999 * radius_of(name))
-
-
-def test_run_ends_by_the_miss_limit(simulator):
-    whole = dropped(simulator.name, "plate")
-    early = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), miss_limit=1), 0)
-    assert whole.stop == early.stop == Stop.MISSES
-    assert early.drops - early.settled == 1 and early.drops < whole.drops
-    assert np.array_equal(early.centers, whole.centers[: early.settled])
-
-
-def test_run_ends_by_the_sphere_limit(simulator):
-    result = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), max_spheres=7), 0)
-    assert result.stop == Stop.SPHERE_LIMIT and result.settled == 7
-    assert np.array_equal(result.centers, dropped(simulator.name, "plate").centers[:7])
-
-
-def test_sphere_larger_than_the_object_is_refused(simulator):
-    with pytest.raises(InputError, match="mug.*radius") as caught:
-        simulator.drop(shape("mug"), DropSettings(radius=0.5), 0)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("radius", [0.0, -0.01, float("nan"), float("inf")])
-def test_radius_that_is_no_length_is_refused(simulator, radius):
-    with pytest.raises(InputError, match="radius") as caught:
-        simulator.drop(shape("mug"), DropSettings(radius=radius), 0)
-    assert "\n" not in str(caught.value)
-
-
-def test_option_of_another_backend_is_refused(simulator):
-    with pytest.raises(InputError, match=simulator.name):
-        make_simulator(simulator.name, no_such_option=1)
-
-
-def test_provenance_says_what_produced_the_result(simulator):
-    result = dropped(simulator.name, "mug", 1)
-    provenance = json.loads(json.dumps(result.provenance))
-    assert provenance["backend"] == simulator.name and provenance["version"] == simulator.version
-    assert provenance["seed"] == 1
-    limits = {"miss_limit": 50, "max_spheres": 5_000_000, "max_drops": None}
-    assert provenance["settings"] == {"radius": radius_of("mug")} | limits
-
-
-@on_each_shape
-def test_what_became_of_every_drop_is_told(simulator, name):
-    result = dropped(simulator.name, name, 1)
-    counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
-    assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
-    low, high = shape(name).bounds
-    assert result.columns.shape == (result.drops, 2)
-    assert (result.columns >= low[:2]).all() and (result.columns <= high[:2]).all()
-
-
-@pytest.mark.parametrize("name", ["plate", "mug"])
-def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator, name):
-    settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
-    result = simulator.drop(shape(name), settings, 1)
-    assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
-    assert 0 < result.settled < 90
-
-
-def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator):
-    settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
-    result = simulator.drop(shape("plate"), settings, 1)
-    settled = result.columns[result.outcomes == Outcome.SETTLED]
-    moved = np.linalg.norm(settled - result.centers[:, :2], axis=1)
-    assert np.median(moved) < 0.05 * radius_of("plate")
-
-
-def test_cloud_is_left_as_it_was(simulator):
-    cloud = clouds.bin_()
-    before = cloud.points.copy()
-    simulator.drop(cloud, DropSettings(radius=radius_of("bin")), 0)
-    assert np.array_equal(cloud.points, before)
-
-
-def test_unknown_backend_names_those_there_are():
-    with pytest.raises(InputError, match="expected one of.*fast"):
-        make_simulator("no-such-backend")
+def test_mujoco_keeps_the_contract(tmp_path):
+    """The example of a backend elsewhere, on the shape that takes it seconds; docs/backends.md says how on all."""
+    pytest.importorskip("mujoco")
+    example = ROOT / "examples" / "mujoco_backend"
+    module = (example / "spherefunc_mujoco.py").read_text()
+    install(tmp_path, (example / "pyproject.toml").read_text(), "spherefunc_mujoco", module)
+    printed = suite("mujoco", tmp_path, "-k", "plate or interface or provenance or larger")
+    assert "passed" in printed and "failed" not in printed and "skipped" not in printed, printed

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from ..clouds.cloud import Cloud
 from ..compilation import prepare
 from ..errors import InputError
-from ..simulator import DropResult, DropSettings, require_fitting
+from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
 from .engine import engine_version
 from .physics import Physics
 
@@ -78,14 +78,7 @@ class BulletSimulator(Physics):
             world.add_object(shape)
             run = DropRun(world, shape, cloud, settings, seed)
             run.until_over()
-        provenance = {
-            "backend": self.name,
-            "version": self.version,
-            "options": self.options(),
-            "settings": asdict(settings),
-            "seed": seed,
-            "shape": shape.facts(settings.radius),
-        }
+        provenance = provenance_of(self, settings, seed) | {"shape": shape.facts(settings.radius)}
         return run.result(time.perf_counter() - started, provenance)
 
 

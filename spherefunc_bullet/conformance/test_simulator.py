@@ -1,0 +1,279 @@
+"""What every simulator must keep, whatever it computes: one suite over all registered backends, or one of them.
+
+``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` runs it over a backend of another package.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from ..clouds.cloud import Cloud
+from ..errors import InputError
+from ..simulator import (
+    DropResult,
+    DropSettings,
+    Outcome,
+    Simulator,
+    Stop,
+    backend_entry_points,
+    make_simulator,
+    provenance_of,
+)
+from . import shapes
+
+# Shapes and radii in metres: up to a thousand spheres each, so that a run takes the roller milliseconds.
+SHAPES = {
+    "plate": (shapes.plate, 0.015),
+    "table": (shapes.table, 0.015),
+    "chair": (shapes.chair, 0.02),
+    "bin": (shapes.bin_, 0.01),
+    "mug": (shapes.mug, 0.01),
+    "mug, small": (shapes.mug, 0.005),
+    "groove": (shapes.groove, 0.01),
+}
+# Depth of an overlap in radii. The roller places spheres by geometry and promises 2 %; engines with
+# penetrating contacts let spheres sink by their contact margin.
+OVERLAP = {"fast": 0.02}
+ENGINE_OVERLAP = 0.05
+TOUCH = 0.03  # gap in radii that still counts as contact: the least distance that a step of any backend leaves
+# A surface may be met between its points: half a diagonal of the lattice from the nearest, and where a round floor's
+# lattice ends at a wall up to one spacing.
+BETWEEN = shapes.SPACING
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc):
+    """Run over the backend that ``--backend`` names, or over all that are registered."""
+    if "backend" in metafunc.fixturenames:
+        asked = metafunc.config.getoption("--backend", default=None)
+        metafunc.parametrize("backend", [asked] if asked else sorted(backend_entry_points()), scope="module")
+
+
+@pytest.fixture(scope="module")
+def simulator(backend: str, request: pytest.FixtureRequest) -> Simulator:
+    """Return the simulator under test; one that cannot be made is skipped, unless it was asked for by name."""
+    if request.config.getoption("--backend", default=None):
+        return make_simulator(backend)
+    try:
+        return make_simulator(backend)
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@cache
+def shape(name: str) -> Cloud:
+    """Return a shape by its name."""
+    return SHAPES[name][0]()
+
+
+def radius_of(name: str) -> float:
+    """Return the radius in metres of the spheres that are dropped on a shape."""
+    return SHAPES[name][1]
+
+
+@cache
+def dropped(simulator: str, name: str, seed: int = 0) -> DropResult:
+    """Return one run, kept for the tests that only look at it."""
+    return make_simulator(simulator).drop(shape(name), DropSettings(radius=radius_of(name)), seed)
+
+
+def overlap(simulator: Simulator, name: str) -> float:
+    """Return the depth of an overlap that is allowed, metres."""
+    return OVERLAP.get(simulator.name, ENGINE_OVERLAP) * radius_of(name)
+
+
+def to_cloud(result: DropResult, name: str) -> np.ndarray:
+    """Return each settled centre's distance to the cloud, (S,) metres."""
+    return cKDTree(shape(name).points).query(result.centers)[0]
+
+
+def touches_cloud(distances: np.ndarray, name: str) -> np.ndarray:
+    """Return whether centres at distances (S,) from the nearest point can touch the surface there."""
+    return distances <= np.hypot((1 + TOUCH) * radius_of(name), BETWEEN)
+
+
+def to_spheres(result: DropResult) -> np.ndarray:
+    """Return each settled centre's distance to the nearest other, (S,) metres."""
+    return cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]
+
+
+def on_each_shape(test: Callable) -> Callable:
+    """Have a test run on every shape."""
+    return pytest.mark.parametrize("name", sorted(SHAPES))(test)
+
+
+def test_has_the_interface(simulator: Simulator):
+    assert isinstance(simulator, Simulator)
+    assert simulator.name in backend_entry_points() and simulator.version
+    json.dumps(simulator.options())
+
+
+@on_each_shape
+def test_same_seed_gives_the_same_bits(simulator: Simulator, name: str):
+    again = simulator.drop(shape(name), DropSettings(radius=radius_of(name)), 0)
+    first = dropped(simulator.name, name)
+    assert again.centers.tobytes() == first.centers.tobytes()
+    assert again.on_object.tobytes() == first.on_object.tobytes()
+    assert (again.drops, again.rolled_off, again.rejected, again.timed_out) == (
+        first.drops,
+        first.rolled_off,
+        first.rejected,
+        first.timed_out,
+    )
+
+
+def test_another_seed_gives_other_spheres(simulator: Simulator):
+    first, second = dropped(simulator.name, "mug"), dropped(simulator.name, "mug", 1)
+    assert first.centers.tobytes() != second.centers.tobytes()
+
+
+@on_each_shape
+def test_order_of_points_does_not_matter(simulator: Simulator, name: str):
+    points = np.random.default_rng(0).permutation(shape(name).points)
+    shuffled = simulator.drop(Cloud(points, name), DropSettings(radius=radius_of(name)), 0)
+    assert np.array_equal(shuffled.centers, dropped(simulator.name, name).centers)
+
+
+@on_each_shape
+def test_outcomes_add_up(simulator: Simulator, name: str):
+    result = dropped(simulator.name, name)
+    counts = [result.settled, result.rolled_off, result.rejected, result.timed_out]
+    assert min(counts) >= 0 and sum(counts) == result.drops and result.settled > 0
+    assert result.seconds > 0
+
+
+@on_each_shape
+def test_centres_are_finite_rows(simulator: Simulator, name: str):
+    result = dropped(simulator.name, name)
+    assert result.centers.dtype == np.float64 and result.centers.shape == (result.settled, 3)
+    assert result.on_object.dtype == np.bool_ and result.on_object.shape == (result.settled,)
+    assert np.isfinite(result.centers).all()
+
+
+@on_each_shape
+def test_nothing_below_the_ground(simulator: Simulator, name: str):
+    # 2 % of the radius, as for every overlap.
+    assert dropped(simulator.name, name).centers[:, 2].min() >= 0.98 * radius_of(name)
+
+
+@on_each_shape
+def test_nothing_inside_the_cloud(simulator: Simulator, name: str):
+    assert to_cloud(dropped(simulator.name, name), name).min() >= radius_of(name) - overlap(simulator, name)
+
+
+@on_each_shape
+def test_nothing_inside_another_sphere(simulator: Simulator, name: str):
+    assert to_spheres(dropped(simulator.name, name)).min() >= 2 * radius_of(name) - overlap(simulator, name)
+
+
+@on_each_shape
+def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
+    result = dropped(simulator.name, name)
+    touches = touches_cloud(to_cloud(result, name), name) | (
+        to_spheres(result) <= (2 + TOUCH) * radius_of(name)
+    )
+    # A floor at ground level is met at the ground, also between its points.
+    touches |= result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
+    assert touches.all()
+
+
+@on_each_shape
+def test_spheres_on_spheres_stay_within_the_bounding_box(simulator: Simulator, name: str):
+    """A sphere may rest without touching the object only within the object's bounding box (§III-A)."""
+    result = dropped(simulator.name, name)
+    low, high = shape(name).bounds
+    alone = result.centers[~result.on_object]
+    assert np.all((alone >= low) & (alone <= high))
+
+
+@on_each_shape
+def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: str):
+    result = dropped(simulator.name, name)
+    distances = to_cloud(result, name)
+    near = touches_cloud(distances, name) | (
+        result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
+    )
+    assert np.all(near[result.on_object])
+    # Not touching, but within a thousandth of the radius, would be a contradiction.
+    assert np.all(distances[~result.on_object] > 0.999 * radius_of(name))
+
+
+def test_run_ends_by_the_miss_limit(simulator: Simulator):
+    whole = dropped(simulator.name, "plate")
+    early = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), miss_limit=1), 0)
+    assert whole.stop == early.stop == Stop.MISSES
+    assert early.drops - early.settled == 1 and early.drops < whole.drops
+    assert np.array_equal(early.centers, whole.centers[: early.settled])
+
+
+def test_run_ends_by_the_sphere_limit(simulator: Simulator):
+    result = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), max_spheres=7), 0)
+    assert result.stop == Stop.SPHERE_LIMIT and result.settled == 7
+    assert np.array_equal(result.centers, dropped(simulator.name, "plate").centers[:7])
+
+
+def test_sphere_larger_than_the_object_is_refused(simulator: Simulator):
+    with pytest.raises(InputError, match="mug.*radius") as caught:
+        simulator.drop(shape("mug"), DropSettings(radius=0.5), 0)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("radius", [0.0, -0.01, float("nan"), float("inf")])
+def test_radius_that_is_no_length_is_refused(simulator: Simulator, radius: float):
+    with pytest.raises(InputError, match="radius") as caught:
+        simulator.drop(shape("mug"), DropSettings(radius=radius), 0)
+    assert "\n" not in str(caught.value)
+
+
+def test_option_of_another_backend_is_refused(simulator: Simulator):
+    with pytest.raises(InputError, match=simulator.name):
+        make_simulator(simulator.name, no_such_option=1)
+
+
+def test_provenance_says_what_produced_the_result(simulator: Simulator):
+    result = dropped(simulator.name, "mug", 1)
+    expected = provenance_of(simulator, DropSettings(radius=radius_of("mug")), 1)
+    assert expected.items() <= json.loads(json.dumps(result.provenance)).items()
+
+
+@on_each_shape
+def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
+    result = dropped(simulator.name, name, 1)
+    counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
+    assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
+    low, high = shape(name).bounds
+    assert result.columns.shape == (result.drops, 2)
+    assert (result.columns >= low[:2]).all() and (result.columns <= high[:2]).all()
+
+
+@pytest.mark.parametrize("name", ["plate", "mug"])
+def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Simulator, name: str):
+    settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
+    result = simulator.drop(shape(name), settings, 1)
+    assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
+    assert 0 < result.settled < 90
+
+
+def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator: Simulator):
+    settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
+    result = simulator.drop(shape("plate"), settings, 1)
+    settled = result.columns[result.outcomes == Outcome.SETTLED]
+    moved = np.linalg.norm(settled - result.centers[:, :2], axis=1)
+    assert np.median(moved) < 0.05 * radius_of("plate")
+
+
+def test_cloud_is_left_as_it_was(simulator: Simulator):
+    cloud = shapes.bin_()
+    before = cloud.points.copy()
+    simulator.drop(cloud, DropSettings(radius=radius_of("bin")), 0)
+    assert np.array_equal(cloud.points, before)
+
+
+def test_unknown_backend_names_those_there_are():
+    with pytest.raises(InputError, match="expected one of.*fast"):
+        make_simulator("no-such-backend")
