@@ -2,12 +2,10 @@
 
 import io
 import struct
+import zipfile
 
 import numpy as np
 import trimesh
-
-MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
-CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz")
 
 
 def mug():
@@ -41,6 +39,47 @@ def npz_bytes(**arrays):
     return buffer.getvalue()
 
 
+# A table of a metre's height, with a drawer on a joint that is shut at zero.
+URDF = """<?xml version="1.0"?>
+<robot name="table">
+  <link name="top"><visual><origin xyz="0 0 0.95"/><geometry><box size="0.8 0.6 0.1"/></geometry></visual></link>
+  <link name="leg"><visual><geometry><cylinder radius="0.05" length="0.9"/></geometry></visual></link>
+  <link name="knob"><visual><geometry><sphere radius="0.02"/></geometry></visual></link>
+  <joint name="stands" type="fixed"><parent link="top"/><child link="leg"/><origin xyz="0 0 0.45"/></joint>
+  <joint name="slides" type="prismatic"><parent link="top"/><child link="knob"/><origin xyz="0.4 0 0.95"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="0.3" effort="1" velocity="1"/></joint>
+</robot>
+"""
+
+
+def in_metres(three_mf):
+    """Return a 3MF file whose unit is the metre; trimesh writes metres and calls them millimetres."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(three_mf)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            new.writestr(name, old.read(name).replace(b'unit="millimeter"', b'unit="meter"'))
+    return out.getvalue()
+
+
+def las_bytes(points, packed):
+    """Return a LAS file, or a LAZ file, of points on a grid of a hundredth of a millimetre."""
+    import laspy
+
+    header = laspy.LasHeader(point_format=0, version="1.2")
+    header.scales, header.offsets = np.full(3, 1e-5), points.mean(axis=0).round(2)
+    cloud, buffer = laspy.LasData(header), io.BytesIO()
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.write(buffer, do_compress=packed)
+    return buffer.getvalue()
+
+
+def npy_bytes(array):
+    """Return an NPY file of an array."""
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
+
+
 def mesh_bytes(ending, vertices, faces):
     """Return a mesh as a file of any mesh format; ``ply ascii`` and ``stl ascii`` are formats too."""
     if ending == "3ds":
@@ -48,6 +87,12 @@ def mesh_bytes(ending, vertices, faces):
     if ending == "npz":
         return npz_bytes(vertices=vertices, faces=faces)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if ending == "dae":  # trimesh writes what it has and calls it y up
+        return mesh.export(file_type="dae").replace(b"Y_UP", b"Z_UP")
+    if ending == "3mf":
+        return in_metres(mesh.export(file_type="3mf"))
+    if ending == "urdf":
+        return URDF.encode()
     if ending == "ply ascii":
         return mesh.export(file_type="ply", encoding="ascii")
     exported = mesh.export(file_type="stl_ascii" if ending == "stl ascii" else ending)
@@ -98,6 +143,15 @@ def cloud_bytes(ending, points):
         return pcd_bytes(points, *ending.split()[1:])
     if ending == "npz":
         return npz_bytes(points=points)
+    if ending == "npy":
+        return npy_bytes(points)
+    if ending in ("las", "laz"):
+        return las_bytes(points, ending == "laz")
+    if ending == "csv":
+        rows = "".join(f"7,{z!r},{x!r},{y!r},a chair\n" for x, y, z in points.tolist())
+        return f'"time","Z","X","Y","of"\n{rows}'.encode()
+    if ending == "txt":
+        return ("//X Y Z R\n" + "".join(f"{x!r} {y!r} {z!r} 9\n" for x, y, z in points.tolist())).encode()
     if ending == "xyz":
         return "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in points.tolist()).encode()
     header = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"

@@ -25,8 +25,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
 from spherefunc_bullet.processes.tasks import run_tasks
 
-MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz")
-CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz")
+MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz", "dae", "3mf", "urdf")
+CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy")
 KINDS = MESHES + CLOUDS
 SECONDS, MEMORY = 5.0, 2 << 30  # what one file may take
 EXTREMES = (0, 1, 2**15, 2**16 - 1, 2**31 - 1, 2**31, 2**32 - 1, 0x7FC00000, 0x7F800000, 0x7F7FFFFF)

@@ -3,11 +3,13 @@
 import io
 import json
 import struct
+import sys
 import zipfile
 
 import numpy as np
 import pytest
-from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, three_ds_bytes
+import trimesh
+from cloud_files import cloud_bytes, mesh_bytes, mug, npy_bytes, npz_bytes, pcd_bytes, three_ds_bytes
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -16,8 +18,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import limits
 from spherefunc_bullet.formats.reading import READERS
 
-KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"]
-CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz"]
+KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf", "urdf"]
+CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy"]
 
 
 def good_bytes(kind):
@@ -48,8 +50,9 @@ def check_refused(tmp_path):
 
 
 def test_paths_that_are_no_file(tmp_path):
-    (tmp_path / "folder.ply").mkdir()
-    assert "folder" in refusal(tmp_path / "folder.ply")
+    for name in ("folder.ply", "folder"):
+        (tmp_path / name).mkdir()
+        assert "expected a file, got a folder" in refusal(tmp_path / name)
     assert "check the path" in refusal(tmp_path / "missing.ply")
     assert "expected one of .ply" in refusal(tmp_path / "chair.blend")
     assert "expected one of .ply" in refusal(tmp_path / "chair")
@@ -85,9 +88,9 @@ def test_files_of_another_format(check_refused, ending):
         assert "got a PLY file" in check_refused(f"chair{ending}", GOOD["ply"])
 
 
-@pytest.mark.parametrize("kind", [kind for kind in GOOD if kind not in ("obj", "xyz")])
+@pytest.mark.parametrize("kind", [kind for kind in GOOD if kind not in ("obj", "xyz", "csv", "txt")])
 def test_files_cut_off(check_refused, kind):
-    """All formats but OBJ and XYZ say how much they hold; those two have no end to miss."""
+    """All formats but OBJ and lines of numbers say how much they hold; those have no end to miss."""
     data = GOOD[kind]
     for share in (0.3, 0.6, 0.95):
         check_refused(f"chair.{kind.split()[0]}", data[: int(share * len(data))])
@@ -193,6 +196,78 @@ def test_3ds_whose_chunks_do_not_fit(check_refused):
     for _ in range(5000):
         nested = struct.pack("<HI", 0x4D4D, 6 + len(nested)) + nested
     check_refused("deep.3ds", nested)
+
+
+def test_pcd_of_an_image_alone(check_refused):
+    data = GOOD["pcd ascii"].replace(b"FIELDS x y z rgb", b"FIELDS u v w rgb")
+    assert "expected fields x, y and z, got u v w rgb" in check_refused("image.pcd", data)
+
+
+def test_csv_whose_columns_are_called_otherwise(check_refused):
+    assert "columns named x, y and z, got east, north, up" in check_refused("a.csv", b"east,north,up\n1,2,3\n" * 20)
+
+
+def test_npy_of_no_points(check_refused):
+    assert "(N, 3)" in check_refused("image.npy", npy_bytes(np.zeros((40, 30))))
+    check_refused("pickle.npy", npy_bytes(np.array([print, None, {}], dtype=object)))
+    data = GOOD["npy"].replace(f"({len(mug()[0])}, 3)".encode(), b"(99999999, 3)")
+    assert "at most 20,000,000 points" in check_refused("many.npy", data)
+
+
+LAUGHS = b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]><robot>&b;</robot>'
+
+
+@pytest.mark.parametrize("ending", ["dae", "urdf"])
+def test_xml_with_entities(check_refused, ending):
+    assert "document type" in check_refused(f"laughs.{ending}", LAUGHS)
+
+
+def repeated_3mf(levels):
+    """Return a 3MF file of objects each of which shows the next twice."""
+    resources = "".join(
+        f'<object id="{n}" type="model"><components><component objectid="{n + 1}"/><component objectid="{n + 1}"/>'
+        "</components></object>"
+        for n in range(1, levels)
+    )
+    model = f'<model unit="meter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>{resources}'
+    model += f'<object id="{levels}"/></resources><build><item objectid="1"/></build></model>'
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr("3D/3dmodel.model", model)
+    return buffer.getvalue()
+
+
+def repeated_dae(levels):
+    """Return a DAE file of nodes each of which shows the next twice."""
+    nodes = "".join(
+        f'<node id="n{n}"><instance_node url="#n{n + 1}"/><instance_node url="#n{n + 1}"/></node>'
+        for n in range(levels)
+    )
+    scene = '<library_visual_scenes><visual_scene id="s"><node id="r"><instance_node url="#n0"/></node></visual_scene>'
+    tree = f"<library_nodes>{nodes}<node id='n{levels}'/></library_nodes>{scene}</library_visual_scenes>"
+    return f"<COLLADA xmlns='http://www.collada.org/2005/11/COLLADASchema' version='1.4.1'>{tree}</COLLADA>".encode()
+
+
+@pytest.mark.parametrize("ending", ["dae", "3mf"])
+def test_parts_of_parts_that_double_without_end(check_refused, ending):
+    make = repeated_dae if ending == "dae" else repeated_3mf
+    assert "at most 10,000 parts" in check_refused(f"doubling.{ending}", make(60))
+    assert "parts of parts that end" in check_refused(f"deep.{ending}", make(400))
+
+
+def test_urdf_does_not_leave_its_folder(tmp_path, check_refused):
+    (tmp_path / "robot").mkdir()
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "outside.stl")
+    for name in ("../outside.stl", str(tmp_path / "outside.stl"), "package://../outside.stl", "file:///etc/passwd"):
+        shape = f"<visual><geometry><mesh filename='{name}'/></geometry></visual>"
+        data = f"<robot name='a'><link name='b'>{shape}</link></robot>"
+        assert "in its own folder" in check_refused("robot/a.urdf", data.encode())
+
+
+def test_what_the_extra_would_read_is_said_where_it_is_missing(tmp_path, monkeypatch):
+    (tmp_path / "mug.dae").write_bytes(GOOD["dae"])
+    monkeypatch.setitem(sys.modules, "collada", None)
+    assert "pip install 'spherefunc-bullet[formats]'" in refusal(tmp_path / "mug.dae")
 
 
 @st.composite

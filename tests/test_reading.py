@@ -10,6 +10,7 @@ from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.settling.records import file_parts
 
 
 def read(folder, name, data):
@@ -24,7 +25,11 @@ def sorted_corners(geometry):
     return corners[np.lexsort(corners.round(6).T)]
 
 
-@pytest.mark.parametrize("kind", ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz"])
+MESHES = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf"]
+CLOUDS = ["ply", "pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "npz", "npy", "csv", "txt"]
+
+
+@pytest.mark.parametrize("kind", MESHES)
 def test_a_mesh_comes_back_from_every_format(tmp_path, kind):
     vertices, faces = mug()
     geometry = read(tmp_path, f"mug.{kind.split()[0]}", mesh_bytes(kind, vertices, faces))
@@ -35,12 +40,52 @@ def test_a_mesh_comes_back_from_every_format(tmp_path, kind):
     assert np.allclose(sorted_corners(geometry), written, atol=1e-7)
 
 
-@pytest.mark.parametrize("kind", ["ply", "pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "npz"])
+@pytest.mark.parametrize("kind", CLOUDS)
 def test_a_cloud_keeps_its_points_and_their_order(tmp_path, kind):
     points = np.random.default_rng(0).normal(size=(50, 3)).astype(np.float32).astype(np.float64)
     geometry = read(tmp_path, f"scan.{kind.split()[0]}", cloud_bytes(kind, points))
     assert len(geometry.faces) == 0
     assert np.array_equal(geometry.vertices, points)
+
+
+@pytest.mark.parametrize("kind", ["las", "laz"])
+def test_a_survey_keeps_its_points(tmp_path, kind):
+    points = 4e5 + np.random.default_rng(0).normal(size=(50, 3))
+    geometry = read(tmp_path, f"scan.{kind}", cloud_bytes(kind, points))
+    assert np.allclose(geometry.vertices, points, rtol=0, atol=1e-5)  # the file's own grid
+
+
+def test_dae_says_its_unit_and_which_way_is_up(tmp_path):
+    mesh = trimesh.creation.box((0.1, 0.2, 0.3))
+    data = mesh.export(file_type="dae").replace(b"<up_axis>", b'<unit name="centimeter" meter="0.01"/><up_axis>')
+    assert np.allclose(np.ptp(read(tmp_path, "box.dae", data).vertices, axis=0), (0.001, 0.003, 0.002), atol=1e-9)
+
+
+def test_3mf_says_its_unit(tmp_path):
+    data = trimesh.creation.box((100, 200, 300)).export(file_type="3mf")
+    assert np.allclose(np.ptp(read(tmp_path, "box.3mf", data).vertices, axis=0), (0.1, 0.2, 0.3), atol=1e-9)
+
+
+def test_urdf_is_one_object_with_its_joints_at_zero(tmp_path):
+    geometry = read(tmp_path, "table.urdf", mesh_bytes("urdf", *mug()))
+    assert np.allclose(geometry.vertices.min(axis=0), (-0.4, -0.3, 0), atol=1e-9)
+    assert np.allclose(geometry.vertices.max(axis=0), (0.42, 0.3, 1), atol=1e-3)  # the knob is a polyhedron
+
+
+@pytest.mark.parametrize("name", ["meshes/top.stl", "package://things/meshes/top.stl", "file://meshes/top.stl"])
+def test_urdf_reads_the_meshes_in_its_folder_and_scales_them(tmp_path, name):
+    (tmp_path / "things" / "meshes").mkdir(parents=True)
+    trimesh.creation.box((100, 200, 300)).export(tmp_path / "things" / "meshes" / "top.stl")
+    mesh = f"<mesh filename='{name}' scale='0.001 0.001 0.001'/>"
+    robot = f"<robot name='a'><link name='b'><visual><geometry>{mesh}</geometry></visual></link></robot>"
+    assert np.allclose(np.ptp(read(tmp_path / "things", "a.urdf", robot).vertices, axis=0), (0.1, 0.2, 0.3))
+    assert file_parts(tmp_path / "things" / "a.urdf")[1:] == [tmp_path / "things" / "meshes" / "top.stl"]
+
+
+@pytest.mark.parametrize("head", ["\n\n  ", "# von Käthe\n\n", "\ufeff"])
+def test_off_has_blanks_and_comments_before_its_header(tmp_path, head):
+    text = f"{head}OFF\n# counts\n3 1 0\n\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    assert read(tmp_path, "a.off", text).faces.tolist() == [[0, 1, 2]]
 
 
 def ply_of(faces, order="<", vertices=8):
@@ -93,7 +138,7 @@ def test_npz_takes_the_only_array_of_points(tmp_path):
 
 
 def test_pcd_unpacks_runs_that_repeat_themselves():
-    from spherefunc_bullet.formats.lzf import unpack
+    from spherefunc_bullet.formats.points.lzf import unpack
 
     # "ab", then 6 bytes from 2 back: the run reads what it has just written
     packed = np.frombuffer(bytes([1]) + b"ab" + bytes([4 << 5, 1]), dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""NPZ: an array ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3)."""
+"""NPZ: an array ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3). NPY: one such."""
 
 from __future__ import annotations
 
@@ -75,6 +75,18 @@ def read_npz(data: bytes, path: Path) -> Geometry:
         if name != "vertices" or "faces" not in shapes:
             return Geometry(vertices)
         return Geometry(vertices, _load(archive, "faces", "iu", "integers (M, 3)"))
+
+
+def read_npy(data: bytes, path: Path) -> Geometry:
+    """Return the points (N, 3)."""
+    file = io.BytesIO(data)
+    shape, dtype = _read_header(file)
+    if dtype.kind not in "fiu" or len(shape) != 2 or shape[1] != 3:
+        raise FormatError(f"expected points as real numbers (N, 3), got {dtype} of shape {shape}")
+    require_counts(points=shape[0])
+    if file.tell() + shape[0] * 3 * dtype.itemsize != len(data):
+        raise FormatError(f"expected a file as long as its shape {shape}, it is not; is it damaged?")
+    return Geometry(np.load(io.BytesIO(data), allow_pickle=False))
 
 
 def read_arrays(file: str | Path | BinaryIO) -> dict[str, np.ndarray]:

@@ -19,10 +19,11 @@ _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")
 def read_off(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
     require_text_size(data)
-    text = re.sub(r"#[^\n]*", "", data.decode("ascii"))
+    # Comments are in any language, numbers are not.
+    text = re.sub(r"#[^\n]*", "", data.removeprefix(b"\xef\xbb\xbf").decode("latin-1"))
     header = _HEADER.match(text)
     if header is None:
-        raise FormatError("expected 'OFF' in the first line, found none; is it an OFF file?")
+        raise FormatError("expected 'OFF' before its numbers, found none; is it an OFF file?")
     lines = [line for line in text[header.end() :].splitlines() if line.strip()]
     vertex_count, face_count = (int(word) for word in lines[0].split()[:2])
     require_counts(vertices=vertex_count, triangles=face_count)

@@ -14,21 +14,31 @@ from .limits import require_file
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.
 READERS = {
     ".ply": ("ply", "read_ply"),
-    ".pcd": ("pcd", "read_pcd"),
+    ".pcd": ("points.pcd", "read_pcd"),
     ".obj": ("obj", "read_obj"),
     ".stl": ("stl", "read_stl"),
     ".3ds": ("three_ds", "read_3ds"),
     ".off": ("off", "read_off"),
-    ".glb": ("gltf", "read_gltf"),
-    ".gltf": ("gltf", "read_gltf"),
-    ".xyz": ("xyz", "read_xyz"),
+    ".glb": ("scenes.gltf", "read_gltf"),
+    ".gltf": ("scenes.gltf", "read_gltf"),
+    ".dae": ("scenes.collada", "read_dae"),
+    ".3mf": ("scenes.three_mf", "read_3mf"),
+    ".urdf": ("scenes.urdf", "read_urdf"),
+    ".xyz": ("points.xyz", "read_xyz"),
+    ".csv": ("points.xyz", "read_xyz"),
+    ".txt": ("points.xyz", "read_xyz"),
+    ".las": ("points.las", "read_las"),
+    ".laz": ("points.las", "read_las"),
     ".npz": ("npz", "read_npz"),
+    ".npy": ("npz", "read_npy"),
 }
+# What only the extra ``formats`` brings.
+OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs")
 # First bytes that no reader but the one for the named ending takes.
 _SIGNATURES = {
     b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
-    b"PK\x03\x04": "NPZ or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
-    b"# .PCD": "PCD",
+    b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
+    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY",
 }  # fmt: skip
 
 
@@ -73,13 +83,14 @@ def read_geometry(path: str | Path) -> Geometry:
     Parameters
     ----------
     path : str or Path
-        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, XYZ or NPZ, told by the ending. Polygons are cut into
-        triangles; the parts of a scene become one object in the scene's frame.
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, told by the
+        ending. Polygons are cut into triangles; the parts of a scene become one object in the scene's frame.
 
     Returns
     -------
     Geometry
-        In the file's own units and axes, with the colours of its vertices and their labels where a PLY or PCD has them.
+        In the file's own units and axes, but in metres and z up of a DAE and in metres of a 3MF, which say theirs; with
+        the colours of its vertices and their labels where a PLY or PCD has them.
         The points of a cloud may be NaN, where a sensor saw nothing; the vertices of a mesh are finite.
 
     Raises
@@ -88,6 +99,8 @@ def read_geometry(path: str | Path) -> Geometry:
         If there is no such file, or it is not what its ending says, or damaged, or too large.
     """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{one_line(path)}: expected a file, got a folder; name a file in it")
     if path.suffix.lower() not in READERS:
         endings = ", ".join(READERS)
         raise InputError(f"{one_line(path)}: expected one of {endings}, got '{path.suffix}'; convert it")
@@ -95,8 +108,13 @@ def read_geometry(path: str | Path) -> Geometry:
     _require_own_signature(data, path)
     try:
         return _read_arrays(data, path)
-    except ImportError:
-        raise  # a broken installation, not a bad file
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] not in OPTIONAL:
+            raise  # a broken installation, not a bad file
+        needs = f"expected the extra 'formats' to read it, {error.name} is missing"
+        raise InputError(f"{one_line(path.name)}: {needs}; pip install 'spherefunc-bullet[formats]'") from error
+    except InputError as error:  # of a file that this one names
+        raise InputError(f"{one_line(path.name)}: {one_line(error)}") from error
     except FormatError as error:
         raise InputError(f"{one_line(path.name)}: {one_line(error)}") from error
     except MemoryError as error:

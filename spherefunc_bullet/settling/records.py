@@ -20,6 +20,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, load_cloud
 from ..errors import InputError, one_line
 from ..formats.limits import require_file
+from ..formats.scenes.urdf import named_meshes
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
@@ -180,6 +181,8 @@ def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:
 
 
 def file_parts(path: Path) -> list[Path]:
-    """Return the files that hold an object: the file, and with a glTF file what lies beside it."""
+    """Return the files that hold an object: the file, with a glTF file what lies beside it, with URDF its meshes."""
     path = Path(path)
+    if path.suffix.lower() == ".urdf":
+        return [path, *named_meshes(path)]
     return [path, *sorted(path.parent.glob("*.bin"))] if path.suffix.lower() == ".gltf" else [path]

@@ -7,19 +7,14 @@ from __future__ import annotations
 
 import io
 import json
-import logging
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import unquote
 
-import numpy as np
-
-from . import FormatError
-from .geometry import Geometry
-from .limits import MAX_FILE_BYTES, MAX_TRIANGLES
-
-if TYPE_CHECKING:
-    import trimesh
+from .. import FormatError
+from ..geometry import Geometry
+from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
+from .parts import hush_trimesh, joined, parts_of
 
 Tree = dict[str, Any]  # a part of the file's JSON
 MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
@@ -83,26 +78,11 @@ def _buffers(tree: Tree, folder: Path) -> dict[str, bytes]:
     return {uri: _read_buffer(uri, folder) for uri in uris if not uri.startswith("data:")}
 
 
-def _in_one_frame(scene: trimesh.Scene, kind: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the vertices in the scene's frame and the faces of every part that has ``kind``."""
-    from trimesh.transformations import transform_points
-
-    parts = []
-    for node in scene.graph.nodes_geometry:
-        transform, name = scene.graph[node]
-        part = scene.geometry[name]
-        if len(getattr(part, kind, ())):
-            faces = getattr(part, "faces", np.empty((0, 3), dtype=np.int64))
-            vertices = transform_points(np.asarray(part.vertices, dtype=np.float64), transform)
-            parts.append((vertices, np.asarray(faces, dtype=np.int64)))
-    return parts
-
-
 def read_gltf(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
     import trimesh
 
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # errors come as exceptions, not as lines
+    hush_trimesh()
     tree = _parse_tree(data)
     _require_sizes(tree)
     file_type = "glb" if data.startswith(b"glTF") else "gltf"
@@ -113,9 +93,4 @@ def read_gltf(data: bytes, path: Path) -> Geometry:
         process=False,
         skip_materials=True,
     )
-    parts = _in_one_frame(scene, "faces") or _in_one_frame(scene, "vertices")
-    if not parts:
-        raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
-    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)])
-    return Geometry(np.concatenate([vertices for vertices, _ in parts]), faces)
+    return joined(parts_of(scene, "faces") or parts_of(scene, "vertices"))

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from . import FormatError
-from .geometry import Geometry
-from .limits import require_counts, require_text_size, require_unpacked
+from .. import FormatError
+from ..geometry import Geometry
+from ..limits import require_counts, require_text_size, require_unpacked
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use
@@ -96,6 +96,10 @@ _BODIES = {"ascii": _text_columns, "binary": _binary_columns, "binary_compressed
 def point_columns(data: bytes) -> tuple[dict[str, np.ndarray] | np.ndarray, int]:
     """Return the fields by name, rgb packed as the format packs it, and the number of points declared."""
     header, start = _parse_header(data)
+    missing = [axis for axis in "xyz" if axis not in header["FIELDS"]]
+    if missing:
+        fields = " ".join(header["FIELDS"])[:80]
+        raise FormatError(f"expected fields x, y and z, got {fields}; it holds an image or features, no points")
     dtype = _row_dtype(header)
     count = int(header["POINTS"][0]) if "POINTS" in header else int(header["WIDTH"][0]) * int(header["HEIGHT"][0])
     require_counts(points=count)

@@ -1,0 +1,67 @@
+"""DAE (COLLADA), read by trimesh and pycollada: all parts in one frame, turned and scaled as it says itself."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from .. import FormatError
+from ..geometry import Geometry
+from .parts import hush_trimesh, joined, parts_of, require_few_instances, require_plain_xml
+
+# To z up: the rows are what becomes x, y and z.
+_TURNS = {
+    "X_UP": [[0, -1, 0], [0, 0, 1], [1, 0, 0]],
+    "Y_UP": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+    "Z_UP": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+}
+
+
+def read_dae(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3), metres and z up by the file's own unit and axis, and triangles (M, 3)."""
+    import collada  # noqa: F401 - trimesh does without it until it needs it
+    import trimesh
+
+    hush_trimesh()
+    require_plain_xml(data)
+    tree = ElementTree.fromstring(data)
+    require_few_instances(*_instances(tree))
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="dae", resolver={}, process=False)
+    geometry = joined(parts_of(scene, "faces"))
+    return Geometry(_metres(tree) * geometry.vertices @ _turn(tree).T, geometry.faces)
+
+
+def _instances(tree: ElementTree.Element) -> tuple[dict[str, list[str]], list[str]]:
+    """Return what each node shows, other nodes by name, and the nodes that are shown to begin with."""
+    names = {node: node.get("id") or f"node {n}" for n, node in enumerate(_nodes(tree))}
+    children = {
+        name: [names[child] for child in node.findall("{*}node")]
+        + [link.get("url", "").lstrip("#") for link in node.findall("{*}instance_node")]
+        for node, name in names.items()
+    }
+    return children, [names[node] for node in tree.findall(".//{*}visual_scene/{*}node")]
+
+
+def _nodes(tree: ElementTree.Element) -> Iterator[ElementTree.Element]:
+    return (element for element in tree.iter() if element.tag.rpartition("}")[2] == "node")
+
+
+def _turn(tree: ElementTree.Element) -> np.ndarray:
+    """Return the rotation (3, 3) to z up; a file that says nothing has y up by the standard."""
+    axis = (tree.findtext("{*}asset/{*}up_axis") or "Y_UP").strip()
+    if axis not in _TURNS:
+        raise FormatError(f"expected up_axis X_UP, Y_UP or Z_UP, got {axis[:40]!r}; is the file damaged?")
+    return np.array(_TURNS[axis], dtype=np.float64)
+
+
+def _metres(tree: ElementTree.Element) -> float:
+    """Return the file's unit in metres."""
+    unit = tree.find("{*}asset/{*}unit")
+    metres = float(unit.get("meter", "1")) if unit is not None else 1.0
+    if not 0 < metres < 1e6:
+        raise FormatError(f"expected a unit of more than 0 metres, got {metres}; is the file damaged?")
+    return metres

@@ -1,0 +1,90 @@
+"""Parts in frames of their own, put together; and scenes that show more than a file can honestly hold, refused."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import FormatError
+from ..geometry import Geometry
+from ..limits import require_text_size
+
+if TYPE_CHECKING:
+    import trimesh
+
+MAX_INSTANCES = 10_000  # of parts that a scene shows: parts of parts of parts soon are more than stars
+Part = tuple[np.ndarray, np.ndarray]  # vertices (N, 3) in the scene's frame, faces (M, 3)
+
+
+def joined(parts: Sequence[Part]) -> Geometry:
+    """Return parts as one object.
+
+    Raises
+    ------
+    FormatError
+        If there are none.
+    """
+    if not parts:
+        raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)])
+    return Geometry(np.concatenate([vertices for vertices, _ in parts]), faces)
+
+
+def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
+    """Return every part of a scene that has ``kind``, "faces" or "vertices"."""
+    from trimesh.transformations import transform_points
+
+    parts = []
+    for node in scene.graph.nodes_geometry:
+        transform, name = scene.graph[node]
+        part = scene.geometry[name]
+        if len(getattr(part, kind, ())):
+            faces = getattr(part, "faces", np.empty((0, 3), dtype=np.int64))
+            vertices = transform_points(np.asarray(part.vertices, dtype=np.float64), transform)
+            parts.append((vertices, np.asarray(faces, dtype=np.int64)))
+    return parts
+
+
+def hush_trimesh():
+    """Have trimesh's complaints come as exceptions alone, not as lines too."""
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
+
+
+def require_plain_xml(data: bytes):
+    """Raise FormatError for more text than is read, and for XML that defines entities, which may unfold without end."""
+    require_text_size(data)
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise FormatError("expected XML without a document type of its own, got one; is it from a source you trust?")
+
+
+def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence[str]):
+    """Raise FormatError for parts of parts that run in a circle, or that are shown too often all together.
+
+    Parameters
+    ----------
+    children : mapping of str to sequence of str
+        What each part shows, as often as it shows it.
+    """
+    open_parts: set[str] = set()
+
+    @cache
+    def shown(name: str) -> int:
+        if name in open_parts or len(open_parts) > 200:
+            raise FormatError("expected parts of parts that end, got a circle; is the file damaged?")
+        open_parts.add(name)
+        count = 1 + sum(shown(child) for child in children.get(name, ()))
+        open_parts.remove(name)
+        return count
+
+    _require_count(shown, roots)
+
+
+def _require_count(shown: Callable[[str], int], roots: Sequence[str]):
+    count = sum(shown(root) for root in roots)
+    if count > MAX_INSTANCES:
+        raise FormatError(f"expected at most {MAX_INSTANCES:,} parts in its scene, got {count:,}; join them")

@@ -1,0 +1,51 @@
+"""3MF, read by trimesh: all parts in one frame, in metres by the file's own unit."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+from .. import FormatError
+from ..geometry import Geometry
+from ..limits import require_members
+from .parts import hush_trimesh, joined, parts_of, require_few_instances, require_plain_xml
+
+_METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+
+
+def read_3mf(data: bytes, path: Path) -> Geometry:
+    """Return the vertices (N, 3) in metres and triangles (M, 3) of all parts."""
+    import lxml  # noqa: F401 - trimesh does without it until it needs it
+    import trimesh
+
+    hush_trimesh()
+    unit = _checked_unit(data)
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="3mf", process=False)
+    geometry = joined(parts_of(scene, "faces"))
+    return Geometry(unit * geometry.vertices, geometry.faces)
+
+
+def _checked_unit(data: bytes) -> float:
+    """Return the unit in metres, after a look at every model in the archive before trimesh unpacks it."""
+    children: dict[str, list[str]] = {}
+    roots: list[str] = []
+    units = []
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        require_members(archive)
+        for name in archive.namelist():
+            if not name.lower().endswith(".model"):
+                continue
+            text = archive.read(name)
+            require_plain_xml(text)
+            tree = ElementTree.fromstring(text)
+            units += [tree.get("unit", "millimeter")] if "3d/3dmodel.model" in name.lower() else []
+            for item in tree.findall(".//{*}object"):
+                shown = [component.get("objectid", "") for component in item.findall(".//{*}component")]
+                children.setdefault(item.get("id", ""), []).extend(shown)
+            roots += [item.get("objectid", "") for item in tree.findall(".//{*}build/{*}item")]
+    require_few_instances(children, roots)
+    if not units or units[0] not in _METRES:
+        raise FormatError(f"expected a model in one of {', '.join(_METRES)}, got {units[:1] or 'none'}; is it damaged?")
+    return _METRES[units[0]]
