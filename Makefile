@@ -1,4 +1,4 @@
-.PHONY: setup browser demo test lint fuzz bench figures model scan-model clean
+.PHONY: setup browser demo test lint fuzz bench site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -28,6 +28,9 @@ fuzz: setup  ## damaged files of every format, FILES of them, for every reader
 
 bench: setup  ## the simulators' speed, beside a naive PyBullet script
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
+
+site: setup  ## the documents as pages, in build/site, without the network
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 figures: setup  ## the pictures in docs/images
 	@$(BIN)/python -m spherefunc_bullet.compare.demo.gallery --out docs/images

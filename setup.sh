@@ -45,7 +45,7 @@ stamp=.venv/installed
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     echo "setup: installing the package and what it needs into .venv (some 400 MB to download the first time)" >&2
-    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[test,formats]"
+    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[test,formats,docs]"
     .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" || echo \
         "setup: PyBullet has no wheel here, the bullet backend is left out; with a C++ compiler:" \
         ".venv/bin/pip install -e '.[bullet]'" >&2

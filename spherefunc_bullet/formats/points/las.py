@@ -10,7 +10,6 @@ from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_counts, require_unpacked
 
-
 _RECORD, _LONG_RECORD = 54, 60  # bytes at least, of what the header counts beside the points
 
 
