@@ -12,9 +12,9 @@ from scipy.spatial.distance import pdist
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation import profile_choices, profiles
+from spherefunc_bullet.compare.evaluation import profile_choices, profiles, stopping
 from spherefunc_bullet.compare.evaluation.profiled import ACROSS, fused, points_as_drops, profiled, reliability
-from spherefunc_bullet.compare.evaluation.protocol import Protocol, labels_of
+from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, labels_of
 from spherefunc_bullet.compare.figures import budget
 from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject
@@ -144,3 +144,19 @@ def test_budget_draws_and_prints_what_drops_give_and_cost(simulated, tmp_path, c
     assert all(f"{name}, fast" in words for name in FUNCTIONS) and "drops at each radius" in words
     budget.print_rows(rows)
     assert "fast" in capsys.readouterr().out
+
+
+def test_stopping_counts_what_is_sure_and_what_is_wrong():
+    members = np.array([[True, False], [False, True], [False, False]])
+    labels = Labels(functions=FUNCTIONS, members=members, also=~members & False, groups=np.array(["a", "b", "c"]))
+    early = np.array([[0.99, 0.01], [0.01, 0.6], [0.99, 0.01]])  # the second is unsure, the third surely wrong
+    late = np.array([[0.9, 0.1], [0.1, 0.4], [0.1, 0.1]])
+    row = stopping.stopped_at(labels, early, late, 40, 0.05)
+    assert (row.stopped, row.wrong, row.wrong_to_the_end) == (0.667, 1, 0)
+    assert row.f_measures == {"table": pytest.approx(2 / 3, abs=1e-4), "cup": 0}
+
+
+def test_toys_are_sure_after_a_few_drops(simulated):
+    rows = stopping.stoppings(simulated, RADII, [8])
+    assert [row.error for row in rows] == list(stopping.ERRORS) and all(row.drops == 8 for row in rows)
+    assert rows[-1].stopped > 0.9 and set(rows[-1].f_measures.values()) == {1.0}
