@@ -3,8 +3,10 @@ from .clouds.cloud import Cloud as Cloud
 from .clouds.cloud import cloud_from_mesh as cloud_from_mesh
 from .clouds.cloud import cloud_from_points as cloud_from_points
 from .clouds.cloud import load_cloud as load_cloud
+from .clouds.conversion import as_cloud as as_cloud
 from .datasets.dataset import open_dataset as open_dataset
 from .errors import InputError as InputError
+from .learning.classifier import CloudClassifier as CloudClassifier
 from .learning.classifier import Membership as Membership
 from .learning.cube_classifier import CubeClassifier as CubeClassifier
 from .learning.function_classifier import FunctionClassifier as FunctionClassifier
@@ -14,7 +16,12 @@ from .learning.inverse_distance import InverseDistanceClassifier as InverseDista
 from .learning.model_file import load_model as load_model
 from .learning.model_file import save_model as save_model
 from .learning.model_file import shipped_model as shipped_model
+from .learning.reasons.answer import Answer as Answer
+from .learning.reasons.answer import classify as classify
+from .learning.resting_profile import RestingProfile as RestingProfile
 from .quantities import parse_length as parse_length
+from .scenes.recognition.objects import FoundObject as FoundObject
+from .scenes.recognition.objects import find_objects as find_objects
 from .simulator import DropResult as DropResult
 from .simulator import DropSettings as DropSettings
 from .simulator import Outcome as Outcome

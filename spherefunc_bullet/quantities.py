@@ -8,6 +8,7 @@ import time
 
 from .errors import InputError
 
+BY_FILE = "file"  # the axis that a file's format has pointing up: y for glTF, z for those that say nothing
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*")
 SECONDS = {"": 1, "s": 1, "min": 60, "m": 60, "h": 3600, "d": 86400}

@@ -11,13 +11,13 @@ from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.classifier import as_sets
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.inverse_distance import (
     InverseDistanceClassifier,
     inverse_distance_scores,
     nearest_of_all_scores,
 )
+from spherefunc_bullet.learning.labels import as_sets
 from spherefunc_bullet.learning.method import CUBES, PAPER
 from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
 

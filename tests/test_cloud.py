@@ -37,7 +37,7 @@ def assert_same_surface(cloud, other):
 @pytest.mark.parametrize("ending", MESH_ENDINGS)
 def test_one_mug_gives_one_cloud_from_every_format(save, ending):
     vertices, faces = mug()
-    cloud = load_cloud(save(f"mug.{ending}", mesh_bytes(ending, vertices, faces)))
+    cloud = load_cloud(save(f"mug.{ending}", mesh_bytes(ending, vertices, faces)), up="z")
     assert cloud.name == f"mug.{ending}"
     assert_same_surface(cloud, cloud_from_mesh(vertices, faces))
 
@@ -141,12 +141,13 @@ def test_the_guessed_axis_is_the_one_the_object_stands_on(save):
     assert "took z to be up" in lines[0] and "took y to be up" in lines[1]
 
 
-def test_gltf_is_y_up_when_guessed_and_remarked_on_when_not(save):
+def test_gltf_is_y_up_and_remarked_on_when_told_otherwise(save):
     vertices, faces = stool()
     path = save("stool.glb", mesh_bytes("glb", vertices[:, [0, 2, 1]] * [1, 1, -1], faces))
     lines = []
     assert load_cloud(path, up="auto", report=lines.append).size[2] == pytest.approx(0.5)
-    assert load_cloud(path, report=lines.append).size[1] == pytest.approx(0.5)
+    assert load_cloud(path, report=lines.append).size[2] == pytest.approx(0.5)
+    assert load_cloud(path, up="z", report=lines.append).size[1] == pytest.approx(0.5)
     assert "standard" in lines[0] and "--up y" in lines[1]
 
 

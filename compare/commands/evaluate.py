@@ -42,7 +42,7 @@ def evaluate(
     method: options.Method = options.DEFAULT_METHOD,
     radii: options.Radii = None,
     seed: options.Seed = 0,
-    up: options.Up = "z",
+    up: options.Up = options.BY_FILE,
     units: options.Units = "m",
     jobs: options.Jobs = -1,
     run: options.RunDir = None,

@@ -29,7 +29,7 @@ def figures(
     method: options.Method = "cubes",
     radii: options.Radii = None,
     seed: options.Seed = 0,
-    up: options.Up = "z",
+    up: options.Up = options.BY_FILE,
     units: options.Units = "m",
     jobs: options.Jobs = -1,
     json: options.Json = False,

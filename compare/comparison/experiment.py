@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.quantities import parse_lengths
+from spherefunc_bullet.quantities import BY_FILE, parse_lengths
 from spherefunc_bullet.settling.drops import LIMITED, Length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator, make_simulator
@@ -49,7 +49,7 @@ class Experiment:
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
     repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
-    up: str = "z"
+    up: str = BY_FILE
     units: str = "m"
 
     @property
@@ -228,7 +228,7 @@ KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, 
     "trials": (whole, "a whole number from 1"),
     "copied": (partial(whole, least=0), "a whole number from 0"),
     "repeated": (whole, "a whole number from 1"),
-    "up": (text, "z, y, x or auto"),
+    "up": (text, "z, y, x, auto or file"),
     "units": (text, "m, cm, mm, in or auto"),
 }
 

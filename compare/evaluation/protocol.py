@@ -9,7 +9,7 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.classifier import memberships
+from spherefunc_bullet.learning.labels import memberships
 
 PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its authors' own 200 models
 

@@ -16,6 +16,7 @@ from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
+from spherefunc_bullet.quantities import BY_FILE
 
 from .impairments import FUNCTIONS, IMPAIRMENTS, Impairment
 from .specimen import Specimen
@@ -50,7 +51,7 @@ def impair_dataset(
     *,
     seed: int = 0,
     impairments: Sequence[Impairment] = IMPAIRMENTS,
-    up: str = "z",
+    up: str = BY_FILE,
     units: str = "m",
     failed: Failed,
     progress: Callable[[list], Iterable] = iter,

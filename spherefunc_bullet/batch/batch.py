@@ -11,7 +11,7 @@ import math
 import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -47,7 +47,7 @@ class Batch:
         settings = self.dropping.settings(radius) | {
             "version": simulator.version,
             "options": simulator.options(),
-            "loading": asdict(self.dropping.loading),
+            "loading": self.dropping.loading.kept(),
         }
         del settings["radius"]
         seed = self.dropping.seed

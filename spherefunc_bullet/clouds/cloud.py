@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
-from .orientation import Report, require_choices, require_size, to_metres, to_z_up
+from ..quantities import BY_FILE
+from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
 
 MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
@@ -128,21 +129,25 @@ def placed(points: np.ndarray) -> np.ndarray:
     return points - [low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]]
 
 
-def cloud_from_points(points: ArrayLike, name: str = "cloud") -> Cloud:
-    """Return a cloud of the points as they are, in number and order, only moved to the ground.
+def cloud_from_points(
+    points: ArrayLike, name: str = "cloud", *, up: str = "z", units: str = "m", report: Report | None = None
+) -> Cloud:
+    """Return a cloud of the points as they are, in number and order, only turned, scaled and moved to the ground.
 
     Parameters
     ----------
-    points : (N, 3) array_like, metres, z up
+    points : (N, 3) array_like, in ``units``, finite
     name : str
         What error messages and results call it.
+    up, units, report
+        See `load_cloud`.
 
     Raises
     ------
     InputError
-        If the points are not (N, 3), not finite, or fewer than 10.
+        If the points are not (N, 3), not finite, fewer than 10, or of a size that the unit must be wrong for.
     """
-    return Cloud(placed(_require_points(points, name)), name)
+    return cloud_of(Geometry(_require_points(points, name)), Path(name), up=up, units=units, report=report)
 
 
 def _require_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +192,8 @@ def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *
         raise InputError(f"{name}: expected a mesh with a surface, got one without area; is it flat or damaged?")
     needed = needed_samples(vertices, faces, max_gap)
     if needed > MAX_SAMPLES:
-        found = f"this surface needs {needed:.2g}; is it in other --units, or a room instead of an object?"
+        wide = unit_question(float(np.ptp(vertices, axis=0).max()))
+        found = f"this surface needs {needed:.2g}: {wide}, or a room instead of an object?"
         raise InputError(f"{name}: expected at most {MAX_SAMPLES} samples, {found}")
     points = _require_points(sample_surface(vertices, faces, max_gap), name)
     on_ground = placed(points)
@@ -212,7 +218,7 @@ def _clean(geometry: Geometry, name: str, report: Report) -> Geometry:
 def load_cloud(
     path: str | Path,
     *,
-    up: str = "z",
+    up: str = BY_FILE,
     units: str = "m",
     max_gap: float = MAX_GAP,
     report: Report | None = None,
@@ -225,8 +231,9 @@ def load_cloud(
     ----------
     path : str or Path
         PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, XYZ or NPZ.
-    up : {"z", "y", "x", "auto"}
-        The file's axis that points up; ``auto`` guesses and reports the guess.
+    up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
+        The file's axis that points up: by default y for glTF, as its standard says, and z for all others; ``auto``
+        guesses and reports the guess.
     units : {"m", "cm", "mm", "in", "auto"}
         The file's unit of length; ``auto`` guesses and reports the guess.
     max_gap : float, metres
@@ -239,13 +246,32 @@ def load_cloud(
     InputError
         If the file cannot be used; the message is one line and begins with the file's name.
     """
+    return cloud_of(read_geometry(path), Path(path), up=up, units=units, max_gap=max_gap, report=report)
+
+
+def cloud_of(
+    geometry: Geometry,
+    path: Path,
+    *,
+    up: str = "z",
+    units: str = "m",
+    max_gap: float = MAX_GAP,
+    report: Report | None = None,
+) -> Cloud:
+    """Return the cloud of what a file holds, or of what has never been one; see `load_cloud`.
+
+    Parameters
+    ----------
+    path : Path
+        What error messages call it, by its name; its ending says which axis is up, if ``up`` leaves that to the file.
+    """
     report = report or (lambda line: None)
     require_choices(up, units)
-    name = one_line(Path(path).name)
-    geometry = _clean(read_geometry(path), name, report)
-    turned = to_z_up(geometry, up, Path(path), report)
+    name = one_line(path.name)
+    geometry = _clean(geometry, name, report)
+    turned = to_z_up(geometry, up, path, report)
     vertices = to_metres(turned, units, name, report)
     require_size(vertices, name, report)
     if len(geometry.faces):
         return cloud_from_mesh(vertices, geometry.faces, name, max_gap=max_gap)
-    return cloud_from_points(vertices, name)
+    return Cloud(placed(vertices), name)

@@ -9,20 +9,27 @@ import numpy as np
 
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
-from ..quantities import METRES, format_length
+from ..quantities import BY_FILE, METRES, format_length
 
 Report = Callable[[str], None]
-UPS = ("z", "y", "x", "auto")
+UPS = ("z", "-z", "y", "-y", "x", "-x", "auto", BY_FILE)
 UNITS = (*METRES, "auto")
 MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: beyond, the unit must be wrong
 ODD_EXTENTS = (0.02, 20.0)  # metres: outside, it may be
 _Y_UP = (".glb", ".gltf")  # by their standard
-_LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
+LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
 _TRIED_UNITS = ("m", "mm", "cm", "in")  # the first that is likely wins
 # How much more safely an object must stand with y up for z to give way. On the 382 clear models of the
 # development set, 0.05 leaves 93 % of those with z up as they are and turns 83 % of those with y up.
 _CLEARLY = 0.05
-_TURNS = {"z": ((0, 1, 2), (1, 1, 1)), "y": ((0, 2, 1), (1, -1, 1)), "x": ((1, 2, 0), (1, 1, 1))}
+_TURNS = {  # which axes become x, y and z, and their signs: turned, never mirrored
+    "z": ((0, 1, 2), (1, 1, 1)),
+    "-z": ((0, 1, 2), (1, -1, -1)),
+    "y": ((0, 2, 1), (1, -1, 1)),
+    "-y": ((0, 2, 1), (1, 1, -1)),
+    "x": ((1, 2, 0), (1, 1, 1)),
+    "-x": ((1, 2, 0), (-1, 1, -1)),
+}
 _TOUCHING = 0.02  # of the largest extent: points this low count as touching the ground
 
 
@@ -39,7 +46,7 @@ def turned_up(points: np.ndarray, up: str) -> np.ndarray:
     Parameters
     ----------
     points : (N, 3) float64
-    up : {"z", "y", "x"}
+    up : {"z", "-z", "y", "-y", "x", "-x"}
 
     Examples
     --------
@@ -61,6 +68,17 @@ def likely_up(geometry: Geometry) -> tuple[str, str]:
     return "z", "it stands safely that way" if margins["z"] > 0 else "no other axis lets it stand more safely"
 
 
+def promised_up(path: Path) -> str:
+    """Return the axis that points up in a file of this ending, as its format has it.
+
+    Examples
+    --------
+    >>> promised_up(Path("chair.glb")), promised_up(Path("chair.ply"))
+    ('y', 'z')
+    """
+    return "y" if path.suffix.lower() in _Y_UP else "z"
+
+
 def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarray:
     """Return a geometry's vertices with z up, and report a guess or a likely mistake.
 
@@ -68,18 +86,19 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
     ----------
     geometry : Geometry
         As read.
-    up : {"z", "y", "x", "auto"}
+    up : one of `UPS`
     path : Path
         Where it comes from: the endings .glb and .gltf promise y up.
     report : callable
         Takes one line of text.
     """
-    name = one_line(path.name)
-    promises_y = path.suffix.lower() in _Y_UP
+    name, promised = one_line(path.name), promised_up(path)
     if up == "auto":
-        up, reason = ("y", "glTF files are by their standard") if promises_y else likely_up(geometry)
+        up, reason = (promised, "glTF files are by their standard") if promised == "y" else likely_up(geometry)
         report(f"{name}: took {up} to be up, because {reason}; --up says otherwise")
-    elif up == "z" and promises_y:
+    elif up == BY_FILE:
+        up = promised
+    elif promised == "y" and up == "z":
         report(f"{name}: taken as z up, but glTF files are y up by their standard; --up y may be meant")
     return turned_up(geometry.vertices, up)
 
@@ -95,7 +114,7 @@ def likely_unit(extent: float) -> str:
     ('m', 'mm', 'cm')
     """
     metres = {unit: max(extent * METRES[unit], 1e-300) for unit in _TRIED_UNITS}
-    excess = {unit: max(metres[unit] / _LIKELY[1], _LIKELY[0] / metres[unit], 1.0) for unit in _TRIED_UNITS}
+    excess = {unit: max(metres[unit] / LIKELY[1], LIKELY[0] / metres[unit], 1.0) for unit in _TRIED_UNITS}
     return min(excess, key=excess.get)  # the first of equals
 
 
@@ -125,9 +144,24 @@ def require_size(points: np.ndarray, name: str, report: Report) -> None:
         extent = float(np.ptp(points, axis=0).max())
     if not MIN_EXTENT <= extent <= MAX_EXTENT:
         limits = f"between {_rounded(MIN_EXTENT)} and {_rounded(MAX_EXTENT)}"
-        raise InputError(f"{name}: expected an object {limits} large, got {_rounded(extent)}; set --units")
+        raise InputError(f"{name}: expected an object {limits} wide, got {unit_question(extent)}")
     if not ODD_EXTENTS[0] <= extent <= ODD_EXTENTS[1]:
-        report(f"{name}: is {_rounded(extent)} large, odd for a household object; is --units right?")
+        report(f"{name}: odd for a household object: {unit_question(extent)}")
+
+
+def unit_question(extent: float) -> str:
+    """Return how wide something is that is of an odd size in metres, and the unit that would explain it.
+
+    Examples
+    --------
+    >>> unit_question(300.0), unit_question(0.0003)
+    ('300 m wide; in millimetres? --units mm', '0.3 mm wide; in metres? --units m')
+    """
+    if extent < LIKELY[0]:
+        return f"{_rounded(extent)} wide; in metres? --units m"
+    unit = likely_unit(extent)
+    name = {"mm": "in millimetres?", "cm": "in centimetres?", "in": "in inches?"}.get(unit, "is the unit right?")
+    return f"{_rounded(extent)} wide; {name} --units {unit}"
 
 
 def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from .options import DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
+from .options import BY_FILE, DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -44,7 +44,7 @@ def run(
     method: Method = DEFAULT_METHOD,
     radii: Radii = None,
     seed: Seed = 0,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     jobs: Jobs = -1,
     time_limit: Annotated[

@@ -13,7 +13,7 @@ import typer
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..quantities import format_length
-from .options import Json, Units, Up
+from .options import BY_FILE, Json, Units, Up
 
 if TYPE_CHECKING:
     from ..learning.classifier import CloudClassifier, Membership
@@ -32,7 +32,7 @@ def classify(
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="The backend that the model must be for.")] = None,
     explain: Annotated[bool, typer.Option(help="Say why: in words, by what decided, by training objects.")] = False,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     json: Json = False,
 ):

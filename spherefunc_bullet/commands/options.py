@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..quantities import BY_FILE as BY_FILE
 from ..quantities import parse_lengths
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 Backend = Annotated[str, typer.Option(help="Which simulator drops the spheres; see `spherefunc backends`.")]
 Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision shape.")]
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
-Up = Annotated[str, typer.Option(help="Which axis of the file points up: z, y, x or auto.")]
+Up = Annotated[str, typer.Option(help="Axis that points up: z, -z, y, -y, x, -x, auto; file: y for glTF, else z.")]
 Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
 Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm; by default the method's.")]
 Method = Annotated[

@@ -12,7 +12,7 @@ from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..formats.writing import prepare_folder, write_bytes
 from ..quantities import format_length, parse_lengths
-from .options import Backend, Json, Seed, Shape, Units, Up, simulator_options
+from .options import BY_FILE, Backend, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -30,7 +30,7 @@ def simulate(
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     json: Json = False,
 ):

@@ -29,7 +29,7 @@ def train(
     radii: options.Radii = None,
     method: options.Method = options.DEFAULT_METHOD,
     seed: options.Seed = 0,
-    up: options.Up = "z",
+    up: options.Up = options.BY_FILE,
     units: options.Units = "m",
     jobs: options.Jobs = -1,
     run: options.RunDir = None,

@@ -15,7 +15,7 @@ from ..console import Failures, print_json, progress, say
 from ..errors import InputError
 from ..formats.writing import require_place, write_text
 from ..quantities import format_length, parse_lengths
-from .options import Json, Seed, Shape, Units, Up, simulator_options
+from .options import BY_FILE, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -56,7 +56,7 @@ def view(
     shape: Shape = None,
     seed: Seed = 0,
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 20_000,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     json: Json = False,
 ):

@@ -1,7 +1,7 @@
 """What all classifiers of functions share: clouds go in, spheres fall on them, functions come out.
 
 How settled spheres are read is a subclass's: as named quantities (`function_classifier`) or counted in cubes
-(`cube_classifier`).
+(`cube_classifier`). What labels look like is told in `labels`.
 """
 
 from __future__ import annotations
@@ -9,19 +9,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from sklearn.base import BaseEstimator
+from sklearn.base import BaseEstimator, ClassifierMixin
+from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.cloud import Cloud
-from ..datasets.dataset import parse_functions
+from ..clouds.conversion import Anything, as_clouds
 from ..errors import InputError
 from ..settling.drops import Length
+from ..settling.records import settle_kept
 from ..settling.settling import Settled, settle
 from ..simulator import Simulator
+from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
 from .validation import THRESHOLD
-
-Label = str | Iterable[str]  # an object's functions: a set, a list, ``'table;sittable'`` or ``'none'``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,16 +35,26 @@ class Membership:
     radius: float  # of the spheres that count most, metres
 
 
-class CloudClassifier(BaseEstimator, ABC):
+class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
     """A classifier of clouds by the spheres that fall on them, fitted or not.
 
-    A subclass has the parameters ``simulator``, ``radii`` (metres) and ``seed``, and when fitted the attributes
-    ``functions_``, ``names_``, ``members_`` (N, F) bool and ``radius_``.
+    It tells several functions of an object, or none: what scikit-learn calls multilabel. Objects X are anything that
+    `as_cloud` takes, in metres with z up. Labels y are one of
+
+    - a set of functions' names for each object (or a list, ``'table;sittable'`` or ``'none'``): `predict` returns sets;
+    - an indicator (N, F) of 0 and 1, as ``MultiLabelBinarizer`` makes it: `predict` returns an indicator, and what
+      scikit-learn measures (``scoring="f1_macro"``) can be asked. Functions are called by the columns of a data frame,
+      else by their columns' numbers.
+
+    A subclass has the parameters ``simulator``, ``radii`` (metres), ``seed`` and ``cache`` (whether spheres that have
+    fallen on the same cloud are looked up in the user's cache), and when fitted the attributes ``functions_``,
+    ``names_``, ``members_`` (N, F) bool and ``radius_``.
     """
 
     simulator: str | Simulator
     radii: Sequence[float]
     seed: int
+    cache: bool
     functions_: tuple[str, ...]
     names_: list[str]
     members_: np.ndarray
@@ -69,26 +81,70 @@ class CloudClassifier(BaseEstimator, ABC):
     def chosen_radii(self) -> list[float]:
         """Return the radii that some function uses, ascending, metres."""
 
-    def fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> CloudClassifier:
-        """Learn from clouds X and their functions y (each a set, a list, or ``'table;sittable'``, or ``'none'``)."""
-        return self.fit_settled(self._settled(X, self.radii), y, [cloud.name for cloud in X])
+    @abstractmethod
+    def only(self, name: str) -> CloudClassifier:
+        """Return a fitted copy that is asked for one function alone."""
 
-    def partial_fit(self, X: Sequence[Cloud], y: Sequence[Label]) -> CloudClassifier:
-        """Learn from more clouds: earlier examples stay, and all that is chosen is chosen anew."""
+    def column_of(self, name: str) -> int:
+        """Return which column of ``members_`` a function is.
+
+        Raises
+        ------
+        InputError
+            If it was not learnt.
+        """
+        if name not in self.functions_:
+            raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
+        return self.functions_.index(name)
+
+    @property
+    def classes_(self) -> np.ndarray:
+        """The functions (F,), in the order of the columns of `predict_proba`."""
+        check_is_fitted(self, "members_")
+        return np.array(self._columns())
+
+    def fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
+        """Learn from objects X and their functions y, a set for each or an indicator (N, F)."""
+        clouds, columns = as_clouds(X), columns_of_indicator(y)
+        labels = list(y) if columns is None else labels_of_indicator(y, columns)
+        require_as_many(clouds, labels)
+        self.fit_settled(self._settled(clouds, self.radii), labels, [cloud.name for cloud in clouds])
+        self.columns_ = columns
+        return self
+
+    def partial_fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
+        """Learn from more objects: earlier examples stay, and all that is chosen is chosen anew."""
         if not hasattr(self, "members_"):
             return self.fit(X, y)
-        return self.add_settled(self._settled(X, self.radii), y, [cloud.name for cloud in X])
+        clouds, columns = as_clouds(X), columns_of_indicator(y, getattr(self, "columns_", None))
+        labels = list(y) if columns is None else labels_of_indicator(y, columns)
+        require_as_many(clouds, labels)
+        return self.add_settled(self._settled(clouds, self.radii), labels, [cloud.name for cloud in clouds])
 
-    def predict_proba(self, X: Sequence[Cloud]) -> np.ndarray:
-        """Return a score from 0 to 1 for each cloud and function (N, F), in the order of ``functions_``."""
-        return self.score_settled(self._settled(X, self.chosen_radii()))
+    def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
+        """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
+        check_is_fitted(self, "members_")
+        scores = self.score_settled(self._settled(as_clouds(X), self.chosen_radii()))
+        return in_columns(scores, self.functions_, self._columns())
 
-    def predict(self, X: Sequence[Cloud]) -> list[frozenset[str]]:
-        """Return the functions of each cloud, an empty set for none."""
-        return [
-            frozenset(name for name, score in zip(self.functions_, row, strict=True) if score > THRESHOLD)
-            for row in self.predict_proba(X)
+    def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:
+        """Return the functions of each object: a set, empty for none; or an indicator (N, F) where y was one."""
+        members = self.predict_proba(X) > THRESHOLD
+        if getattr(self, "columns_", None) is not None:
+            return members.astype(int)
+        return [frozenset(name for name, has in zip(self.functions_, row, strict=True) if has) for row in members]
+
+    def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
+        """Return the share of objects whose functions are all told right, as scikit-learn does for multilabel."""
+        columns = getattr(self, "columns_", None)
+        labels = sets_of(y) if columns is None else sets_of(labels_of_indicator(y, columns))
+        probabilities, names = self.predict_proba(X), self._columns()
+        require_as_many(probabilities, labels)
+        right = [
+            {name for name, score in zip(names, row, strict=True) if score > THRESHOLD} == label
+            for row, label in zip(probabilities, labels, strict=True)
         ]
+        return float(np.average(right, weights=sample_weight))
 
     def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
         """Return what each object is for, by the function's name; see `score_settled`."""
@@ -101,40 +157,29 @@ class CloudClassifier(BaseEstimator, ABC):
             for row in scores.tolist()
         ]
 
+    def __sklearn_tags__(self):
+        tags = super().__sklearn_tags__()
+        tags.input_tags.two_d_array = False
+        tags.classifier_tags.multi_label = True
+        tags.target_tags.multi_output = True
+        return tags
+
+    def _columns(self) -> tuple[str, ...]:
+        columns = getattr(self, "columns_", None)
+        return self.functions_ if columns is None else columns
+
     def _settled(self, clouds: Sequence[Cloud], radii: Sequence[float]) -> list[Settled]:
-        return [settle(cloud, self.simulator, radii, self.seed, self.length) for cloud in clouds]
+        drop = partial(settle_kept if self.cache else settle, simulator=self.simulator, radii=radii, seed=self.seed)
+        return [drop(cloud, length=self.length) for cloud in clouds]
+
+
+def require_as_many(objects: Sequence, labels: Sequence):
+    """Raise ValueError if there are not as many labels as objects."""
+    if len(objects) != len(labels):
+        raise ValueError(f"expected as many labels as objects, got {len(objects)} objects and {len(labels)} labels")
 
 
 def require_alike(settled: Sequence[Settled], labels: Sequence[frozenset[str]], names: Sequence[str]):
     """Raise ValueError if there are not as many labels and names as objects."""
     if not len(settled) == len(labels) == len(names):
         raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")
-
-
-def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
-    """Return each label as a set of functions.
-
-    Examples
-    --------
-    >>> [sorted(functions) for functions in as_sets(["cup", "none", {"table", "sittable"}])]
-    [['cup'], [], ['sittable', 'table']]
-    """
-    sets = [parse_functions(label) if isinstance(label, str) else frozenset(label) for label in labels]
-    if not sets:
-        raise InputError("training set: expected at least one labelled object, got none")
-    return sets
-
-
-def memberships(labels: Sequence[frozenset[str]], functions: Sequence[str]) -> np.ndarray:
-    """Return which object has which function, (N, F) bool."""
-    return np.array([[name in label for name in functions] for label in labels], bool).reshape(len(labels), -1)
-
-
-def more_members(
-    known: Sequence[str], members: np.ndarray, labels: Sequence[frozenset[str]]
-) -> tuple[tuple[str, ...], np.ndarray]:
-    """Return the functions, and who has which, after more objects have come to those known (N, F) bool."""
-    functions = tuple(sorted(set(known).union(*labels)))
-    nobody = np.zeros(len(members), bool)
-    old = [members[:, list(known).index(name)] if name in known else nobody for name in functions]
-    return functions, np.vstack([np.column_stack(old), memberships(labels, functions)])

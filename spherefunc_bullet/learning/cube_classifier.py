@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
@@ -11,9 +12,10 @@ from sklearn.utils.validation import check_is_fitted
 from ..settling.drops import Length
 from ..settling.settling import Settled
 from ..simulator import Simulator
-from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
+from .classifier import CloudClassifier, require_alike
 from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
+from .labels import Label, as_sets, memberships, more_members
 from .method import RADII, Method, find_cube_method
 from .validation import radius_weights, remaining_weights, voted_scores
 
@@ -34,6 +36,8 @@ class CubeClassifier(CloudClassifier):
         Of the drops.
     random_state : int
         Of the validation splits.
+    cache : bool
+        Whether spheres that have fallen on the same cloud before are looked up in the user's cache.
 
     Attributes
     ----------
@@ -56,12 +60,14 @@ class CubeClassifier(CloudClassifier):
         method: str | Method = "cubes",
         seed: int = 0,
         random_state: int = 0,
+        cache: bool = True,
     ):
         self.simulator = simulator
         self.radii = radii
         self.method = method
         self.seed = seed
         self.random_state = random_state
+        self.cache = cache
 
     def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
         """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
@@ -186,6 +192,13 @@ class CubeClassifier(CloudClassifier):
         check_is_fitted(self)
         return sorted(set().union(*self.weights_.values()))
 
+    def only(self, name: str) -> CubeClassifier:
+        """Return a fitted copy that is asked for one function alone, so that its radius alone is run."""
+        alone, column = copy(self), self.column_of(name)
+        alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
+        alone.weights_ = {name: self.weights_[name]}
+        return alone
+
     def _choose_radii(self) -> CubeClassifier:
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
         self.weights_ = {
@@ -193,6 +206,7 @@ class CubeClassifier(CloudClassifier):
             for name, members in zip(self.functions_, self.members_.T, strict=True)
         }
         return self
+
 
 def by_radii(settled: Sequence[Settled]) -> dict[frozenset[float], list[int]]:
     """Return which objects had spheres dropped at which radii: the rows of each such set."""

@@ -6,19 +6,21 @@ Which classifier, and what it was measured against, docs/method.md says.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from sklearn.base import ClassifierMixin
 from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import NO_DROPS, Length
+from ..settling.drops import DROPS, NO_DROPS, Length
 from ..settling.settling import Settled
 from ..simulator import Simulator
 from .calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
-from .classifier import CloudClassifier, Label, as_sets, memberships, more_members, require_alike
+from .classifier import CloudClassifier, require_alike
 from .forest import Forest, forest_of
-from .method import DROPS, PROFILE_RADII
+from .labels import Label, as_sets, memberships, more_members
+from .method import PROFILE_RADII
 from .resting_profile import NAMES, RestingProfile, rank_distances
 
 TREES = 200
@@ -42,6 +44,8 @@ class FunctionClassifier(CloudClassifier):
         Of the drops.
     random_state : int
         Of the forests; with another estimator, its own counts.
+    cache : bool
+        Whether spheres that have fallen on the same cloud before are looked up in the user's cache.
 
     Attributes
     ----------
@@ -73,6 +77,7 @@ class FunctionClassifier(CloudClassifier):
         estimator: ClassifierMixin | None = None,
         seed: int = 0,
         random_state: int = 0,
+        cache: bool = True,
     ):
         self.simulator = simulator
         self.radii = radii
@@ -80,6 +85,7 @@ class FunctionClassifier(CloudClassifier):
         self.estimator = estimator
         self.seed = seed
         self.random_state = random_state
+        self.cache = cache
 
     @property
     def length(self) -> Length:
@@ -175,6 +181,14 @@ class FunctionClassifier(CloudClassifier):
     def chosen_radii(self) -> list[float]:
         """Return the radii, ascending, metres; all of them count."""
         return sorted(self.radii)
+
+    def only(self, name: str) -> FunctionClassifier:
+        """Return a fitted copy that is asked for one function alone, by its forest."""
+        alone, column = copy(self), self.column_of(name)
+        alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
+        alone.forests_, alone.lines_ = [self.forests_[column]], [self.lines_[column]]
+        alone.radius_ = {name: self.radius_[name]}
+        return alone
 
     def _know(self) -> FunctionClassifier:
         """See how far training objects are from one another."""

@@ -6,14 +6,14 @@ the matrix is sparse, and has a column for every cube in which a training object
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy import sparse
 from sklearn.base import BaseEstimator, TransformerMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ..clouds.cloud import Cloud
+from ..clouds.conversion import Anything, as_clouds
 from ..simulator import Simulator
 
 DIAMETERS = 3.5  # side of a cube in sphere diameters
@@ -149,7 +149,7 @@ def widened(matrix: sparse.csr_matrix, before: np.ndarray, after: np.ndarray) ->
 
 
 class SphereHistogram(TransformerMixin, BaseEstimator):
-    """Drop spheres on clouds and count where they settle: clouds in, sparse matrix out.
+    """Drop spheres on objects and count where they settle: anything that `as_cloud` takes in, sparse matrix out.
 
     Parameters
     ----------
@@ -161,6 +161,8 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         Of the drops.
     diameters : float
         Side of a cube in sphere diameters.
+    cache : bool
+        Whether spheres that have fallen on the same cloud before are looked up in the user's cache.
 
     Examples
     --------
@@ -180,28 +182,32 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         *,
         seed: int = 0,
         diameters: float = DIAMETERS,
+        cache: bool = True,
     ):
         self.simulator = simulator
         self.radius = radius
         self.seed = seed
         self.diameters = diameters
+        self.cache = cache
 
-    def fit(self, X: Sequence[Cloud], y: object = None) -> SphereHistogram:
+    def fit(self, X: Iterable[Anything], y: object = None) -> SphereHistogram:
         """Learn the cubes of clouds."""
         self.fit_transform(X)
         return self
 
-    def fit_transform(self, X: Sequence[Cloud], y: object = None) -> sparse.csr_matrix:
+    def fit_transform(self, X: Iterable[Anything], y: object = None) -> sparse.csr_matrix:
         """Learn the cubes of clouds and return their counts, simulating each cloud once."""
         self.cubes_ = CubeHistogram(self.radius, diameters=self.diameters)
         return self.cubes_.fit_transform(self._settled(X))
 
-    def transform(self, X: Sequence[Cloud]) -> sparse.csr_matrix:
+    def transform(self, X: Iterable[Anything]) -> sparse.csr_matrix:
         """Return the counts of clouds in the cubes learnt."""
         check_is_fitted(self)
         return self.cubes_.transform(self._settled(X))
 
-    def _settled(self, clouds: Sequence[Cloud]) -> list[np.ndarray]:
+    def _settled(self, X: Iterable[Anything]) -> list[np.ndarray]:
+        from ..settling.records import settle_kept
         from ..settling.settling import settle
 
-        return [settle(cloud, self.simulator, [self.radius], self.seed)[self.radius] for cloud in clouds]
+        drop = settle_kept if self.cache else settle
+        return [drop(cloud, self.simulator, [self.radius], self.seed)[self.radius] for cloud in as_clouds(X)]

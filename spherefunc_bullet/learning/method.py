@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..settling.drops import Length
+from ..settling.drops import DROPS, Length
 from .histogram import DIAMETERS, CubeHistogram
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 PROFILE = "profile"
 PROFILE_RADII = (0.005, 0.01, 0.03)  # metres
-DROPS = 200  # at each radius
 
 
 @dataclass(frozen=True, kw_only=True)

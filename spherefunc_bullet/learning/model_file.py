@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -107,12 +108,39 @@ def profiles_kept(model: FunctionClassifier) -> tuple[About, dict[str, np.ndarra
     return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
 
 
-def load_model(path: str | Path, backend: str | None = None) -> CloudClassifier:
+@cache
+def kept_model(path: Path, backend: str | None, changed: int) -> CloudClassifier:
+    """Return a model that this process keeps, so that it is read once; nobody may change it.
+
+    Parameters
+    ----------
+    changed : int
+        When the file was, so that one written since is read anew.
+    """
+    return load_model(path, backend)
+
+
+def model_to_ask(model: str | Path | CloudClassifier | None, backend: str | None) -> CloudClassifier:
+    """Return a model for asking alone: one that is made, a file's, or the one that ships; files are read once.
+
+    Raises
+    ------
+    InputError
+        See `load_model`.
+    """
+    if isinstance(model, CloudClassifier):
+        return model
+    path = shipped_model(backend or "fast") if model is None else Path(model)
+    return kept_model(path, backend, path.stat().st_mtime_ns) if path.is_file() else load_model(path, backend)
+
+
+def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
     """Read a classifier back, ready to classify and to learn more.
 
     Parameters
     ----------
-    path : path
+    path : path, optional
+        A model file; without one, the model that ships with the package for the backend, by default ``fast``.
     backend : str, optional
         The backend whose features it is to be used with.
 
@@ -121,6 +149,7 @@ def load_model(path: str | Path, backend: str | None = None) -> CloudClassifier:
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
+    path = shipped_model(backend or "fast") if path is None else path
     about, arrays = read_model(path)
     try:
         check_about(about, path, backend)

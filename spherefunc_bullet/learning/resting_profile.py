@@ -7,13 +7,17 @@ these are the quantities here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
-from ..settling.drops import settled_rows
+from ..clouds.conversion import Anything, as_cloud
+from ..settling.drops import DROPS, WIDTH, Length, settled_rows
+from ..settling.records import settle_kept
+from ..settling.settling import settle
+from ..simulator import Simulator
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
@@ -65,7 +69,7 @@ Profile = dict[str, float]
 
 
 class RestingProfile(TransformerMixin, BaseEstimator):
-    """Turn what became of drops of one radius into named quantities.
+    """Turn objects, or what became of drops on them, into named quantities at one radius.
 
     Turning the object about the vertical or moving it on the ground, with the drops, changes nothing but the last
     digits.
@@ -74,25 +78,46 @@ class RestingProfile(TransformerMixin, BaseEstimator):
     ----------
     radius : float
         Of the spheres, metres.
+    simulator, drops, seed, cache
+        How spheres are dropped on objects, see `FunctionClassifier`.
     """
 
-    def __init__(self, radius: float = 0.02):
+    def __init__(
+        self,
+        radius: float = 0.02,
+        *,
+        simulator: str | Simulator = "fast",
+        drops: int = DROPS,
+        seed: int = 0,
+        cache: bool = True,
+    ):
         self.radius = radius
+        self.simulator = simulator
+        self.drops = drops
+        self.seed = seed
+        self.cache = cache
 
     def fit(self, X: object = None, y: object = None) -> RestingProfile:
         """Do nothing: quantities have a meaning of their own."""
         return self
 
-    def transform(self, X: Sequence[np.ndarray]) -> np.ndarray:
+    def transform(self, X: Iterable[Anything]) -> np.ndarray:
         """Return the quantities (N, Q) of objects.
 
         Parameters
         ----------
-        X : sequence of (D, 6) float
-            The drops of each object, see `settling.drops`: metres, z up, the ground at 0.
+        X : sequence of (D, 6) float, or of anything that `as_cloud` takes
+            The drops of each object, see `settling.drops`: metres, z up, the ground at 0; or objects, on which spheres
+            are dropped.
         """
-        rows = [profile_of(np.asarray(drops, float), self.radius) for drops in X]
+        rows = [profile_of(np.asarray(self._dropped(thing), float), self.radius) for thing in X]
         return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
+
+    def _dropped(self, thing: Anything) -> np.ndarray:
+        if isinstance(thing, np.ndarray) and thing.ndim == 2 and thing.shape[1] == WIDTH:
+            return thing
+        drop, length = settle_kept if self.cache else settle, Length(drops=self.drops)
+        return drop(as_cloud(thing), self.simulator, [self.radius], self.seed, length)[self.radius]
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:
         """Return the names of the quantities (Q,), see `QUANTITIES`."""

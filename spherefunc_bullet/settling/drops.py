@@ -16,6 +16,7 @@ from .enclosure import walled_in
 # where it did not settle.
 WIDTH = 6
 ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others that is NaN too
+DROPS = 200  # at each radius, where a stated number of them is read as quantities
 NO_DROPS = np.empty((0, WIDTH), np.float32)
 
 

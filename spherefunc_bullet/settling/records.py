@@ -10,7 +10,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,12 @@ from typing import Any
 import numpy as np
 
 from ..clouds.cloud import Cloud, load_cloud
+from ..clouds.orientation import promised_up
 from ..errors import InputError, one_line
 from ..formats.limits import require_file
 from ..formats.scenes.urdf import named_meshes
 from ..processes.tasks import run_tasks
+from ..quantities import BY_FILE
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, Length, settled_centers
@@ -35,8 +37,16 @@ VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look
 class Loading:
     """How files become clouds."""
 
-    up: str = "z"
+    up: str = BY_FILE
     units: str = "m"
+
+    def of(self, path: Path) -> Loading:
+        """Return how one file is loaded, with the axis that its format promises where that decides."""
+        return replace(self, up=promised_up(path)) if self.up == BY_FILE else self
+
+    def kept(self) -> dict[str, str]:
+        """Return what a run's folder keeps of it: files whose format promises nothing are as they were with z."""
+        return asdict(self.of(Path()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +77,7 @@ class Dropping:
         InputError
             If it is no file that would be read: none, too large, a pipe.
         """
-        digest = hashlib.sha256(f"{FORMAT} {Path(path).suffix.lower()} {asdict(self.loading)}".encode())
+        digest = hashlib.sha256(f"{FORMAT} {Path(path).suffix.lower()} {asdict(self.loading.of(Path(path)))}".encode())
         for part in file_parts(path):
             try:
                 require_file(part, one_line(part))
@@ -158,6 +168,27 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
     )
+
+
+def settle_kept(
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
+) -> Settled:
+    """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
+    dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
+    content, settled = cloud_hash(cloud), {}
+    for radius in dropping.radii:
+        run = partial(measured_run, cloud, dropping.simulator, radius, seed, length)
+        settled[radius] = computed_once(entry_path("settled", dropping.run_hash(content, radius)), run)["centers"]
+    return settled
+
+
+def cloud_hash(cloud: Cloud) -> str:
+    """Return the hash of all of a cloud that spheres meet; its name does not matter."""
+    digest = hashlib.sha256(f"cloud {FORMAT} {cloud.points.shape}".encode() + cloud.points.tobytes())
+    if cloud.mesh is not None:
+        for part in (cloud.mesh.vertices, cloud.mesh.faces):
+            digest.update(f"{part.dtype} {part.shape}".encode() + np.ascontiguousarray(part).tobytes())
+    return digest.hexdigest()
 
 
 def computed_once(entry: Path, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -1,0 +1,90 @@
+"""The objects of a scan and what each is for, in one call."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+
+from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
+from ..segmentation.box import Box
+from ..segmentation.segmentation import Segmentation
+from .recognition import Room, SceneObject, recognise
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundObject:
+    """One object of a scan."""
+
+    functions: frozenset[str]  # that it has; empty for none
+    scores: dict[str, float]  # of each function, 0 to 1
+    box: Box  # upright; in the scan's frame, if that is level
+    corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the scan's frame, level or not
+    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
+
+
+def find_objects(
+    scan: Anything,
+    *,
+    units: str = "auto",
+    up: str = "auto",
+    model: str | Path | CloudClassifier | None = None,
+    backend: str | None = None,
+    settings: Segmentation | None = None,
+) -> list[FoundObject]:
+    """Find the objects of a scanned room or table top, and say what each is for (paper, §IV-C).
+
+    Parameters
+    ----------
+    scan : path, (N, 3) array_like, Open3D or trimesh object, Scan
+    units : {"m", "cm", "mm", "in", "auto"}
+        ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and warns of that.
+    up : str
+        ``auto`` (by the floor), an axis (``z``, ``-y``), or numbers ``x,y,z``.
+    model : path or CloudClassifier, optional
+        By default the one for scans that ships with the package.
+    backend : str, optional
+        The simulator that the model must be for; by default ``fast`` where no model is given.
+    settings : Segmentation, optional
+
+    Returns
+    -------
+    list of FoundObject
+        Those of no function too.
+
+    Raises
+    ------
+    InputError
+        If the scan or the model cannot be used.
+    """
+    shipped = shipped_model(backend or "fast", scans=True) if model is None else model
+    whole = as_scan(scan, units)
+    room = recognise(whole, model_to_ask(shipped, backend), up=up, settings=settings)
+    return [found_object(item, room, whole) for item in room.objects]
+
+
+def as_scan(anything: Anything, units: str = "auto") -> Scan:
+    """Return the scan of a path, an array (N, 3), an Open3D or a trimesh object; meshes are sampled."""
+    if isinstance(anything, Scan):
+        return anything
+    if isinstance(anything, str | Path):
+        return load_scan(anything, units=units, report=warn)
+    geometry = geometry_of(anything, "scan")
+    points = surface_points(geometry) if len(geometry.faces) else geometry.vertices
+    return scan_from_points(points, units=units, report=warn)
+
+
+def found_object(item: SceneObject, room: Room, scan: Scan) -> FoundObject:
+    """Return one object in the frame of the scan."""
+    return FoundObject(
+        functions=item.members,
+        scores={name: membership.score for name, membership in item.functions.items()},
+        box=room.box_in_scan(item.box),
+        corners=room.levelling.to_scan(item.box.corners),
+        points=scan.points[room.labels == item.id],
+    )

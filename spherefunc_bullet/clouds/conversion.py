@@ -1,0 +1,114 @@
+"""Clouds from whatever holds an object in Python: a path, an array, an Open3D or a trimesh object.
+
+Those libraries are told by what their objects have and never imported here.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..formats.geometry import Geometry
+from ..formats.reading import read_geometry
+from ..quantities import BY_FILE
+from .cloud import Cloud, cloud_of
+from .orientation import Report
+
+# What an object can be given as: a path, points (N, 3), an Open3D or a trimesh object, or a `Cloud`.
+Anything = Any
+EXPECTED = "a path, an array (N, 3), an Open3D or trimesh object, or a Cloud"
+
+
+def as_cloud(
+    anything: Anything,
+    *,
+    units: str = "m",
+    up: str = BY_FILE,
+    name: str | None = None,
+    report: Report | None = None,
+) -> Cloud:
+    """Return the cloud of an object, in metres, z up, on the ground.
+
+    A `Cloud` passes through as it is: it has its units and its axes.
+
+    Parameters
+    ----------
+    anything : path, (N, 3) array_like, open3d PointCloud or TriangleMesh, trimesh Trimesh, Scene or PointCloud, Cloud
+        Meshes are sampled. Points that are not finite, where a sensor saw nothing, are left out and reported.
+    units, up
+        See `load_cloud`.
+    name : str, optional
+        What errors and results call it; by default the file's name, or ``cloud``.
+    report : callable, optional
+        Takes one line of text for whatever looks odd; by default `warnings.warn`.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, cannot be used, or is of a size that the unit must be wrong for.
+    """
+    if isinstance(anything, Cloud):
+        return require_own_frame(anything, units, up)
+    path = Path(anything) if isinstance(anything, str | Path) else Path(name or "cloud")
+    return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
+
+
+def as_clouds(things: Iterable[Anything]) -> list[Cloud]:
+    """Return the clouds of several objects, which are in metres with z up, see `as_cloud`; errors number them."""
+    if isinstance(things, str | Path | Cloud):
+        raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
+    return [as_cloud(thing, name=f"object {number}") for number, thing in enumerate(things)]
+
+
+def require_own_frame(cloud: Cloud, units: str, up: str) -> Cloud:
+    """Return a cloud; raise InputError where it is told to be what no cloud is."""
+    if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
+        raise InputError(f"{cloud.name}: a Cloud is in metres with z up; got units {units!r} and up {up!r}")
+    return cloud
+
+
+def geometry_of(anything: Anything, name: str) -> Geometry:
+    """Return the vertices and triangles, or the points, of an object that is no `Cloud`, in its own frame and unit.
+
+    Raises
+    ------
+    InputError
+        If there are none to be had.
+    """
+    if isinstance(anything, str | Path):
+        return read_geometry(anything)
+    held = anything
+    for flatten in ("to_legacy", "to_mesh"):  # Open3D's tensors, trimesh's scenes
+        held = getattr(held, flatten)() if hasattr(held, flatten) and not hasattr(held, "faces") else held
+    vertices = getattr(held, "vertices", getattr(held, "points", held))
+    faces = getattr(held, "faces", getattr(held, "triangles", ()))
+    return Geometry(as_numbers(vertices, name), np.asarray(faces, dtype=np.int64).reshape(-1, 3))
+
+
+def as_numbers(points: Anything, name: str) -> np.ndarray:
+    """Return points (N, 3) float64, or raise InputError."""
+    try:
+        array = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name}: expected {EXPECTED}, got {type(points).__name__}") from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise InputError(f"{name}: expected {EXPECTED}, got an array of shape {array.shape}")
+    return array
+
+
+def holds_several(anything: Anything) -> bool:
+    """Return whether something is a list of objects rather than one: rows of numbers are one object's points."""
+    if not isinstance(anything, list | tuple):
+        return False
+    first = anything[0] if anything else None
+    return not (isinstance(first, list | tuple | np.ndarray) and np.ndim(first) == 1)
+
+
+def warn(line: str):
+    """Warn of what looks odd."""
+    warnings.warn(line, UserWarning, stacklevel=4)

@@ -1,0 +1,151 @@
+"""What an object is for, with the reason, in one call."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import overload
+
+from ...clouds.cloud import Cloud
+from ...clouds.conversion import Anything, as_cloud, holds_several
+from ...quantities import BY_FILE
+from ...settling.records import settle_kept
+from ...settling.settling import Settled, settle
+from ..classifier import CloudClassifier
+from ..function_classifier import FunctionClassifier
+from ..model_file import model_to_ask
+from .words import doubts, sentences
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answer:
+    """What one object is for."""
+
+    name: str  # of the object
+    functions: frozenset[str]  # that it has; empty for none
+    scores: dict[str, float]  # of each function, 0 to 1; above 0.5 the object has it
+    unsure: bool  # the last reasons say why
+    reasons: tuple[str, ...]  # sentences; none from models that count cubes
+
+
+@overload
+def classify(
+    anything: list[Anything],
+    *,
+    units: str = "m",
+    up: str = BY_FILE,
+    model: str | Path | CloudClassifier | None = None,
+    backend: str | None = None,
+    function: str | None = None,
+    explain: bool = True,
+    cache: bool = False,
+) -> list[Answer]: ...
+
+
+@overload
+def classify(
+    anything: Anything,
+    *,
+    units: str = "m",
+    up: str = BY_FILE,
+    model: str | Path | CloudClassifier | None = None,
+    backend: str | None = None,
+    function: str | None = None,
+    explain: bool = True,
+    cache: bool = False,
+) -> Answer: ...
+
+
+def classify(
+    anything: Anything,
+    *,
+    units: str = "m",
+    up: str = BY_FILE,
+    model: str | Path | CloudClassifier | None = None,
+    backend: str | None = None,
+    function: str | None = None,
+    explain: bool = True,
+    cache: bool = False,
+) -> Answer | list[Answer]:
+    """Say what an object is for, or what each of a list of objects is for.
+
+    The model is read once in a process, and kernels are compiled once on a machine; after that an object takes some ten
+    milliseconds.
+
+    Parameters
+    ----------
+    anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud; or a list of such
+    units : {"m", "cm", "mm", "in", "auto"}
+        What its numbers mean; ``auto`` guesses, and warns of what it took.
+    up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
+        Which of its axes points up; by default y for glTF files and z for all else.
+    model : path or CloudClassifier, optional
+        By default the one that ships with the package.
+    backend : str, optional
+        The simulator that the model must be for; by default ``fast`` where no model is given.
+    function : str, optional
+        The only function to ask for: with models that count cubes, its radius alone is run.
+    explain : bool
+        Whether to give reasons; doubts are given either way.
+    cache : bool
+        Whether spheres that have fallen on the same object before are looked up in the user's cache.
+
+    Returns
+    -------
+    Answer, or a list of them
+
+    Raises
+    ------
+    InputError
+        If the object or the model cannot be used, or the object is of a size that the unit must be wrong for.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> x, y = np.meshgrid(np.linspace(-600, 600, 241), np.linspace(-400, 400, 161))
+    >>> answer = classify(np.column_stack([x.ravel(), np.full(x.size, 720), y.ravel()]), units="mm", up="y")
+    >>> sorted(answer.functions), answer.scores["cup"] < 0.5
+    (['table'], True)
+    """
+    asked = model_to_ask(model, backend)
+    asked = asked if function is None else asked.only(function)
+    told = partial(answer_of, classifier=asked, explain=explain, cache=cache)
+    several = holds_several(anything)
+    clouds = [
+        as_cloud(thing, units=units, up=up, name=f"object {number}" if several else None)
+        for number, thing in enumerate(anything if several else [anything])
+    ]
+    answers = [told(cloud) for cloud in clouds]
+    return answers if several else answers[0]
+
+
+def answer_of(cloud: Cloud, classifier: CloudClassifier, *, explain: bool = True, cache: bool = False) -> Answer:
+    """Return what one cloud is for."""
+    drop = settle_kept if cache else settle
+    settled = drop(cloud, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.length)
+    return answered(cloud.name, settled, classifier, explain=explain)
+
+
+def answered(name: str, settled: Settled, classifier: CloudClassifier, *, explain: bool = True) -> Answer:
+    """Return what an object is for, on which spheres have fallen."""
+    told = classifier.memberships_of([settled])[0]
+    scores = {function: membership.score for function, membership in told.items()}
+    reasons, doubtful = worded(classifier, settled, list(scores.values()), explain)
+    return Answer(
+        name=name,
+        functions=frozenset(function for function, membership in told.items() if membership.member),
+        scores=scores,
+        unsure=bool(doubtful),
+        reasons=(*reasons, *doubtful),
+    )
+
+
+def worded(
+    classifier: CloudClassifier, settled: Settled, scores: Sequence[float], explain: bool = True
+) -> tuple[list[str], list[str]]:
+    """Return an answer in sentences, and what is doubtful about it; neither where cubes are counted."""
+    if not isinstance(classifier, FunctionClassifier):
+        return [], []
+    return sentences(classifier, settled, scores) if explain else [], doubts(classifier, settled, scores)
