@@ -2,11 +2,12 @@
 
 import spherefunc_bullet as sf
 
+answer = sf.classify(points, units="mm", up="y")          # a path, an array, an Open3D or trimesh object
+things = sf.find_objects(scan)                            # each with .box, .functions, .scores, .points
+
 cloud = sf.load_cloud("chair.ply")                        # metres, z up, on the ground
-simulator = sf.make_simulator("fast")
-result = simulator.drop(cloud, sf.DropSettings(radius=0.02), seed=0)
-features = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
-model = sf.CubeClassifier(simulator="fast").fit(clouds, functions)
+result = sf.make_simulator("fast").drop(cloud, sf.DropSettings(radius=0.02), seed=0)
+model = sf.FunctionClassifier(simulator="fast").fit(objects, functions)
 """
 
 import lazy_loader

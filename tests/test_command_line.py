@@ -290,7 +290,131 @@ def test_classify_refuses_what_it_cannot_use(call, trained, data):
     check_refused(call("classify", cup, "--model", trained[0], "--backend", "bullet"), "fast", "bullet")
     done = call("classify", "gone.ply", cup, "--model", trained[0], "--json")
     check_refused(done, "gone.ply")
-    assert len(json.loads(done.stdout)) == 1
+    failed, told = json.loads(done.stdout)
+    assert failed.keys() == {"file", "error"} and "gone.ply" in failed["error"] and told["functions"]
+
+
+def test_classify_takes_folders_and_names_on_stdin(run, call, trained, data, tmp_path):
+    (tmp_path / "things" / "deep").mkdir(parents=True)
+    for name in ("cup_3", "table_3"):
+        (tmp_path / "things" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
+    (tmp_path / "things" / "notes.txt").write_text("no model")
+    (tmp_path / "things" / "broken.ply").write_text("junk")
+    table = tmp_path / "told.csv"
+    done = call("classify", tmp_path / "things", "--model", trained[0], "--csv", table, "--jobs", 2)
+    assert done.returncode == 2 and "1 of 3 files" in done.stderr and "cup_3.npz" in done.stdout
+    with open(table, encoding="utf-8") as file:
+        rows = {Path(row["file"]).name: row for row in csv.DictReader(file)}
+    assert rows["cup_3.npz"]["functions"] == "cup" and float(rows["cup_3.npz"]["cup"]) > 0.5
+    assert "PLY" in rows["broken.ply"]["error"] and rows["broken.ply"]["functions"] == ""
+    names = f"{data / 'cup_3.npz'}\n\n{data / 'table_3.npz'}\n"
+    listed = CliRunner().invoke(application(), ["classify", "-", "--model", str(trained[0]), "--json"], input=names)
+    assert [row["file"] for row in json.loads(listed.stdout)] == names.split()
+    check_refused(call("classify", tmp_path, "--model", tmp_path / "none.npz"), "none.npz")
+
+
+def test_classify_simulates_a_file_once(call, trained, data, tmp_path):
+    ask = ("classify", data / "cup_3.npz", "--model", trained[0], "--json")
+    first = json.loads(call(*ask).stdout)[0]
+    kept = sorted((tmp_path / "cache" / "settled").rglob("*.npz"))
+    again = json.loads(call(*ask).stdout)[0]
+    assert kept == sorted((tmp_path / "cache" / "settled").rglob("*.npz")) and len(kept) == 2
+    assert first["functions"] == again["functions"] and first["reasons"] == again["reasons"]
+
+
+def test_what_is_odd_is_said_each_time(call, trained, tmp_path):
+    np.savez(tmp_path / "large.npz", points=300 * clouds.mug().points)
+    lines = [call("classify", tmp_path / "large.npz", "--model", trained[0]).stderr for _ in range(2)]
+    assert lines[0] == lines[1] and "30 m wide" in lines[0]
+
+
+def test_one_function_alone_runs_its_radius_alone(call, subset, data, tmp_path):
+    model = tmp_path / "paper.npz"
+    learn = ("train", subset, "--out", model, "--method", "paper", "--radii", "2cm,5cm", "--jobs", 1)
+    radii = json.loads(call(*learn, "--json").stdout)["radii"]
+    before = len(list((tmp_path / "cache" / "settled").rglob("*.npz")))
+    row = json.loads(call("classify", data / "cup_3.npz", "--model", model, "--function", "cup", "--json").stdout)[0]
+    assert list(row["functions"]) == ["cup"] and row["functions"]["cup"]["radius"] == radii["cup"]
+    assert len(list((tmp_path / "cache" / "settled").rglob("*.npz"))) == before + 1
+    check_refused(call("classify", data / "cup_3.npz", "--model", model, "--function", "shelf"), "shelf", "cup")
+
+
+@pytest.mark.parametrize(("count", "width"), [(2, 70), (3, 40), (9, 70), (30, 70)])
+def test_a_narrow_terminal_gets_whole_scores(monkeypatch, capsys, count, width):
+    from spherefunc_bullet.commands import classify
+
+    monkeypatch.setattr(classify, "terminal_width", lambda: width)
+    names = [f"function_{i:02}" for i in range(count)]
+    scores = {name: 0.9 if i == 1 else 0.01 * i for i, name in enumerate(names)}
+    told = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
+    classify.print_functions([{"file": "a/thing.ply", "functions": told, "unsure": False}], names, False)
+    printed = capsys.readouterr().out
+    assert "function_01" in printed and "0.90" in printed and "…" not in printed
+    assert max(map(len, printed.splitlines()[1:])) <= max(width, 75)
+
+
+@pytest.mark.parametrize("command", ["simulate", "classify", "view", "scene"])
+def test_an_axis_that_points_down_is_taken_everywhere(call, command, tmp_path):
+    order, sign = (0, 2, 1), (1, -1, 1)
+    points = np.vstack([clouds.level(0.5, 0.5, 0), clouds.mug().points + [0, 0, 0.004]])
+    np.savez(tmp_path / "down.npz", points=points[:, order] * sign)
+    done = call(command, tmp_path / "down.npz", "--up", "-y", "--units", "m", "--json")
+    assert done.returncode == 0, done.stderr
+
+
+def write_labels(folder, data, *rows):
+    """Write a manifest over copies of the data's files."""
+    for file, _ in rows:
+        (folder / file).write_bytes((data / file).read_bytes())
+    lines = "".join(f'{file},"{label}"\n' for file, label in rows)
+    (folder / "manifest.csv").write_text(f"file,label\n{lines}")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([("cup_0.npz", "cup"), ("cup_0.npz", "none")], ["cup_0.npz", "listed twice", "cup and none"]),
+        ([("cup_0.npz", "container,shelf"), ("table_0.npz", "none")], ["container,shelf", "separated by ;", "line 2"]),
+        ([("cup_0.npz", "cup"), ("cup_1.npz", "cup")], ["all 2 objects are cup"]),
+        ([("cup_0.npz", "none"), ("cup_1.npz", "none")], ["all are labelled none"]),
+    ],
+)
+def test_train_refuses_labels_that_teach_nothing(call, data, tmp_path, rows, words):
+    folder = write_labels(tmp_path, data, *rows)
+    check_refused(call("train", folder, "--out", tmp_path / "model.npz", "--radii", "2cm", "--jobs", 1), *words)
+    assert not (tmp_path / "model.npz").exists()
+
+
+def test_train_refuses_the_same_content_under_two_labels(call, data, tmp_path):
+    folder = write_labels(tmp_path, data, ("cup_0.npz", "cup"), ("cup_1.npz", "none"))
+    (folder / "cup_1.npz").write_bytes((folder / "cup_0.npz").read_bytes())
+    done = call("train", folder, "--out", tmp_path / "model.npz", "--radii", "2cm", "--jobs", 1)
+    check_refused(done, "cup_1.npz holds the same", "cup and none")
+
+
+def test_train_refuses_spheres_of_no_sense(call, subset, data, tmp_path):
+    to = ("--out", tmp_path / "model.npz", "--jobs", 1)
+    check_refused(call("train", subset, *to, "--radii", "2"), "at most 20 cm, got 2 m", "2cm")
+    cups = write_labels(tmp_path, data, ("cup_0.npz", "cup"), ("cup_1.npz", "none"))
+    check_refused(call("train", cups, *to, "--radii", "18cm"), "smaller than the objects", "18 cm")
+
+
+def test_train_says_how_well_it_learnt(call, data, tmp_path):
+    kinds = {"cup": "cup", "table": "table", "none": "none"}
+    rows = [(f"{kind}_{i}.npz", label) for kind, label in kinds.items() for i in range(4)]
+    folder = write_labels(tmp_path, data, *rows, ("sittable_0.npz", "sitable"))
+    learn = ("train", folder, "--out", tmp_path / "model.npz", "--radii", "2cm,1cm", "--jobs", 1)
+    done = call(*learn)
+    assert done.returncode == 0 and "sitable has 1 example" in done.stderr and "typo" in done.stderr
+    assert "held out" in done.stdout and "too few" in done.stdout
+    cup = next(line.split() for line in done.stdout.splitlines() if line.startswith("cup"))
+    assert cup[1:3] == ["4", "9"]
+    for method in ("profile", "cubes"):
+        printed = json.loads(call(*learn, "--method", method, "--json").stdout)
+        assert printed["f_measure_held_out"]["sitable"] is None and len(printed["remarks"]) == 1
+        # Cups and tables differ in everything, whoever is held out.
+        assert printed["f_measure_held_out"]["cup"] > 0.5 and printed["functions"]["cup"] == 4
 
 
 def test_train_refuses_what_it_cannot_use(call, subset, tmp_path):

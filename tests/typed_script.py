@@ -24,7 +24,7 @@ def best_function(clouds: list[sf.Cloud], labels: list[str], asked: sf.Cloud) ->
     model = sf.CubeClassifier("fast", radii=(0.02, 0.03)).fit(clouds, labels)
     sf.save_model(model, "model.npz")
     scores: np.ndarray = sf.load_model("model.npz", backend="fast").predict_proba([asked])
-    said: list[frozenset[str]] = model.predict([asked])
+    said: list[frozenset[str]] | np.ndarray = model.predict([asked])
     return model.functions_[int(scores[0].argmax())] if said[0] else "none"
 
 
@@ -32,5 +32,9 @@ def histograms(points: list[np.ndarray]) -> int:
     """Return in how many cubes spheres settled on some clouds."""
     clouds = [sf.cloud_from_points(each, name=f"cloud {i}") for i, each in enumerate(points)]
     matrix = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
+    answer: sf.Answer = sf.classify(points[0], units="mm", up="y")
+    things: list[sf.FoundObject] = sf.find_objects(points[0])
+    if answer.unsure or "cup" in answer.functions or things[0].scores["cup"] > answer.scores["cup"]:
+        print(answer.reasons, things[0].box.size, things[0].points.shape)
     members: dict[str, sf.Membership] = sf.load_model(sf.shipped_model()).memberships_of([])[0]
     return int(matrix.shape[1]) + len(members)

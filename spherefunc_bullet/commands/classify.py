@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,90 +17,147 @@ from ..quantities import format_length
 from .options import BY_FILE, Json, Units, Up
 
 if TYPE_CHECKING:
-    from ..learning.classifier import CloudClassifier, Membership
+    from ..learning.classifier import CloudClassifier
     from ..learning.cube_classifier import CubeClassifier
     from ..learning.function_classifier import FunctionClassifier
-    from ..settling.drops import Length
+    from ..settling.records import Dropping
     from ..settling.settling import Settled
-    from ..simulator import Simulator
 
 Row = dict[str, Any]  # what the contract prints of one file
 CUBES = 3  # that speak for a function, and as many that speak against it
+STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
+SHOWN = 4  # functions with a column of their own; of more, an object's best are named
+BEST = 2  # functions that are named then
 
 
 def classify(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Models or scans, folders of them, or - for names on stdin.")
+    ],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="The backend that the model must be for.")] = None,
+    function: Annotated[
+        str | None, typer.Option(help="Ask for this one alone; by cubes, at its own radius alone.")
+    ] = None,
     explain: Annotated[bool, typer.Option(help="Say why: in words, by what decided, by training objects.")] = False,
+    table: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each file, failed ones too.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")] = 1,
     up: Up = BY_FILE,
     units: Units = "m",
     json: Json = False,
 ):
     """Say what each object is for."""
-    from ..learning.model_file import load_model, shipped_model
+    from ..formats.writing import require_place
+    from ..learning.model_file import load_model
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
 
-    classifier = load_model(model or shipped_model(backend or "fast"), backend)
-    failures, rows = Failures(), []
-    tasks = [settling(file, classifier, up, units) for file in files]
-    outcomes = run_tasks(settled_file, tasks, files, isolate=isolated(make_simulator(classifier.simulator)))
-    for index, outcome in progress(outcomes, len(files), "classifying"):
+    if table is not None:
+        require_place(table)
+    classifier = load_model(model, backend)
+    classifier = classifier if function is None else classifier.only(function)
+    names, failures = list(listed_files(files)), Failures()
+    tasks = [(file, dropping_of(classifier, up, units)) for file in names]
+    isolate = isolated(make_simulator(classifier.simulator))
+    outcomes = run_tasks(settled_file, tasks, names, jobs=jobs, isolate=isolate)
+    rows: list[Row | None] = [None] * len(names)
+    for index, outcome in progress(outcomes, len(names), "classifying"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
+            rows[index] = {"file": str(names[index]), "error": " ".join(str(outcome).split())}
         else:
-            rows.append(scored(files[index], *outcome, classifier, explain))
+            rows[index] = scored(names[index], *outcome, classifier, explain)
+    if table is not None:
+        write_rows(rows, classifier.functions_, table)
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
     failures.exit()
 
 
+def listed_files(places: Sequence[Path]) -> Iterator[Path]:
+    """Yield the files, those below folders that can be read by their ending, and those named on stdin.
+
+    Raises
+    ------
+    InputError
+        If a folder holds none.
+    """
+    from ..formats.reading import READERS
+
+    for place in places:
+        if place == STDIN:
+            yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
+        elif place.is_dir():
+            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in READERS and path.is_file()]
+            if not found:
+                raise InputError(f"{place}: expected a folder with models or scans ({', '.join(READERS)}), found none")
+            yield from found
+        else:
+            yield place
+
+
 def classified(file: Path, classifier: CloudClassifier, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
-    return scored(file, *settled_file(*settling(file, classifier, up, units)), classifier, explain)
+    return scored(file, *settled_file(file, dropping_of(classifier, up, units)), classifier, explain)
 
 
-def settling(file: Path, classifier: CloudClassifier, up: str, units: str) -> tuple:
-    """Return the arguments of `settled_file` for a file."""
-    return file, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.length, up, units
+def dropping_of(classifier: CloudClassifier, up: str, units: str) -> Dropping:
+    """Return how spheres are dropped on what a classifier is asked about."""
+    from ..settling.records import Dropping, Loading
+
+    return Dropping(
+        simulator=classifier.simulator,
+        radii=tuple(classifier.chosen_radii()),
+        seed=classifier.seed,
+        loading=Loading(up=up, units=units),
+        length=classifier.length,
+    )
 
 
-def settled_file(
-    file: Path, simulator: Simulator, radii: Sequence[float], seed: int, length: Length, up: str, units: str
-) -> tuple[Settled, float]:
-    """Return the settled centres on one file's object for each radius, and the seconds that it took."""
-    from ..clouds.cloud import load_cloud
-    from ..settling.settling import settle
+def settled_file(file: Path, dropping: Dropping) -> tuple[Settled, float]:
+    """Return where spheres settled on one file's object for each radius, from the cache where it has that; seconds."""
+    from ..settling.records import settled_of
 
     started = time.perf_counter()
-    cloud = load_cloud(file, up=up, units=units, report=say)
-    return settle(cloud, simulator, radii, seed, length), time.perf_counter() - started
+    return settled_of(file, dropping, report=say), time.perf_counter() - started
 
 
 def scored(file: Path, settled: Settled, seconds: float, classifier: CloudClassifier, explain: bool) -> Row:
     """Return the scores of one file's object, on which the spheres have fallen."""
     from ..learning.function_classifier import FunctionClassifier
+    from ..learning.reasons.answer import worded
 
     started = time.perf_counter()
     told = classifier.memberships_of([settled])[0]
     row = {"file": str(file), "functions": {name: asdict(membership) for name, membership in told.items()}}
-    by_words = isinstance(classifier, FunctionClassifier)
-    doubtful, reasons = in_words(classifier, settled, told) if by_words else ([], [])
+    reasons, doubtful = worded(classifier, settled, [membership.score for membership in told.values()])
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
     row["seconds"] = round(seconds + time.perf_counter() - started, 3)
     if explain:
+        by_words = isinstance(classifier, FunctionClassifier)
         row |= quantities_named(classifier, settled) if by_words else cubes_named(classifier, settled)
     return row
 
 
-def in_words(
-    classifier: FunctionClassifier, settled: Settled, told: dict[str, Membership]
-) -> tuple[list[str], list[str]]:
-    """Return what is doubtful about an answer, and the answer in sentences."""
-    from ..learning.reasons.words import doubts, sentences
+def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
+    """Write a CSV with a row for each file: its functions, each score, and what went wrong where nothing else could."""
+    from ..datasets.dataset import label_text
+    from ..formats.writing import write_csv
 
-    scores = [membership.score for membership in told.values()]
-    return doubts(classifier, settled, scores), sentences(classifier, settled, scores)
+    columns = ("file", "functions", *functions, "unsure", "error")
+    table = []
+    for row in rows:
+        told = row.get("functions", {})
+        scores = [told[name]["score"] if name in told else "" for name in functions]
+        label = label_text(members_of(row)) if told else ""
+        table.append([row["file"], label, *scores, row.get("unsure", ""), row.get("error", "")])
+    write_csv(path, columns, table)
+
+
+def members_of(row: Row) -> list[str]:
+    """Return the functions that a file's object has."""
+    return [name for name, told in row["functions"].items() if told["member"]]
 
 
 def quantities_named(classifier: FunctionClassifier, settled: Settled) -> Row:
@@ -120,17 +178,20 @@ def cubes_named(classifier: CubeClassifier, settled: Settled) -> Row:
     }
 
 
-def print_functions(rows: list[Row], functions: tuple[str, ...], explain: bool):
-    """Print what each object is for, with its scores."""
-    table = []
-    for row in rows:
-        members = [name for name in functions if row["functions"][name]["member"]]
-        scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
-        answer = (", ".join(members) or "none") + (", unsure" if row["unsure"] else "")
-        table.append([Path(row["file"]).name, answer, *scores])
+def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool):
+    """Print what each object is for, with its scores, and how many files could not be told."""
+    done = [row for row in rows if "error" not in row]
+    each_has_column = len(functions) <= SHOWN and table_width(done, functions) <= terminal_width()
+    columns = ["file", "for", *(functions if each_has_column else ["best scores"])]
+    table = [
+        [Path(row["file"]).name, answer_text(row), *(scores_of(row) if each_has_column else [best_scores(row)])]
+        for row in done
+    ]
     if table:
-        print_table("What objects are for (scores; above 0.5 it is)", ["file", "for", *functions], table)
-    for row in rows if explain else []:
+        print_table("What objects are for (scores; above 0.5 it is)", columns, table)
+    if len(done) < len(rows):
+        say(f"{len(rows) - len(done)} of {len(rows)} files could not be told, as said above")
+    for row in done if explain else []:
         print_reasons(row)
         for name in functions:
             if "quantities" in row:
@@ -138,6 +199,37 @@ def print_functions(rows: list[Row], functions: tuple[str, ...], explain: bool):
             else:
                 print_neighbors(row, name)
                 print_cubes(row, name)
+
+
+def answer_text(row: Row) -> str:
+    """Return an object's functions, and whether that is unsure."""
+    return (", ".join(members_of(row)) or "none") + (", unsure" if row["unsure"] else "")
+
+
+def scores_of(row: Row) -> list[str]:
+    """Return an object's scores."""
+    return [f"{told['score']:.2f}" for told in row["functions"].values()]
+
+
+def best_scores(row: Row) -> str:
+    """Return an object's best scores with what they are for, as many as a narrow table holds."""
+    told = sorted(row["functions"].items(), key=lambda item: -item[1]["score"])
+    return " ".join(f"{name} {membership['score']:.2f}" for name, membership in told[:BEST])
+
+
+def table_width(rows: Sequence[Row], functions: Sequence[str]) -> int:
+    """Return how many characters a table with a column for each function takes."""
+    texts = [("file", "for", *functions)]
+    texts += [(Path(row["file"]).name, answer_text(row), *scores_of(row)) for row in rows]
+    return sum(max(map(len, column)) + 2 for column in zip(*texts, strict=True))
+
+
+def terminal_width() -> int:
+    """Return how many characters a line has; a pipe's has no end."""
+    from rich.console import Console
+
+    console = Console()
+    return console.width if console.is_terminal else sys.maxsize
 
 
 def print_reasons(row: Row):

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import InputError
 from ..quantities import BY_FILE as BY_FILE
-from ..quantities import parse_lengths
+from ..quantities import format_length, parse_lengths
 
 if TYPE_CHECKING:
     from ..settling.records import Dropping
@@ -29,6 +30,7 @@ RunDir = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_METHOD = "profile"
+LARGEST_SPHERE = 0.2  # metres of radius: larger ones lie on no seat, and a number without a unit is in metres
 
 
 def dropping(
@@ -42,6 +44,9 @@ def dropping(
     simulator = make_simulator(backend, **simulator_options(shape))
     way, loading = find_method(method), Loading(up=up, units=units)
     lengths = way.radii if radii is None else parse_lengths(radii)
+    if max(lengths) > LARGEST_SPHERE:
+        limit = f"expected spheres of at most {format_length(LARGEST_SPHERE)}, got {format_length(max(lengths))}"
+        raise InputError(f"--radii {radii}: {limit}; give a unit, such as 2cm or 2mm")
     return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
 
 

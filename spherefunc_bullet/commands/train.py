@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, say
+from ..console import Failures, print_json, print_table, say
+from ..datasets.dataset import label_text
 from ..errors import InputError
 from ..formats.writing import require_place
 from ..quantities import format_length
@@ -15,8 +17,12 @@ from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
+    from ..datasets.dataset import Dataset
     from ..learning.classifier import CloudClassifier
     from ..settling.records import Dropping
+
+Summary = dict[str, Any]  # what the contract prints of a training
+FEW = 3  # examples of a function from which something can be learnt
 
 
 def train(
@@ -37,22 +43,89 @@ def train(
 ):
     """Learn every function's radius and examples, and write the model."""
     from ..batch.simulated import simulate_dataset
+    from ..datasets.agreement import require_agreement
     from ..datasets.dataset import joined_datasets, open_dataset
     from ..learning.model_file import save_model
 
     require_place(out)
     failures, how = Failures(), options.dropping(backend, shape, radii, seed, up, units, method)
     dataset = joined_datasets([open_dataset(name) for name in data])
+    require_agreement(dataset)
+    remarks = label_remarks(dataset)
+    for remark in remarks:
+        say(remark)
     simulated = simulate_dataset(dataset, how, jobs=jobs, run=run, failed=failures.add)
+    require_smaller_spheres(simulated, how)
     model = train_on(simulated, how, method)
     save_model(model, out)
     if json:
-        counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
-        print_json({"backend": backend, "radii": model.radius_, "functions": counts, "objects": len(model.names_)})
+        print_json(summary(model, backend) | {"remarks": remarks})
     else:
-        chosen = ", ".join(f"{name} {format_length(radius)}" for name, radius in model.radius_.items())
-        say(f"learnt {len(model.names_)} objects ({chosen}); wrote {out}")
+        print_learnt(model, method)
+        say(f"wrote {out}")
     failures.exit()
+
+
+def summary(model: CloudClassifier, backend: str) -> Summary:
+    """Return what the contract prints of a training."""
+    counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
+    return {
+        "backend": backend,
+        "radii": model.radius_,
+        "functions": counts,
+        "objects": len(model.names_),
+        "f_measure_held_out": model.held_out_f_measures(),
+    }
+
+
+def print_learnt(model: CloudClassifier, method: str):
+    """Print each function's examples, its radius, and how well objects are told that were held out."""
+    measured, total = model.held_out_f_measures(), len(model.names_)
+    rows = [
+        [
+            name,
+            str(int(count)),
+            str(total - int(count)),
+            format_length(model.radius_[name]),
+            "too few" if measured[name] is None else f"{measured[name]:.2f}",
+        ]
+        for name, count in zip(model.functions_, model.members_.sum(0), strict=True)
+    ]
+    how = "three folds, those that calibrate it" if method == "profile" else "one at a time, radii as chosen from all"
+    title = f"Learnt from {total} objects; F-measure on objects held out ({how})"
+    print_table(title, ["function", "examples", "others", "spheres", "F held out"], rows)
+
+
+def label_remarks(dataset: Dataset) -> list[str]:
+    """Return what looks odd about a data set's labels, a line for each.
+
+    Raises
+    ------
+    InputError
+        If all objects have the same functions: nothing can be learnt from that.
+    """
+    total, counts = len(dataset), Counter(name for item in dataset.objects for name in item.functions)
+    if not counts:
+        raise InputError(f"{dataset.name}: expected objects with a function, all are labelled none")
+    if len({item.functions for item in dataset.objects}) == 1:
+        only = label_text(counts)
+        raise InputError(f"{dataset.name}: all {total} objects are {only}: expected others too; add some labelled none")
+    few = [
+        f"{dataset.name}: {name} has {count} example{'s' * (count > 1)}; expected {FEW} at least, is it a typo?"
+        for name, count in sorted(counts.items())
+        if count < FEW
+    ]
+    everywhere = sorted(name for name, count in counts.items() if count == total)
+    return few + [f"{dataset.name}: all objects are {name}, so everything will be" for name in everywhere]
+
+
+def require_smaller_spheres(simulated: Simulated, how: Dropping):
+    """Raise InputError if spheres of some radius are larger than every object: none could lie on any."""
+    largest = max(float(record.size.max()) for record in simulated.records)
+    radius = max(how.radii)
+    if radius > largest:
+        came = f"got {format_length(radius)} on {format_length(float(f'{largest:.3g}'))} at most; are the units right?"
+        raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {came}")
 
 
 def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:

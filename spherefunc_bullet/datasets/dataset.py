@@ -112,10 +112,14 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
     path = manifest.parent / file
     if not lies_below(manifest.parent, path):
         raise InputError(f"{where}: expected a file below the manifest's folder, got {file}")
+    try:
+        functions, also = parse_functions(label), parse_functions(row.get("also") or "")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
     return DatasetObject(
         path=path,
-        functions=parse_functions(label),
-        also=parse_functions(row.get("also") or ""),
+        functions=functions,
+        also=also,
         category=(row.get("category") or "").strip(),
         of=(row.get("of") or "").strip(),
         group=(row.get("group") or "").strip(),
@@ -134,7 +138,14 @@ def parse_functions(text: str) -> frozenset[str]:
     --------
     >>> sorted(parse_functions("table; sittable")), parse_functions("none")
     (['sittable', 'table'], frozenset())
+
+    Raises
+    ------
+    InputError
+        If it holds a comma, which would make one function of two.
     """
+    if "," in text:
+        raise InputError(f"label {text!r}: expected functions separated by ; instead of a comma")
     return frozenset(name.strip() for name in text.split(";") if name.strip()) - {NONE}
 
 

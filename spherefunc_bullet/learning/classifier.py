@@ -85,6 +85,10 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
     def only(self, name: str) -> CloudClassifier:
         """Return a fitted copy that is asked for one function alone."""
 
+    @abstractmethod
+    def held_out_f_measures(self) -> dict[str, float | None]:
+        """Return each function's F-measure on training objects that were held out; None of too few examples."""
+
     def column_of(self, name: str) -> int:
         """Return which column of ``members_`` a function is.
 

@@ -17,7 +17,7 @@ from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
 from .labels import Label, as_sets, memberships, more_members
 from .method import RADII, Method, find_cube_method
-from .validation import radius_weights, remaining_weights, voted_scores
+from .validation import THRESHOLD, quality, radius_weights, remaining_weights, voted_scores
 
 NO_SPHERES = np.empty((0, 3))
 
@@ -198,6 +198,22 @@ class CubeClassifier(CloudClassifier):
         alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
         alone.weights_ = {name: self.weights_[name]}
         return alone
+
+    def held_out_f_measures(self) -> dict[str, float | None]:
+        """Return each function's F-measure on training objects, each told by all others; None of too few examples."""
+        measured: dict[str, float | None] = dict.fromkeys(self.functions_)
+        distances = {radius: euclidean_distances(self.examples_[radius]) for radius in self.chosen_radii()}
+        others = ~np.eye(len(self.members_), dtype=bool)
+        for name, members in zip(self.functions_, self.members_.T, strict=True):
+            if min(members.sum(), (~members).sum()) < 2:
+                continue
+            weights, method = self.weights_[name], find_cube_method(self.method)
+            scores = []
+            for i, rest in enumerate(others):
+                to_others = {radius: distances[radius][[i]][:, rest] for radius in weights}
+                scores.append(voted_scores(to_others, members[rest], weights, method))
+            measured[name] = quality(members, np.concatenate(scores) > THRESHOLD).f_measure
+        return measured
 
     def _choose_radii(self) -> CubeClassifier:
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}

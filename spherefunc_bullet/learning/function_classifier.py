@@ -22,6 +22,7 @@ from .forest import Forest, forest_of
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .resting_profile import NAMES, RestingProfile, rank_distances
+from .validation import THRESHOLD, quality
 
 TREES = 200
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
@@ -141,7 +142,9 @@ class FunctionClassifier(CloudClassifier):
             for column in members.T
         ]
         self.forests_ = [forest_of(one) if isinstance(one, ExtraTreesClassifier) else one for one in grown]
-        self.lines_ = [self._line(base, column) for column in members.T]
+        held_out = [self._held_out(base, column) for column in members.T]
+        self.lines_ = [self._line(votes, column) for votes, column in zip(held_out, members.T, strict=True)]
+        self.held_out_ = held_out
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
@@ -204,14 +207,33 @@ class FunctionClassifier(CloudClassifier):
         by_radius = dict(zip(self.radii, weights.reshape(len(self.radii), -1).sum(axis=1), strict=True))
         return max(sorted(by_radius, reverse=True), key=by_radius.get)
 
-    def _line(self, base: ClassifierMixin, members: np.ndarray) -> Line:
-        """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
+    def held_out_f_measures(self) -> dict[str, float | None]:
+        """Return each function's F-measure on training objects held out in three folds; None of too few examples.
+
+        Only a classifier that was fitted in this process knows; of one that was read from a file there are none.
+        """
+        held_out = getattr(self, "held_out_", [None] * len(self.functions_))
+        return {
+            name: None if votes is None else self._f_measure(calibrated(votes, line), column)
+            for name, votes, line, column in zip(self.functions_, held_out, self.lines_, self.members_.T, strict=True)
+        }
+
+    def _held_out(self, base: ClassifierMixin, members: np.ndarray) -> np.ndarray | None:
+        """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples."""
         kinds = [len(set(self.kin_.groups[of_kind])) for of_kind in (members, ~members)]
         if min(kinds) < 2:
-            return AS_VOTED
+            return None
+        return held_out_votes(base, self.profiles_, members, self.kin_, self.random_state)
+
+    def _line(self, votes: np.ndarray | None, members: np.ndarray) -> Line:
+        """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
         whole = self.kin_.weights == 1
-        votes = held_out_votes(base, self.profiles_, members, self.kin_, self.random_state)
-        return calibration_line(votes[whole], members[whole])
+        return AS_VOTED if votes is None else calibration_line(votes[whole], members[whole])
+
+    def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
+        """Return the F-measure of scores (N,) on the training objects that are no copies."""
+        whole = self.kin_.weights == 1
+        return quality(members[whole], scores[whole] > THRESHOLD).f_measure
 
 
 def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..clouds.cloud import Cloud, load_cloud
-from ..clouds.orientation import promised_up
+from ..clouds.orientation import Report, promised_up
 from ..errors import InputError, one_line
 from ..formats.limits import require_file
 from ..formats.scenes.urdf import named_meshes
@@ -63,9 +63,9 @@ class Dropping:
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
         object.__setattr__(self, "radii", tuple(self.radii))
 
-    def cloud(self, path: Path) -> Cloud:
-        """Return a file's cloud."""
-        return load_cloud(path, up=self.loading.up, units=self.loading.units)
+    def cloud(self, path: Path, report: Report | None = None) -> Cloud:
+        """Return a file's cloud; see `load_cloud`."""
+        return load_cloud(path, up=self.loading.up, units=self.loading.units, report=report)
 
     def content_hash(self, path: Path) -> str:
         """Return the hash of a file's bytes and of how it is loaded.
@@ -168,6 +168,24 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
     )
+
+
+def settled_of(path: Path, dropping: Dropping, report: Report | None = None) -> Settled:
+    """Return where spheres settle on a file's object, from the cache where it has that; see `object_record`.
+
+    ``report`` is told what looks odd about the file, or was guessed, whether it is read again or not.
+    """
+    content, name = dropping.content_hash(path), one_line(Path(path).name)
+    lines: list[str] = []
+    cloud, settled = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name)))), {}
+    remarks = computed_once(entry_path("remarks", content), lambda: cloud() and {"lines": np.array(lines, str)})
+    for line in remarks["lines"].tolist() if report else []:
+        report(name + line)
+    for radius in dropping.radii:
+        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed, "length": dropping.length}
+        entry = entry_path("settled", dropping.run_hash(content, radius))
+        settled[radius] = computed_once(entry, lambda how=how: measured_run(cloud(), **how))["centers"]
+    return settled
 
 
 def settle_kept(

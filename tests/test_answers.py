@@ -1,0 +1,170 @@
+"""What people write in Python: anything that holds an object goes in, an answer or a clear refusal comes out."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import clouds
+import numpy as np
+import pytest
+import trimesh
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.conversion import as_cloud
+from spherefunc_bullet.formats.writing import cache_home
+
+README = Path(__file__).resolve().parents[1] / "README.md"
+TURNED = {"y": ((0, 2, 1), (1, 1, -1)), "-y": ((0, 2, 1), (1, -1, 1)), "-z": ((0, 1, 2), (1, -1, -1))}
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def mug_mesh() -> trimesh.Trimesh:
+    """Return a cup without a lid, walls 4 mm thick."""
+    wall = trimesh.creation.annulus(0.036, 0.04, 0.1)
+    wall.apply_translation([0, 0, 0.05])
+    floor = trimesh.creation.cylinder(0.04, 0.004)
+    floor.apply_translation([0, 0, 0.002])
+    return trimesh.util.concatenate([wall, floor])
+
+
+def test_an_array_in_millimetres_with_y_up_is_told_with_a_reason():
+    order, sign = TURNED["y"]
+    answer = sf.classify(1000 * clouds.mug().points[:, order] * sign, units="mm", up="y")
+    assert answer.functions == {"cup"} and not answer.unsure
+    assert answer.scores["cup"] > 0.9 and answer.reasons[0].startswith("cup")
+
+
+@pytest.mark.parametrize("up", TURNED)
+def test_an_axis_may_point_down(up):
+    points = clouds.chair().points
+    order, sign = TURNED[up]
+    cloud = sf.cloud_from_points(points[:, order] * sign, up=up)
+    # Turned back exactly: signs and places of numbers alone.
+    assert np.allclose(cloud.points, sf.cloud_from_points(points).points, atol=1e-12)
+
+
+def test_everything_that_holds_an_object_is_the_same_object(mug_mesh, tmp_path):
+    path = tmp_path / "mug.ply"
+    mug_mesh.export(path)
+    asked = [path, str(path), mug_mesh, trimesh.Scene([mug_mesh]), sf.load_cloud(path)]
+    answers = sf.classify(asked)
+    assert [answer.functions for answer in answers] == [{"cup"}] * 5
+    points = clouds.mug().points
+    several = sf.classify([points, points.tolist(), trimesh.PointCloud(points), sf.Cloud(points)], explain=False)
+    assert len({tuple(answer.scores.values()) for answer in several}) == 1 and len(several) == 4
+    assert sf.classify(points.tolist()).scores == several[0].scores and sf.classify([]) == []
+
+
+def test_open3d_objects_are_taken(mug_mesh):
+    geometry = pytest.importorskip("open3d").geometry
+    utility = pytest.importorskip("open3d").utility
+    mesh = geometry.TriangleMesh(
+        utility.Vector3dVector(mug_mesh.vertices), utility.Vector3iVector(mug_mesh.faces)
+    )
+    assert np.array_equal(as_cloud(mesh).points, as_cloud(mug_mesh).points)
+    points = clouds.mug().points
+    assert len(as_cloud(geometry.PointCloud(utility.Vector3dVector(points)))) == len(points)
+
+
+def test_a_unit_that_is_forgotten_is_not_passed_over_in_silence():
+    points = clouds.mug(height=0.12).points
+    with pytest.raises(sf.InputError, match="120 m wide; in millimetres"):
+        sf.classify(1000 * points)
+    with pytest.warns(UserWarning, match="80 m wide; in millimetres"):
+        as_cloud(800 * clouds.mug(height=0.1).points)
+    with pytest.raises(sf.InputError, match="in metres"):
+        sf.classify(points, units="mm")
+    with pytest.raises(sf.InputError, match="350 m wide; in millimetres"):
+        sf.cloud_from_points(3500 * clouds.mug(height=0.1).points)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        as_cloud(points)
+
+
+def test_a_mesh_in_millimetres_is_refused_for_its_size(mug_mesh):
+    with pytest.raises(sf.InputError, match=r"99.9 m wide; in millimetres"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        as_cloud(mug_mesh.apply_scale(1000 * 0.999))
+
+
+@pytest.mark.parametrize("odd", [3, object(), np.zeros((20, 4)), {"points": 1}, None, "nothing.ply"])
+def test_what_holds_no_object_is_refused(odd):
+    with pytest.raises(sf.InputError, match="expected"):
+        sf.classify(odd)
+    with pytest.raises(sf.InputError, match="metres with z up"):
+        as_cloud(clouds.mug(), units="mm")
+
+
+def test_a_sensors_gaps_are_left_out_and_said():
+    points = np.vstack([clouds.mug().points, np.full((9, 3), np.nan)])
+    with pytest.warns(UserWarning, match="dropped 9"):
+        assert sf.classify(points).functions == {"cup"}
+
+
+def test_one_function_alone_is_asked_for():
+    whole, alone = (sf.classify(clouds.mug(), function=name) for name in (None, "table"))
+    assert alone.scores == {"table": whole.scores["table"]} and alone.functions == frozenset()
+    with pytest.raises(sf.InputError, match="cup, sittable, table"):
+        sf.classify(clouds.mug(), function="shelf")
+
+
+def test_the_model_that_ships_is_loaded_without_arguments():
+    assert sf.load_model().functions_ == sf.load_model(sf.shipped_model(), "fast").functions_
+    assert sf.load_model() is not sf.load_model()  # who learns more changes nobody else's
+
+
+def test_objects_of_a_table_top_are_found():
+    top = clouds.level(0.8, 0.6, 0.0)
+    mugs = [clouds.mug().points + [x, 0.0, 0.004] for x in (-0.2, 0.2)]
+    things = sf.find_objects(np.vstack([top, *mugs]), up="z", units="m")
+    cups = [thing for thing in things if "cup" in thing.functions]
+    assert len(cups) == 2
+    for thing, x in zip(sorted(cups, key=lambda cup: cup.box.center[0]), (-0.2, 0.2), strict=True):
+        assert set(thing.scores) == {"cup", "sittable", "table"}
+        # The scan is thinned to voxels of 1 cm, and a box may lose one at its edge.
+        assert abs(thing.box.center[0] - x) < 0.02 and abs(thing.points[:, 0].mean() - x) < 0.02
+        assert thing.corners.shape == (8, 3)
+
+
+def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
+    drops = []
+    simulator = sf.make_simulator("fast")
+    dropped = type(simulator).drop
+
+    def counted(self, *arguments):
+        drops.append(arguments)
+        return dropped(self, *arguments)
+
+    monkeypatch.setattr(type(simulator), "drop", counted)
+    objects, labels = [as_cloud(each.points) for each in (clouds.mug(), clouds.chair())], ["cup", "table"]
+    first = sf.FunctionClassifier(radii=(0.01,), drops=30).fit(objects, labels)
+    once = len(drops)
+    again = sf.FunctionClassifier(radii=(0.01,), drops=30).fit([each.points for each in objects], labels)
+    assert len(drops) == once > 0 and (cache_home() / "settled").is_dir()
+    assert again.profiles_.tobytes() == first.profiles_.tobytes()
+    anew = sf.FunctionClassifier(radii=(0.01,), drops=30, cache=False).fit(objects, labels)
+    assert len(drops) == once + 2 and anew.profiles_.tobytes() == first.profiles_.tobytes()
+
+
+def test_readme_runs_as_it_stands(tmp_path):
+    """Its Python, in a folder with one scan and one model, in a process of its own."""
+    text = README.read_text(encoding="utf-8")
+    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert snippets
+    room = np.vstack([clouds.level(0.8, 0.6, 0.0), clouds.mug().points + [0, 0, 0.004]])
+    np.savetxt(tmp_path / "room.xyz", room)
+    np.savez(tmp_path / "chair.npz", points=clouds.chair().points)
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(snippets)], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "cup" in done.stdout
