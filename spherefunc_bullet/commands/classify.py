@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]  # what the contract prints of one file
 CUBES = 3  # that speak for a function, and as many that speak against it
 STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
+TABLES = (".txt", ".csv")  # notes and manifests in folders; a scan of that ending is read where it is named
 SHOWN = 4  # functions with a column of their own; of more, an object's best are named
 BEST = 2  # functions that are named then
 
@@ -89,9 +90,10 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif place.is_dir():
-            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in READERS and path.is_file()]
+            endings = [ending for ending in READERS if ending not in TABLES]
+            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in endings and path.is_file()]
             if not found:
-                raise InputError(f"{place}: expected a folder with models or scans ({', '.join(READERS)}), found none")
+                raise InputError(f"{place}: expected a folder with models or scans ({', '.join(endings)}), found none")
             yield from found
         else:
             yield place
