@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Row = dict[str, Any]  # what the contract prints of one file
 CUBES = 3  # that speak for a function, and as many that speak against it
 STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
-TABLES = (".txt", ".csv")  # notes and manifests in folders; a scan of that ending is read where it is named
 SHOWN = 4  # functions with a column of their own; of more, an object's best are named
 BEST = 2  # functions that are named then
 
@@ -84,16 +83,16 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
     InputError
         If a folder holds none.
     """
-    from ..formats.reading import READERS
+    from ..datasets.dataset import SUFFIXES
 
     for place in places:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif place.is_dir():
-            endings = [ending for ending in READERS if ending not in TABLES]
-            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in endings and path.is_file()]
+            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
             if not found:
-                raise InputError(f"{place}: expected a folder with models or scans ({', '.join(endings)}), found none")
+                kinds = ", ".join(sorted(SUFFIXES))
+                raise InputError(f"{place}: expected a folder with models or scans ({kinds}), found none")
             yield from found
         else:
             yield place

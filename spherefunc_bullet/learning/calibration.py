@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.special import expit, logit
 from sklearn.base import ClassifierMixin, clone
-from sklearn.model_selection import StratifiedGroupKFold
 from sklearn.utils.validation import has_fit_parameter
 
 COPY_WEIGHT = 0.1  # of a changed copy in learning: ten count as their original
@@ -69,6 +67,8 @@ def held_out_votes(
     members : (N,) bool
         At least two of either kind.
     """
+    from sklearn.model_selection import StratifiedGroupKFold
+
     folds = min(FOLDS, *(len(set(kin.groups[side])) for side in (members, ~members)))
     splits = StratifiedGroupKFold(folds, shuffle=True, random_state=random_state)
     votes = np.zeros(len(X))
@@ -87,6 +87,8 @@ def calibration_line(votes: np.ndarray, members: np.ndarray) -> Line:
     We differ from Platt in that leaving votes as they are costs nothing, and any change does: few examples
     change little.
     """
+    from scipy.optimize import minimize
+
     odds, signs = log_odds(votes), np.where(members, 1.0, -1.0)
 
     def cost(line: np.ndarray) -> float:

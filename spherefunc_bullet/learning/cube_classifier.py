@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from copy import copy
 
 import numpy as np
-from sklearn.metrics.pairwise import euclidean_distances
 from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import Length
@@ -135,6 +134,8 @@ class CubeClassifier(CloudClassifier):
 
     def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
         """Return the Euclidean distances (Q, N) from objects to the training examples."""
+        from sklearn.metrics.pairwise import euclidean_distances
+
         features = self.histograms_[radius].transform([spheres.get(radius, NO_SPHERES) for spheres in settled])
         return euclidean_distances(features, self.examples_[radius])
 
@@ -201,6 +202,8 @@ class CubeClassifier(CloudClassifier):
 
     def held_out_f_measures(self) -> dict[str, float | None]:
         """Return each function's F-measure on training objects, each told by all others; None of too few examples."""
+        from sklearn.metrics.pairwise import euclidean_distances
+
         measured: dict[str, float | None] = dict.fromkeys(self.functions_)
         distances = {radius: euclidean_distances(self.examples_[radius]) for radius in self.chosen_radii()}
         others = ~np.eye(len(self.members_), dtype=bool)
@@ -216,6 +219,8 @@ class CubeClassifier(CloudClassifier):
         return measured
 
     def _choose_radii(self) -> CubeClassifier:
+        from sklearn.metrics.pairwise import euclidean_distances
+
         distances = {radius: euclidean_distances(matrix) for radius, matrix in self.examples_.items()}
         self.weights_ = {
             name: radius_weights(distances, members, find_cube_method(self.method), self.random_state)

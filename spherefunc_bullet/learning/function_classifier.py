@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import TYPE_CHECKING
 
 import numpy as np
 from sklearn.base import ClassifierMixin
-from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import DROPS, NO_DROPS, Length
@@ -23,6 +23,9 @@ from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .resting_profile import NAMES, RestingProfile, rank_distances
 from .validation import THRESHOLD, quality
+
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
 
 TREES = 200
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
@@ -133,6 +136,8 @@ class FunctionClassifier(CloudClassifier):
         kin: Kin | None = None,
     ) -> FunctionClassifier:
         """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool."""
+        from sklearn.ensemble import ExtraTreesClassifier
+
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
         self.kin_ = kin_of(self.names_, [""] * len(self.names_)) if kin is None else kin
@@ -243,4 +248,6 @@ def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
 
 def forest(random_state: int = 0) -> ExtraTreesClassifier:
     """Return the classifier of one function."""
+    from sklearn.ensemble import ExtraTreesClassifier
+
     return ExtraTreesClassifier(TREES, random_state=random_state)

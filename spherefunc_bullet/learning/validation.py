@@ -6,8 +6,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from sklearn.metrics import precision_recall_fscore_support
-from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
 
 from .inverse_distance import inverse_distance_scores, nearest_of_all_scores
 from .method import Method
@@ -28,6 +26,8 @@ class Quality:
 
 def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | None = None) -> Quality:
     """Return the quality of predicted membership (N,) bool, over the objects that are ``counted`` (N,) bool."""
+    from sklearn.metrics import precision_recall_fscore_support
+
     if counted is not None:
         members, predicted = members[counted], predicted[counted]
     precision, recall, f_measure, _ = precision_recall_fscore_support(
@@ -38,6 +38,8 @@ def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | No
 
 def validation_splits(members: np.ndarray, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return train and validation indices, 70 to 30, with members (N,) bool on both sides where possible."""
+    from sklearn.model_selection import ShuffleSplit, StratifiedShuffleSplit
+
     smallest = min(members.sum(), (~members).sum())
     kind = StratifiedShuffleSplit if smallest >= 2 and len(members) >= 4 else ShuffleSplit
     return list(kind(splits, test_size=HELD_OUT, random_state=random_state).split(members, members))
