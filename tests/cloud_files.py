@@ -7,6 +7,9 @@ import zipfile
 import numpy as np
 import trimesh
 
+MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
+CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz", "npy", "csv", "txt")
+
 
 def mug():
     """Return the vertices (N, 3) in metres and faces (M, 3) of a closed tube on a plate, 10 cm high."""

@@ -171,7 +171,7 @@ def test_shares_are_shares():
 
 def test_transformer_keeps_sklearns_contract():
     profile, objects = RestingProfile(0.03), [dropped(heap(0))]
-    assert clone(profile).get_params() == {"radius": 0.03}
+    assert clone(profile).get_params()["radius"] == 0.03
     assert profile.fit_transform(objects).tolist() == profile.transform(objects).tolist()
 
 

@@ -104,10 +104,12 @@ def classify(
     Examples
     --------
     >>> import numpy as np
-    >>> x, y = np.meshgrid(np.linspace(-600, 600, 241), np.linspace(-400, 400, 161))
-    >>> answer = classify(np.column_stack([x.ravel(), np.full(x.size, 720), y.ravel()]), units="mm", up="y")
-    >>> sorted(answer.functions), answer.scores["cup"] < 0.5
-    (['table'], True)
+    >>> angle, height = np.meshgrid(np.linspace(0, 6.28, 80), np.arange(0, 100, 4))
+    >>> wall = np.column_stack([40 * np.cos(angle.ravel()), height.ravel(), 40 * np.sin(angle.ravel())])
+    >>> bottom = np.vstack([wall[:80] * [share, 1, share] for share in np.linspace(0, 1, 11)])
+    >>> answer = classify(np.vstack([wall, bottom]), units="mm", up="y")
+    >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
+    (['cup'], True, 'cup ')
     """
     asked = model_to_ask(model, backend)
     asked = asked if function is None else asked.only(function)
