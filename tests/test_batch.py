@@ -394,6 +394,22 @@ def test_ctrl_c_stops_at_once_and_keeps_what_is_done(tmp_path):
         assert 1 <= status(ledger)["done"] < 150
 
 
+def test_status_of_a_killed_run_says_that_nothing_runs(tmp_path):
+    data = small_objects(tmp_path / "many", 150)
+    command = [SCRIPT, "batch", data, "--run", tmp_path / "run", "--radii", "1cm,2cm", "--jobs", "1"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while batch_runs.results(tmp_path / "run") < 5 and process.poll() is None:
+        time.sleep(0.01)
+    with RunFolder(tmp_path / "run").ledger() as ledger:
+        assert status(ledger)["running"] is True
+    process.kill()
+    process.wait()
+    told = json.loads(call("batch", "--run", tmp_path / "run", "--status", "--json").stdout)
+    assert told["waiting"] > 0 and told["running"] is False and told["seconds_left"] is None
+    text = call("batch", "--run", tmp_path / "run", "--status").stdout
+    assert "nothing runs" in text and "the same call goes on" in text
+
+
 def test_ledger_and_status_of_100_000_rows_stay_fast(tmp_path):
     """In seconds of the processor, which other work on the machine does not lengthen; docs/batch.md has the others."""
     measured = speed(tmp_path, 100_000, time.process_time)

@@ -37,7 +37,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry, write_entry
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
-from spherefunc_bullet.simulator import DropResult, Stop, make_simulator
+from spherefunc_bullet.simulator import DropResult, Stop, make_simulator, provenance_of
 
 COMMAND = Path(sys.executable).with_name("spherefunc")
 QUALITIES = {"f_measure", "f_measure_std", "f_measure_fair", "precision", "recall", "accuracy", "radius"}
@@ -70,6 +70,7 @@ class Layer:
             timed_out=0,
             stop=Stop.MISSES,
             seconds=0.5 if self.shape == "voxel" else 2.0,
+            provenance=provenance_of(self, settings, seed),
         )
 
 
@@ -421,8 +422,10 @@ def test_answer_in_every_direction():
     worse = answered(fast=backend(0.02, cup=HIGHER), bullet=backend(2.0, cup=STEADY))
     assert "bullet is worse at cup (F -0.102 ±" in worse
     level = answered(fast=backend(0.02, cup=STEADY), bullet=backend(0.05, cup=ASTRAY))
-    assert "bullet is level at cup (F-measures differ by 0.004 at most, within the spread" in level
+    assert "bullet is neither better nor worse as far as so few objects tell at cup (F +0.004 ±" in level
     assert "2.5 times the time" in level
+    same = answered(fast=backend(0.02, cup=STEADY), bullet=backend(0.05, cup=[*STEADY[1:], STEADY[0]]))
+    assert "bullet is level at cup (F-measures differ by 0.000 at most, within the spread" in same
 
 
 def test_answer_with_all_directions_at_once_is_one_sentence():
@@ -430,7 +433,7 @@ def test_answer_with_all_directions_at_once_is_one_sentence():
     two = backend(3.0, radii=(0.03,), cup=HIGHER, sittable=STEADY, table=ASTRAY)
     said = answered(slow=two, quick=one)
     assert said.startswith("Beside quick, slow is better at cup (") and ", worse at sittable (" in said
-    assert " and level at table (" in said and "each with radii of its own" in said and "\n" not in said
+    assert " tell at table (" in said and "each with radii of its own" in said and "\n" not in said
 
 
 def test_answer_for_three_backends_for_one_and_for_one_trial():

@@ -43,7 +43,9 @@ def test_the_cheapest_stands_unless_another_is_better():
         ("table", "fast"),
         ("sittable", "fast"),
     ]
-    assert recommendation_sentence(recommendations(found)) == "Use bullet for cup, and fast for table and sittable."
+    assert recommendation_sentence(recommendations(found)) == (
+        "Use bullet for cup, and fast for table; for sittable so few objects do not decide; fast is the cheapest."
+    )
     better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±") and worse.startswith("bullet is dearer and worse (-0.102 ±")
     assert level.startswith("bullet is dearer and level (+0.004 ±")
@@ -53,6 +55,20 @@ def test_advice_for_one_backend_and_for_one_trial():
     assert [each.reason for each in recommendations(report(fast=backend(1, cup=STEADY)))] == ["the only one compared"]
     [one] = recommendations(report(fast=backend(1, cup=[0.5]), bullet=backend(2, cup=[0.7])))
     assert one.backend == "fast" and one.reason.endswith("+0.200 in one trial, too few to tell")
+
+
+def test_the_sentence_on_top_says_where_spheres_are_beaten():
+    found = report(baseline=0.85, fast=backend(0.1, cup=STEADY, table=HIGHER))
+    assert recommendation_sentence(recommendations(found)) == (
+        "Use fast for table; for cup height map, which needs no spheres, does better (F 0.85 beside 0.80 by fast)."
+    )
+
+
+def test_the_sentence_on_top_says_where_the_data_do_not_decide():
+    found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=ASTRAY))
+    assert recommendation_sentence(recommendations(found)) == (
+        "For cup so few objects do not decide; fast is the cheapest."
+    )
 
 
 def test_price_of_a_thousand_objects():
@@ -130,7 +146,7 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
     assert found["machine"]["processor"] in page and "spherefunc compare experiment.toml" in page
     assert "the paper, its 200 models" in page and "always no" in page
     assert "cup &amp; &lt;b&gt;" in page and "cup & <b>" not in page  # a label of the user's is no markup
-    assert page.index("Use ") < page.index("Accuracy against time") < page.index("Where they disagree")
+    assert page.index("which needs no spheres") < page.index("Accuracy against time") < page.index("Where they disagree")
     assert 1 <= page.count('<div class="display">') <= 6
 
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import re
 import shutil
+import subprocess
 from dataclasses import replace
 
 import clouds
 import numpy as np
 import pytest
-from browser import draw, needs_browser
+from browser import CHROMIUM, FLAGS, draw, needs_browser
+from PIL import Image
 from typer.testing import CliRunner
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
@@ -27,6 +30,7 @@ from spherefunc_bullet.viewer.page import display_html, display_page
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.
 CLICKS = """<script>
+addEventListener("load", () => setTimeout(() => {
 for (const box of document.querySelectorAll("input[type=checkbox]")) if (!box.checked) box.click();
 for (const list of document.querySelectorAll("select")) {
   list.selectedIndex = list.options.length - 1; list.dispatchEvent(new Event("change"));
@@ -37,6 +41,7 @@ for (const canvas of document.querySelectorAll("canvas")) {
   const at = { clientX: canvas.clientWidth / 2, clientY: 200, pointerId: 1 };
   canvas.dispatchEvent(new PointerEvent("pointermove", at));
 }
+}, 100));
 </script>"""
 
 
@@ -238,3 +243,42 @@ def shows_spheres(pixels: np.ndarray) -> bool:
     """Return whether pixels (H, W, 3) show spheres' strong colours; page, object and cubes are pale."""
     part = pixels[170:400]
     return (part.max(axis=-1) - part.min(axis=-1) > 60).mean() > 0.01
+
+
+def test_tables_and_a_still_stand_in_the_page_itself(tmp_path):
+    page = viewed(tmp_path, "--explain")
+    markup = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+    assert "drops of spheres of radius" in markup and "score without it" in markup
+    stills = re.findall(r'<img alt="[^"]*" src="data:image/png;base64,([^"]+)"', markup)
+    assert len(stills) == 2  # the spheres, and what the answer is read from
+    for still in stills:
+        picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(still))).convert("RGB"), float)
+        assert picture.std() > 5 and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50  # neither blank nor grey alone
+
+
+@needs_browser
+def test_a_browser_without_webgl_shows_tables_and_stills(tmp_path):
+    (tmp_path / "page.html").write_text(viewed(tmp_path, "--explain"))
+    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-3d-apis", "--virtual-time-budget=3000"]
+    command = [CHROMIUM, *flags, f"--user-data-dir={tmp_path}/profile", "--dump-dom", (tmp_path / "page.html").as_uri()]
+    shown = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    shown = re.sub(r"<script.*?</script>", "", shown, flags=re.DOTALL)
+    assert "WebGL 2 is off" in shown and shown.count("data:image/png") == 2 and "score without it" in shown
+
+
+@needs_browser
+def test_a_browser_that_draws_has_no_still_beside_it(tmp_path):
+    (tmp_path / "page.html").write_text(viewed(tmp_path, "--explain"))
+    flags = [*FLAGS, "--virtual-time-budget=3000", f"--user-data-dir={tmp_path}/profile", "--dump-dom"]
+    command = [CHROMIUM, *flags, (tmp_path / "page.html").as_uri()]
+    shown = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    assert "<canvas" in shown and "data:image/png" not in shown
+
+
+def viewed(tmp_path, *options: str) -> str:
+    """Return the page of a small mug."""
+    np.savetxt(tmp_path / "mug.xyz", clouds.mug().points)
+    command = ["view", str(tmp_path / "mug.xyz"), "--backend", "fast", "--out", str(tmp_path / "out.html"), *options]
+    done = CliRunner().invoke(application(), command)
+    assert done.exit_code == 0, done.output
+    return (tmp_path / "out.html").read_text()

@@ -20,35 +20,39 @@ from spherefunc_bullet.errors import InputError
 
 FLAGS = ("--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 FLAGS += ("--enable-logging=stderr", "--no-first-run", "--disable-background-networking", "--window-size=1280,7000")
-OPENED = """<script>addEventListener("load", () => requestAnimationFrame(() => setTimeout(
-    () => console.log(`opened after ${performance.now()} ms`))));</script></body>"""
+OPENED = """<script>
+const drawn = () => document.querySelector(".display-still") ? setTimeout(drawn, 20)
+  : requestAnimationFrame(() => setTimeout(() => console.log(`drawn after ${performance.now()} ms`)));
+addEventListener("load", () => setTimeout(() => { console.log(`read after ${performance.now()} ms`); drawn(); }));
+</script></body>"""
 
 
-def opening_ms(browser: str, page: Path) -> float:
-    """Return the milliseconds until a page, with everything that it draws, has been drawn once."""
+def opening_ms(browser: str, page: Path) -> tuple[float, float]:
+    """Return the milliseconds until a page can be read, and until everything that it draws has been drawn once."""
     with TemporaryDirectory() as folder:
         timed = Path(folder) / page.name
         timed.write_text(page.read_text(encoding="utf-8").replace("</body>", OPENED), encoding="utf-8")
         flags = [*FLAGS, f"--user-data-dir={folder}/profile", f"--screenshot={folder}/page.png"]
         done = subprocess.run([browser, *flags, timed.as_uri()], capture_output=True, text=True, check=False)
-    match = re.search(r"opened after ([\d.]+) ms", done.stderr)
-    if match is None:
+    times = re.findall(r"(?:read|drawn) after ([\d.]+) ms", done.stderr)
+    if len(times) != 2:
         raise InputError(f"{page}: expected a page that a browser opens, got: {done.stderr.strip()[-200:]}")
-    return float(match[1])
+    return float(times[0]), float(times[1])
 
 
 def main(
     pages: Annotated[list[Path], typer.Argument(metavar="PAGE...", help="Reports, as HTML.")],
     repeats: Annotated[int, typer.Option(min=1, help="Each in a fresh browser.")] = 3,
 ):
-    """Print how long each page takes to open, the median of some times."""
+    """Print after how many milliseconds each page can be read, and all on it is drawn, medians of some times."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
         raise InputError("opening: expected Chromium; apt-get install chromium")
     for page in pages:
         if not page.is_file():
             raise InputError(f"{page}: expected a page, found no such file")
-    print_json({str(page): round(median(opening_ms(browser, page) for _ in range(repeats))) for page in pages})
+    times = {page: zip(*(opening_ms(browser, page) for _ in range(repeats)), strict=True) for page in pages}
+    print_json({str(page): [round(median(each)) for each in both] for page, both in times.items()})
 
 
 if __name__ == "__main__":

@@ -22,10 +22,9 @@ from .entries import Comparison
 from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
-from .significance import enumeration
+from .significance import COARSE, enumeration
 from .tables import Table, copies_table, cost_table, histogram_table, label_table, quality_table, radius_table
 
-COARSE = 0.1  # a difference of F-measures that readers expect to be told of
 LONGEST = 60  # disagreements in the list; all are in report.json
 
 
@@ -112,7 +111,10 @@ chance. <b>Right alone</b>: objects that only the first, or only the second, has
 {html_table(label_table(report))}
 <p>How far their histograms lie apart, beside two seeds of one simulator: a ratio of 1 would mean that changing the
 simulator is no more than changing the seed. <b>Settled</b>: the share of all spheres dropped; a run that ends at its
-limit of settled spheres lacks the last ones, which miss.</p>{html_table(histogram_table(report))}</section>"""
+limit of settled spheres lacks the last ones, which miss. <b>Apart</b>: how far the two simulators' histograms of one
+object lie from each other, the square root of the summed squares of the differences of their cubes' counts, in spheres;
+<b>two seeds apart</b>: the same for two seeds of each simulator; <b>norm</b>: that length of a histogram itself, beside
+which the others are to be seen.</p>{html_table(histogram_table(report))}</section>"""
 
 
 def disagreement_section(report: Report, comparison: Comparison, experiment: Experiment) -> str:
@@ -179,8 +181,10 @@ def quality_section(report: Report) -> str:
         parts.append(f"<h3>{escape(function)}</h3>{table_html(head, rows)}")
     return f"""<section><h2>Function by function</h2><p>{report["train_size"]} objects learnt at random,
 {report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
-spheres and have the same classifier; <b>always no</b> says no to everything. F fair does not count what is true as
-well. The paper's numbers are its authors' on their own 200 models, half of them learnt.</p>
+spheres and have the same classifier; <b>always no</b> says no to everything. <b>F</b>: the F-measure, the
+harmonic mean of precision and recall. <b>F fair</b>: the same without the objects of which the function is true as well
+although it is not their label (<code>also</code> in the manifest). <b>F leave-one-out</b>: with every object told by
+what all others teach. The paper's numbers are its authors' on their own 200 models, half of them learnt.</p>
 {"".join(parts)}</section>"""
 
 

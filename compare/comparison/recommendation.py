@@ -9,7 +9,7 @@ from spherefunc_bullet.quantities import format_duration
 from spherefunc_bullet.viewer.page import table_html
 
 from .report import Difference, FeatureReport, Report
-from .significance import BETTER, UNKNOWN, beside_cheapest, enumeration, with_margin
+from .significance import BETTER, COARSE, LEVEL, UNKNOWN, beside_cheapest, enumeration, with_margin
 from .tables import with_spread
 
 THOUSAND = 1000  # objects, for a price that can be imagined
@@ -25,6 +25,12 @@ class Recommendation:
     reason: str
     baseline: str  # the best of those that need no spheres
     baseline_f: float
+    undecided: bool = False  # whether so few objects leave open if another simulator is better
+
+    @property
+    def beaten(self) -> bool:
+        """Whether something that drops no spheres does at least as well."""
+        return self.baseline_f >= self.f_measure
 
 
 def recommendations(report: Report) -> list[Recommendation]:
@@ -56,7 +62,13 @@ def recommended(report: Report, function: str, cheap: str, others: Mapping[str, 
         reason=reason(chosen, cheap, others),
         baseline=baseline,
         baseline_f=f_of(baselines[baseline]),
+        undecided=chosen == cheap and any(leaves_open(row) for row in others.values()),
     )
+
+
+def leaves_open(row: Difference) -> bool:
+    """Return whether a difference could as well be a large one."""
+    return row["verdict"] == UNKNOWN or (row["verdict"] == LEVEL and row["margin"] > COARSE)
 
 
 def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
@@ -75,11 +87,28 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
 
 
 def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
-    """Return what to use for which function as one sentence."""
+    """Return what to use for which function as one sentence, and where the data say something else, that."""
     by: dict[str, list[str]] = {}
     for row in rows:
-        by.setdefault(row.backend, []).append(row.function)
-    return f"Use {', and '.join(f'{name} for {enumeration(functions)}' for name, functions in by.items())}."
+        if not row.beaten and not row.undecided:
+            by.setdefault(row.backend, []).append(row.function)
+    uses = ", and ".join(f"{name} for {enumeration(functions)}" for name, functions in by.items())
+    parts = [f"use {uses}"] if by else []
+    parts += [f"for {row.function} {without_spheres(row)}" for row in rows if row.beaten]
+    undecided = [row for row in rows if row.undecided and not row.beaten]
+    if undecided:
+        functions = enumeration([row.function for row in undecided])
+        parts.append(f"for {functions} so few objects do not decide; {undecided[0].backend} is the cheapest")
+    sentence = "; ".join(parts)
+    return f"{sentence[:1].upper()}{sentence[1:]}."
+
+
+def without_spheres(row: Recommendation) -> str:
+    """Return in words that spheres are beaten at a function, by what, and by how much."""
+    baseline = row.baseline.replace("_", " ")
+    figures = f"F {row.baseline_f:.2f} beside {row.f_measure:.2f} by {row.backend}"
+    does = "does better" if row.baseline_f > row.f_measure else "does as well"
+    return f"{baseline}, which needs no spheres, {does} ({figures})"
 
 
 def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> str:

@@ -15,6 +15,7 @@ from .report import BackendReport, Difference, Qualities, Report
 
 BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
 CONFIDENCE = 0.95
+COARSE = 0.1  # half an interval of F-measures that is so wide decides nothing that anybody wants to know
 
 
 def paired_differences(first: Qualities, second: Qualities, train: int, test: int) -> dict[str, Difference]:
@@ -128,10 +129,15 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
         for verdict in (BETTER, WORSE)
         if by[verdict]
     ]
-    if by[LEVEL]:
-        largest = max(abs(row["difference"]) for row in by[LEVEL].values())
+    level = {function: row for function, row in by[LEVEL].items() if row["margin"] <= COARSE}
+    open_ = {function: row for function, row in by[LEVEL].items() if row["margin"] > COARSE}
+    if level:
+        largest = max(abs(row["difference"]) for row in level.values())
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
-        parts.append(f"level at {enumeration(list(by[LEVEL]))} ({within})")
+        parts.append(f"level at {enumeration(list(level))} ({within})")
+    if open_:
+        signed = enumeration([f"{function} (F {with_margin(row)})" for function, row in open_.items()])
+        parts.append(f"neither better nor worse as far as so few objects tell at {signed}")
     return f"{name} is {enumeration(parts)}"
 
 

@@ -54,7 +54,7 @@ def quality_table(report: Report) -> Table:
     trials = report["experiment"]["trials"]
     title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
     head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]
-    return Table(title=title, columns=head, rows=rows)
+    return Table(title=f"{title}; F fair: without those true as well", columns=head, rows=rows)
 
 
 def copies_table(report: Report) -> Table:
@@ -139,7 +139,8 @@ def histogram_table(report: Report) -> Table:
         for row, settled in zip(pair["histograms"], pair["settled"], strict=True)
     ]
     head = ["backends", "radius", "apart", "two seeds apart", "ratio", "norm", "settled"]
-    title = f"Agreement of histograms, medians over {report['objects_again']} objects, spheres"
+    title = f"Agreement of histograms, medians over {report['objects_again']} objects, spheres; apart: their distance, "
+    title += "norm: a histogram's own length"
     return Table(title=title, columns=head, rows=rows)
 
 

@@ -133,7 +133,10 @@ def show_status(folder: Path, json: bool):
     if json:
         print_json(about)
         return
-    left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
+    if about["waiting"] and about["running"] is False:
+        left = "none: nothing runs, it ended or was killed; the same call goes on"
+    else:
+        left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
     rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"
     print(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
     kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"

@@ -218,14 +218,16 @@ def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str
     from ..viewer.data import display
     from ..viewer.explanation import explanation_html
     from ..viewer.page import display_html
+    from ..viewer.still import still_picture
 
+    panels = backend_panels(viewed)
     size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
     kind = "mesh" if viewed.cloud.mesh is not None else "cloud"
     parts = [
         f"<h1>{escape(viewed.file.name)}</h1>",
         f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{' sampled from a mesh' if kind == 'mesh' else ''}. "
         "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
-        display_html(display(viewed.cloud, backend_panels(viewed))),
+        display_html(display(viewed.cloud, panels), still_picture(viewed.cloud, panels)),
     ]
     if viewed.settled is not None:
         parts.append(explanation_html(classifier, viewed.cloud, viewed.settled))

@@ -136,7 +136,7 @@ function drawObject(item, settings) {
 
 function drawPanel(item, panel) {
   const { canvas, layer } = panel;
-  const scale = Math.min(Math.max(devicePixelRatio, 2), 3); // twice as fine, for smooth outlines
+  const scale = artist.slow ? 1 : Math.min(Math.max(devicePixelRatio, 2), 3); // twice as fine, for smooth outlines
   const [width, height] = [canvas.clientWidth * scale, canvas.clientHeight * scale].map(Math.round);
   if (!layer || !width || !height) return;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });

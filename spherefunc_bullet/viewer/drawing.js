@@ -7,10 +7,18 @@ const artist = { canvas: document.createElement("canvas"), gl: null, programs: {
 function prepare() {
   artist.gl = artist.canvas.getContext("webgl2", { alpha: true, antialias: false, premultipliedAlpha: true });
   if (!artist.gl) return false;
+  artist.slow = drawnBySoftware(artist.gl);
   artist.canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
   artist.canvas.addEventListener("webglcontextrestored", () => { compileAll(); redrawAll(); });
   compileAll();
   return true;
+}
+
+// Whether the processor draws, which takes a second for what a graphics card does at once.
+function drawnBySoftware(gl) {
+  const about = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = gl.getParameter(about ? about.UNMASKED_RENDERER_WEBGL : gl.RENDERER);
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
 function compileAll() {

@@ -19,6 +19,7 @@ from ..settling.drops import NO_DROPS, settled_centers
 from ..settling.settling import Settled
 from .data import Layer, Panel, display, histogram_cubes
 from .page import display_html, table_html
+from .still import still_picture
 
 QUANTITIES_SHOWN = 6  # of each function
 
@@ -72,7 +73,8 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, n
     if not layers:
         return ""
     radius = classifier.radius_[name] if len(settled.get(classifier.radius_[name], ())) else layers[-1].radius
-    return display_html(display(cloud, [Panel(title="what the answer is read from", layers=layers)], radius))
+    panels = [Panel(title="what the answer is read from", layers=layers)]
+    return display_html(display(cloud, panels, radius), still_picture(cloud, panels, radius))
 
 
 def deciding_html(rows: Sequence[Deciding], name: str) -> str:
@@ -101,7 +103,7 @@ def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled, score
         f"{escape(str(backend))}. A score above 0.5 is membership. It compares how near, cube by cube, this object's "
         "sphere counts are to those of the nearest training objects that have the function and of the nearest that "
         "do not, at several radii.</p>"
-        f"{display_html(display(cloud, panels, radius))}</section>"
+        f"{display_html(display(cloud, panels, radius), still_picture(cloud, panels[:1], radius))}</section>"
     )
 
 

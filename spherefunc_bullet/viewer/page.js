@@ -87,6 +87,7 @@ function setUp(holder) {
     requestAnimationFrame(() => { waiting = false; item.panels.forEach((panel) => drawPanel(item, panel)); });
   };
   build(item);
+  holder.querySelector(".display-still")?.remove();
 }
 
 function build(item) {
@@ -113,7 +114,7 @@ function start() {
   const holders = [...document.querySelectorAll(".display")];
   if (prepare()) holders.forEach(setUp);
   else {
-    const text = "This browser draws no 3D here: WebGL 2 is off or missing.";
+    const text = "This browser draws no 3D here: WebGL 2 is off or missing. The picture stands still.";
     holders.forEach((each) => each.append(element("p", {}, text)));
   }
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => {
@@ -122,4 +123,5 @@ function start() {
   });
 }
 
-start();
+// The page with its stills and tables is shown first: it is what is read, and all that there is without WebGL.
+addEventListener("load", () => setTimeout(start, 30));

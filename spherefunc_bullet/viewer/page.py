@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -11,10 +12,31 @@ from typing import Any
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js", "display.js", "page.js")
 
 
-def display_html(display: dict[str, Any]) -> str:
-    """Return the markup of one display (`data.display`); the page needs `viewer_style` and `viewer_script` once."""
+def display_html(display: dict[str, Any], still: bytes | None = None) -> str:
+    """Return the markup of one display (`data.display`); the page needs `viewer_style` and `viewer_script` once.
+
+    Parameters
+    ----------
+    still : bytes, optional
+        A PNG file (`still.still_picture`), which stands where a browser cannot draw, or has not yet.
+    """
     data = json.dumps(display, separators=(",", ":")).replace("<", "\\u003c")  # or a name could end the script
-    return f'<div class="display"><script type="application/json">{data}</script></div>'
+    own = f'<script type="application/json">{data}</script>'
+    return f'<div class="display">{own}<div class="display-still">{still_html(display, still)}</div></div>'
+
+
+def still_html(display: dict[str, Any], still: bytes | None) -> str:
+    """Return what stands in for a display: a picture, and the notes and tables of its panels as they are at first."""
+    parts = []
+    if still is not None:
+        picture = base64.b64encode(still).decode()
+        parts.append(f'<img alt="{escape(display["name"])}" src="data:image/png;base64,{picture}">')
+    for panel in display["panels"]:
+        for layer in panel["layers"]:
+            if layer["radius"] == display["radius"]:
+                note = f'<p class="display-note">{escape(layer["note"])}</p>'
+                parts.append(f"<h3>{escape(panel['title'])}</h3>{note}{layer['details']}")
+    return "".join(parts)
 
 
 def viewer_style(*, dark: bool = False) -> str:
