@@ -22,6 +22,7 @@ from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.quantities import format_length, parse_length
 
 from ..machine import machine, usable_backends
+from .answers import print_answers
 from .peer import NaiveRun, peer_mug, run_naively
 from .timing import Case, Growth, StageTiming, Timing, time_growth, time_simulation, time_stages
 
@@ -199,4 +200,6 @@ def main():
         of_backend.print(name)
     if peer is not None:
         print_peer(peer, {name: of_backend.simulation[0] for name, of_backend in measured.items()})
+    if options.file is None:
+        print_answers()
     print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

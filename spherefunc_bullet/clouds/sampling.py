@@ -1,4 +1,4 @@
-"""Points on a mesh, at least one every half centimetre along its faces (paper, §III-A).
+"""Points on a mesh, at least one every half centimetre along its faces (paper, §IV-A).
 
 Each plane in space carries one triangular lattice, fixed to the origin, so that triangles of one flat panel
 share it and the panel comes out regular. A triangle's candidates are the points on it nearest to the lattice
