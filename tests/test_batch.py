@@ -353,7 +353,7 @@ def test_commands_take_a_run_as_their_cache(data, copy, tmp_path, monkeypatch):
     for command in (
         ["train", data, "--out", tmp_path / "model.npz", *BY_CUBES, "--jobs", 1, "--json"],
         ["evaluate", data, *BY_CUBES, "--trials", 1, "--jobs", 1, "--json"],
-        ["compare", data, "--backends", "fast", "--radii", "1cm,2cm", "--trials", 1, "--jobs", 1, "--json"],
+        ["compare", data, "--backends", "fast", *BY_CUBES, "--trials", 1, "--jobs", 1, "--json"],
     ):
         done = call(*command, "--run", copy)
         assert done.exit_code == 2 and json.loads(done.stdout)["objects"] == OBJECTS - 1, done.stderr
