@@ -7,7 +7,8 @@ import pytest
 import trimesh
 
 from spherefunc_bullet.compare.demo.gallery import captioned, tiled
-from spherefunc_bullet.compare.pages.pictures import (
+from spherefunc_bullet.viewer.colours import sphere_colours
+from spherefunc_bullet.viewer.pictures import (
     CUT_COLOUR,
     OBJECT_COLOUR,
     View,
@@ -15,7 +16,6 @@ from spherefunc_bullet.compare.pages.pictures import (
     drawn_box,
     render,
 )
-from spherefunc_bullet.viewer.colours import sphere_colours
 
 FROM_ABOVE = View(azimuth_deg=-90.0, elevation_deg=89.0, size=(120, 100), supersample=1)
 

@@ -13,8 +13,8 @@ from spherefunc_bullet.learning.validation import THRESHOLD
 from spherefunc_bullet.quantities import format_length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
+from spherefunc_bullet.viewer.pictures import fitting_radius
 
-from ..pages.pictures import fitting_radius
 from .entries import Comparison, Entry
 from .report import ObjectReport
 

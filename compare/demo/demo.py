@@ -28,6 +28,7 @@ from spherefunc_bullet.quantities import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
 
 from ..comparison.comparison import compare_entries
 from ..comparison.entries import evenly, repeatable, simulate_candidates
@@ -44,7 +45,6 @@ from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 from ..evaluation.tables import About, print_results
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
-from ..pages.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
 from .gallery import write_gallery, write_png
 from .page import ClassifiedObject, Summary, page
 

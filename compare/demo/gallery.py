@@ -20,9 +20,9 @@ from spherefunc_bullet.formats.writing import write_bytes
 from spherefunc_bullet.quantities import format_length, parse_length
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
+from spherefunc_bullet.viewer.pictures import CUT_COLOUR, GROUND_COLOUR, View, object_picture
 
 from ..pages.html import png_bytes
-from ..pages.pictures import CUT_COLOUR, GROUND_COLOUR, View, object_picture
 
 INK, GREY = (25, 25, 30), (90, 90, 100)
 BACKGROUND = tuple(int(255 * channel) for channel in GROUND_COLOUR)  # as under the objects

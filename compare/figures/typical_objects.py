@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.quantities import format_length
 from spherefunc_bullet.viewer.colours import HEIGHT_COLOURS
+from spherefunc_bullet.viewer.pictures import CUT_COLOUR, SPHERES_ACROSS, View, fitting_radius, is_cut, object_picture
 
-from ..pages.pictures import CUT_COLOUR, SPHERES_ACROSS, View, fitting_radius, is_cut, object_picture
 from ..pages.plates import DOUBLE, GREY, Plate
 from .evaluated_data import EvaluatedData
 

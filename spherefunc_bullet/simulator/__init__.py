@@ -15,8 +15,8 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from .clouds.cloud import Cloud
-from .errors import InputError
+from ..clouds.cloud import Cloud
+from ..errors import InputError
 
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
 

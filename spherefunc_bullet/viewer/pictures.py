@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PIL.Image import Image, Resampling, fromarray
 
-from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
+from ..clouds.cloud import Cloud
+from .colours import FLAT, sphere_colours
 
 if TYPE_CHECKING:
     from open3d.core import Tensor
