@@ -6,11 +6,13 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
+from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
@@ -55,6 +57,45 @@ class FastSimulator:
             xy = columns.uniform(run.low[:2], run.high[:2], size=(CHUNK, 2))
             ended = run.drop(drop_spheres, xy)
         return run.result(time.perf_counter() - started, self, seed)
+
+    def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
+        """Return by statics how a cloud's object can lie (see `TellsPoses.poses`); nothing is dropped."""
+        from spherefunc_bullet.simulator.statics.body import body_of
+        from spherefunc_bullet.simulator.statics.facets import facets_of
+        from spherefunc_bullet.simulator.statics.poses import ways_down
+
+        started = time.perf_counter()
+        body = body_of(cloud, settings.matter)
+        return PoseResult(
+            poses=ways_down(facets_of(body), settings),
+            drops=0,
+            timed_out=0,
+            notes=body.notes,
+            seconds=time.perf_counter() - started,
+            provenance=self.provenance(settings, seed),
+        )
+
+    def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
+        """Return by statics whether a cloud's object stands (see `TellsStance.stands`)."""
+        from spherefunc_bullet.simulator.statics.body import body_of
+        from spherefunc_bullet.simulator.statics.standing import evenly_chosen, stand, stand_result
+
+        started = time.perf_counter()
+        body, places = body_of(cloud, settings.matter), evenly_chosen(places, settings.most_places)
+        bodies = [body, *(body.loaded(settings.load, place) for place in places)]
+        stands = [stand(one, settings) for one in bodies]
+        seconds = time.perf_counter() - started
+        return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
+
+    def provenance(self, settings: DropSettings | PoseSettings | StandSettings, seed: int) -> dict[str, Any]:
+        """Return what produced a result, as JSON-ready values."""
+        return {
+            "backend": self.name,
+            "version": self.version,
+            "options": self.options(),
+            "settings": asdict(settings),
+            "seed": seed,
+        }
 
 
 class DropRun:
@@ -124,7 +165,7 @@ class DropRun:
             seconds=seconds,
             columns=np.concatenate(self.columns),
             outcomes=np.concatenate(self.outcomes),
-            provenance=provenance_of(simulator, self.settings, seed),
+            provenance=simulator.provenance(self.settings, seed),
         )
 
 

@@ -11,6 +11,7 @@ from .errors import InputError
 BY_FILE = "file"  # the axis that a file's format has pointing up: y for glTF, z for those that say nothing
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 _LENGTH = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*")
+KILOGRAMS = {"": 1.0, "kg": 1.0, "g": 0.001}
 SECONDS = {"": 1, "s": 1, "min": 60, "m": 60, "h": 3600, "d": 86400}
 BYTES = {"": 1, "b": 1} | {
     f"{letter}{ending}": base**power
@@ -101,7 +102,18 @@ def parse_memory(text: str | None) -> int | None:
     return None if text is None else int(_amount(text, BYTES, "an amount of memory such as 800MiB or 4GiB"))
 
 
-def _amount(text: str, units: dict[str, int], wanted: str) -> float:
+def parse_mass(text: str) -> float:
+    """Return kilograms.
+
+    Examples
+    --------
+    >>> parse_mass("5kg"), parse_mass("300 g"), parse_mass("0.5")
+    (5.0, 0.3, 0.5)
+    """
+    return _amount(text, KILOGRAMS, "a mass such as 5kg or 300g")
+
+
+def _amount(text: str, units: dict[str, int] | dict[str, float], wanted: str) -> float:
     """Return a number with a unit in the smallest unit; it is above zero."""
     match = _AMOUNT.fullmatch(text.lower())
     value = float(match[1]) * units[match[2]] if match and match[2] in units else 0.0

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..compilation import prepare
 from ..errors import InputError
-from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
+from ..simulator import DropResult, DropSettings, require_fitting
+from ..simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 from .engine import engine_version
 from .physics import Physics
 
@@ -78,8 +82,47 @@ class BulletSimulator(Physics):
             world.add_object(shape)
             run = DropRun(world, shape, cloud, settings, seed)
             run.until_over()
-        provenance = provenance_of(self, settings, seed) | {"shape": shape.facts(settings.radius)}
+        provenance = self.provenance(settings, seed) | {"shape": shape.facts(settings.radius)}
         return run.result(time.perf_counter() - started, provenance)
+
+    def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
+        """Drop a cloud's object itself, from many directions (see `TellsPoses.poses`)."""
+        from ..simulator.statics.body import body_of
+        from .bodies.falling import fallen_poses
+
+        started = time.perf_counter()
+        body = body_of(cloud, settings.matter)
+        found, timed_out = fallen_poses(body, settings, seed)
+        return PoseResult(
+            poses=found,
+            drops=settings.drops,
+            timed_out=timed_out,
+            notes=body.notes,
+            seconds=time.perf_counter() - started,
+            provenance=self.provenance(settings, seed),
+        )
+
+    def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
+        """Let an object go where it stands, and under a load at each place (see `TellsStance.stands`)."""
+        from ..simulator.statics.body import body_of
+        from ..simulator.statics.standing import evenly_chosen, stand_result
+        from .bodies.standing import let_go
+
+        started = time.perf_counter()
+        body, places = body_of(cloud, settings.matter), evenly_chosen(places, settings.most_places)
+        stands = let_go([body, *(body.loaded(settings.load, place) for place in places)], settings)
+        seconds = time.perf_counter() - started
+        return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
+
+    def provenance(self, settings: DropSettings | PoseSettings | StandSettings, seed: int) -> dict[str, Any]:
+        """Return what produced a result, as JSON-ready values."""
+        return {
+            "backend": self.name,
+            "version": self.version,
+            "options": self.options(),
+            "settings": asdict(settings),
+            "seed": seed,
+        }
 
 
 def prepare_kernels(kind: str):

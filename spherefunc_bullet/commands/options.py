@@ -9,10 +9,11 @@ import typer
 
 from ..errors import InputError
 from ..quantities import BY_FILE as BY_FILE
-from ..quantities import format_length, parse_lengths
+from ..quantities import format_length, parse_lengths, parse_mass
 
 if TYPE_CHECKING:
     from ..settling.records import Dropping
+    from ..simulator.mechanics import Matter
 
 Backend = Annotated[str, typer.Option(help="Which simulator drops the spheres; see `spherefunc backends`.")]
 Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision shape.")]
@@ -27,6 +28,10 @@ Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one pe
 RunDir = Annotated[
     Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
 ]
+Mass = Annotated[str | None, typer.Option(help="Of the object: 300g, 5kg; by default from its surface.")]
+AreaDensity = Annotated[float, typer.Option(help="Mass of the object's surface, kg/m2, where no mass is given.")]
+Friction = Annotated[float, typer.Option(help="Coefficient of friction.")]
+Restitution = Annotated[float, typer.Option(help="How much bounces back: 0 nothing, at most 0.9.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_METHOD = "profile"
@@ -53,3 +58,11 @@ def dropping(
 def simulator_options(shape: str | None) -> dict:
     """Return the options that go to the simulator, those that were given."""
     return {} if shape is None else {"shape": shape}
+
+
+def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Matter:
+    """Return what an object is made of, as options say it."""
+    from ..simulator.mechanics import Matter
+
+    kilograms = None if mass is None else parse_mass(mass)
+    return Matter(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)

@@ -107,7 +107,25 @@ def render(
         Of the spheres, metres.
     view : View
     """
-    view = view or View()
+    colours = sphere_colours(np.asarray(centers, float).reshape(-1, 3)[:, 2], FLAT * radius)
+    return render_coloured(vertices, faces, centers, radius, colours, view or View())
+
+
+def render_balls(cloud: Cloud, centers: np.ndarray, radius: float, colours: np.ndarray, view: View) -> Image:
+    """Draw an object and balls on it, each of its own colour (S, 3)."""
+    vertices, faces = (cloud.points, None) if cloud.mesh is None else (cloud.mesh.vertices, cloud.mesh.faces)
+    return render_coloured(vertices, faces, centers, radius, colours, view)
+
+
+def render_coloured(
+    vertices: np.ndarray,
+    faces: np.ndarray | None,
+    centers: np.ndarray,
+    radius: float,
+    ball_colours: np.ndarray,
+    view: View,
+) -> Image:
+    """Draw an object and balls of colours (S, 3); see `render`."""
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
     low, high = drawn_box(vertices, centers, radius)
@@ -115,7 +133,7 @@ def render(
     parts = [object_part(vertices, faces)]
     shown = kept_behind(centers, view, low, high)
     if shown.any():
-        parts.append(ball_part(centers[shown], radius, sphere_colours(centers[:, 2], FLAT * radius)[shown]))
+        parts.append(ball_part(centers[shown], radius, ball_colours[shown]))
     image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
         # Balls are whole, so that none is seen cut; the object begins behind the plane.

@@ -1,0 +1,63 @@
+"""Furniture that no longer stands well: a leg sawn off, or all of them cut askew.
+
+Each takes a specimen and a generator, and returns a surface, or None. They are kinds of their own, beside `IMPAIRMENTS`:
+whether a thing stands is not what spheres on it tell, so those that learn from copies do not learn these.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import trimesh
+from scipy import ndimage
+
+from .impairments import Impairment, useless
+from .poses import level_direction
+from .specimen import Specimen
+from .surfaces import Surface
+
+CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn
+FEWEST = 3  # legs
+WIDEST = 0.15  # of the footprint's box, one leg at most: more is a body
+ASKEW_DEG = (5.0, 10.0)
+
+
+def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Saw one leg off, as high as legs are apart from each other."""
+    level, surface = specimen.level, specimen.surface
+    if level is None or surface.is_cloud:
+        return None
+    for cut in CUTS:
+        low = surface.centres[:, 2] < cut * level.height
+        parts, count = ndimage.label(np.isfinite(level.grid.tops(surface.centres[low])), structure=np.ones((3, 3)))
+        sizes = np.bincount(parts.ravel())[1:]
+        if count >= FEWEST and sizes.max() <= WIDEST * np.prod(surface.size[:2]) / level.grid.cell**2:
+            leg = 1 + int(rng.integers(count))
+            return surface.without(low & (parts[level.grid.cells_of(surface.centres)] == leg))
+    return None
+
+
+def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Cut off all that lies below a plane that slopes by a few degrees and spares one side."""
+    surface = specimen.surface
+    if specimen.level is None or surface.is_cloud:
+        return None
+    slope, toward = np.radians(rng.uniform(*ASKEW_DEG)), level_direction(rng.uniform(0, 2 * np.pi))
+    feet = surface.vertices[surface.vertices[:, 2] < 0.02 * specimen.level.height]
+    normal = np.array([*(-np.sin(slope) * toward), np.cos(slope)])
+    spared = feet[(feet[:, :2] @ toward).argmin()]
+    vertices, faces = surface.mesh()
+    vertices, faces, _ = trimesh.intersections.slice_faces_plane(vertices, faces, normal, spared + [0, 0, 1e-6])
+    return Surface(vertices[faces]) if len(faces) else None
+
+
+SAWN = tuple(
+    impairment
+    for function in ("sittable", "table")
+    for impairment in useless(function, leg_sawn_off=leg_sawn_off, legs_cut_askew=legs_cut_askew)
+)
+
+
+def sawn_copies(specimen: Specimen, name: str, seed: int) -> list[tuple[Impairment, Surface]]:
+    """Return the copies that can be made of an object, each with its kind."""
+    made = [(kind, kind.applied(specimen, name, seed)) for kind in SAWN if specimen.function in kind.functions]
+    return [(kind, surface) for kind, surface in made if surface is not None]

@@ -1,0 +1,136 @@
+"""``spherefunc poses``: how things can lie, how likely, and what they are for so."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, matter_of
+
+if TYPE_CHECKING:
+    from ..clouds.cloud import Cloud
+    from ..learning.any_pose import PoseFunctions
+    from ..learning.classifier import CloudClassifier
+    from ..simulator import Simulator
+    from ..simulator.mechanics import PoseResult, PoseSettings
+
+Row = dict[str, Any]  # what the contract prints of one file
+
+
+def poses(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, in any pose.")],
+    backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast answers by statics.")] = "bullet",
+    drops: Annotated[int, typer.Option(min=1, help="How often the object is dropped.")] = 100,
+    fall: Annotated[float, typer.Option(min=0, help="How far it falls, in its largest extent.")] = 0.1,
+    mass: Mass = None,
+    area_density: AreaDensity = 5.0,
+    friction: Friction = 0.5,
+    restitution: Restitution = 0.0,
+    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    seed: Seed = 0,
+    units: Units = "m",
+    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object as it lies.")] = None,
+    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as one page.")] = None,
+    json: Json = False,
+):
+    """Say how each object can lie, how likely each pose is, and what it is for so."""
+    from ..learning.model_file import load_model, shipped_model
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
+    from ..simulator.mechanics import PoseSettings, require_ability
+    from ..viewer.mechanics_pictures import require_png
+
+    require_png(picture)
+    simulator = require_ability(make_simulator(backend), "poses")
+    settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
+    classifier = load_model(model or shipped_model("fast"))
+    failures, rows, drawn = Failures(), [], []
+    tasks = [(file, simulator, classifier, settings, seed, units) for file in files]
+    outcomes = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(files), "posing"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+            continue
+        cloud, result, told, seconds = outcome
+        rows.append(row_of(files[index], result, told, seconds))
+        drawn.append((cloud, told))
+    draw(drawn, picture, page)
+    print_json(rows) if json else print_poses(rows, classifier.functions_)
+    failures.exit()
+
+
+def posed_file(
+    file: Path, simulator: Simulator, classifier: CloudClassifier, settings: PoseSettings, seed: int, units: str
+) -> tuple[Cloud, PoseResult, list[PoseFunctions], float]:
+    """Return one file's cloud, its poses, what it is for in each, and the seconds that it took."""
+    from ..clouds.cloud import load_cloud
+    from ..learning.any_pose import pose_functions
+
+    started = time.perf_counter()
+    cloud = load_cloud(file, units=units, report=say)
+    result = simulator.poses(cloud, settings, seed)
+    return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
+
+
+def row_of(file: Path, result: PoseResult, told: Sequence[PoseFunctions], seconds: float) -> Row:
+    """Return what the contract prints of one file."""
+    from ..learning.any_pose import best_poses
+
+    return {
+        "file": str(file),
+        "poses": [pose_row(one) for one in told],
+        "best": best_poses(told),
+        "drops": result.drops,
+        "timed_out": result.timed_out,
+        "notes": list(result.notes),
+        "seconds": round(seconds, 3),
+        "provenance": result.provenance,
+    }
+
+
+def pose_row(one: PoseFunctions) -> Row:
+    """Return what the contract prints of one pose."""
+    return {
+        "rotation": one.pose.rotation.round(9).tolist(),
+        "probability": round(one.pose.probability, 6),
+        "statics": round(one.pose.statics, 6),
+        "tilt_deg": round(one.pose.tilt_deg, 2),
+        "functions": {name: {"member": told.member, "score": told.score} for name, told in one.functions.items()},
+    }
+
+
+def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | None, page: Path | None):
+    """Draw objects in their poses where a picture or a page is asked for."""
+    from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
+
+    shown = [ObjectPoses(cloud=cloud, told=told) for cloud, told in objects if told]
+    if picture is not None and shown:
+        write_picture(poses_picture(shown), picture)
+    if page is not None and shown:
+        write_poses_page(shown, page)
+
+
+def print_poses(rows: Sequence[Row], functions: Sequence[str]):
+    """Print every pose of every object as a line."""
+    table = []
+    for row in rows:
+        for note in row["notes"]:
+            say(f"{Path(row['file']).name}: {note}")
+        if row["timed_out"]:
+            say(f"{Path(row['file']).name}: {row['timed_out']} of {row['drops']} drops never came to rest")
+        for number, pose in enumerate(row["poses"]):
+            told = pose["functions"]
+            members = [name for name in functions if told[name]["member"]]
+            start = [Path(row["file"]).name if number == 0 else "", f"{pose['tilt_deg']:.0f}°"]
+            shares = [f"{pose[key]:.3f}" for key in ("probability", "statics")]
+            scores = [f"{told[name]['score']:.2f}" for name in functions]
+            table.append([*start, *shares, ", ".join(members) or "none", *scores])
+    if table:
+        head = ["file", "turned by", "probability", "by statics", "for", *functions]
+        print_table("How things can lie, and what they are for so (above 0.5 they are)", head, table)

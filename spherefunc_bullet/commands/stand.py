@@ -1,0 +1,129 @@
+"""``spherefunc stand``: does a thing stand, alone and with a load where spheres came to rest?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from ..quantities import format_length, parse_length
+from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
+
+if TYPE_CHECKING:
+    from ..clouds.cloud import Cloud
+    from ..simulator import Simulator
+    from ..simulator.mechanics import StandResult, StandSettings
+
+Row = dict[str, Any]  # what the command prints of one file
+
+
+def stand(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
+    load: Annotated[str, typer.Option(help="Set on one place after another: 5kg; a person weighs 75kg.")] = "5kg",
+    radius: Annotated[str | None, typer.Option(help="Of the spheres that find the places; by default by size.")] = None,
+    backend: Annotated[str, typer.Option(help="bullet lets the object go; fast answers by statics.")] = "bullet",
+    mass: Mass = None,
+    area_density: AreaDensity = 5.0,
+    friction: Friction = 0.5,
+    restitution: Restitution = 0.0,
+    seed: Seed = 0,
+    up: Up = "z",
+    units: Units = "m",
+    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
+    json: Json = False,
+):
+    """Say whether each object stands, and where it can carry a load without tipping."""
+    from ..processes.tasks import run_tasks
+    from ..quantities import parse_mass
+    from ..simulator import isolated, make_simulator
+    from ..simulator.mechanics import StandSettings, require_ability
+    from ..viewer.mechanics_pictures import require_png
+
+    require_png(picture)
+    simulator = require_ability(make_simulator(backend), "stands")
+    matter = matter_of(mass, area_density, friction, restitution)
+    settings = StandSettings(load=parse_mass(load), matter=matter)
+    length = None if radius is None else parse_length(radius)
+    failures, rows, drawn = Failures(), [], []
+    tasks = [(file, simulator, settings, length, seed, up, units) for file in files]
+    outcomes = run_tasks(stood_file, tasks, files, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(files), "standing"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+            continue
+        cloud, result = outcome
+        rows.append(row_of(files[index], result, settings))
+        drawn.append((cloud, result))
+    draw(drawn, settings, picture)
+    print_json(rows) if json else print_stances(rows)
+    failures.exit()
+
+
+def stood_file(
+    file: Path, simulator: Simulator, settings: StandSettings, radius: float | None, seed: int, up: str, units: str
+) -> tuple[Cloud, StandResult]:
+    """Return one file's cloud, and how it stands with a load at the places where spheres came to rest."""
+    from ..clouds.cloud import load_cloud
+    from ..settling.places import resting_places
+
+    cloud = load_cloud(file, up=up, units=units, report=say)
+    return cloud, simulator.stands(cloud, settings, resting_places(cloud, radius, seed), seed)
+
+
+def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
+    """Return what is printed of one file; what is infinite or unknown as null."""
+    least = float(result.tipping_load.min()) if len(result.tipping_load) else math.inf
+    return {
+        "file": str(file),
+        "stance": str(result.stance),
+        "tilt_deg": finite(round(result.tilt_deg, 2)),
+        "mass": round(result.mass, 4),
+        "margin": finite(round(result.margin, 4)),
+        "load": settings.load,
+        "carries": result.share,
+        "tipping_load": finite(round(least, 3)),
+        "places": [
+            {"place": place.round(4).tolist(), "carries": bool(carries), "tipping_load": finite(round(float(tips), 3))}
+            for place, carries, tips in zip(result.places, result.carries, result.tipping_load, strict=True)
+        ],
+        "notes": list(result.notes),
+        "seconds": round(result.seconds, 3),
+        "provenance": result.provenance,
+    }
+
+
+def finite(value: float) -> float | None:
+    """Return a number, or None for one that JSON does not know."""
+    return value if math.isfinite(value) else None
+
+
+def draw(objects: Sequence[tuple[Cloud, StandResult]], settings: StandSettings, picture: Path | None):
+    """Draw which places can carry the load, where a picture is asked for."""
+    if picture is None or not objects:
+        return
+    from ..viewer.mechanics_pictures import side_by_side, stand_tile, write_picture
+
+    write_picture(side_by_side([stand_tile(cloud, result, settings.load) for cloud, result in objects]), picture)
+
+
+def print_stances(rows: Sequence[Row]):
+    """Print a line for each object."""
+    table = []
+    for row in rows:
+        name = Path(row["file"]).name
+        for note in row["notes"]:
+            say(f"{name}: {note}")
+        tilt = "" if row["tilt_deg"] is None else f"{row['tilt_deg']:.1f}°"
+        margin = "none" if row["margin"] is None else format_length(round(row["margin"], 3))
+        share = "" if row["carries"] is None else f"{row['carries']:.2f}"
+        tips = "never" if row["tipping_load"] is None else f"{row['tipping_load']:.2f} kg"
+        table.append([name, row["stance"], tilt, f"{row['mass']:.2f} kg", margin, share, tips])
+    if table:
+        title = f"Do they stand, and carry {rows[0]['load']:g} kg where spheres came to rest?"
+        head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "tips from"]
+        print_table(title, head, table)

@@ -1,0 +1,46 @@
+"""What an object is for in each of the poses in which it can lie, and which pose is best for what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..clouds.cloud import Cloud, Mesh, placed
+from ..settling.settling import settle
+from ..simulator.mechanics import Pose
+from .classifier import CloudClassifier, Membership
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseFunctions:
+    """A pose, and what the object is for in it."""
+
+    pose: Pose
+    functions: dict[str, Membership]
+
+
+def turned_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
+    """Return a cloud rotated (3, 3) and put on the ground, its mesh with it."""
+    points = cloud.points @ rotation.T
+    on_ground = placed(points)
+    if cloud.mesh is None:
+        return Cloud(on_ground, cloud.name)
+    vertices = cloud.mesh.vertices @ rotation.T + (on_ground[0] - points[0])
+    return Cloud(on_ground, cloud.name, Mesh(vertices, cloud.mesh.faces))
+
+
+def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: CloudClassifier) -> list[PoseFunctions]:
+    """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
+    radii, length = classifier.chosen_radii(), classifier.length
+    clouds = [turned_cloud(cloud, pose.rotation) for pose in poses]
+    settled = [settle(one, classifier.simulator, radii, classifier.seed, length) for one in clouds]
+    told = classifier.memberships_of(settled)
+    return [PoseFunctions(pose=pose, functions=functions) for pose, functions in zip(poses, told, strict=True)]
+
+
+def best_poses(told: Sequence[PoseFunctions]) -> dict[str, int]:
+    """Return for each function which pose has the highest score, of equal ones the likelier, which comes first."""
+    names = told[0].functions if told else ()
+    return {name: int(np.argmax([one.functions[name].score for one in told])) for name in names}

@@ -1,0 +1,238 @@
+"""What a simulator may know of an object that is free to move: how it can lie, whether it stands, what it keeps.
+
+An optional part of the interface: a backend has the method or has it not, and `require_ability` says so in one line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from ..errors import InputError
+from . import Simulator, backend_entry_points
+
+AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
+KINDS = {"poses": "tell poses", "stands": "tell whether it stands", "carry": "carry an object about"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Matter:
+    """What an object is made of."""
+
+    area_density: float = AREA_DENSITY  # kg/m2, of its surface
+    mass: float | None = None  # kg, of the whole; None: from the surface
+    friction: float = 0.5  # on the ground, wood on wood
+    restitution: float = 0.0  # 1: bounces back completely
+
+    def __post_init__(self):
+        require_amount("area_density", self.area_density, above=0.0)
+        require_amount("mass", 1.0 if self.mass is None else self.mass, above=0.0)
+        require_amount("friction", self.friction)
+        require_amount("restitution", self.restitution, most=0.9)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseSettings:
+    """How an object is dropped to see how it can lie."""
+
+    drops: int = 100
+    fall: float = 0.1  # of its largest extent: how far its lowest point falls
+    matter: Matter = field(default_factory=Matter)
+    time_limit: float = 100.0  # in sqrt(extent / g), after which a drop is given up: 32 s for an extent of 1 m
+    least: float = 0.002  # poses less likely than that, by drops and by statics, are left out
+
+    def __post_init__(self):
+        require_amount("drops", self.drops, least=1)
+        require_amount("fall", self.fall)
+        require_amount("time_limit", self.time_limit, above=0.0)
+        require_amount("least", self.least, most=1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pose:
+    """One way to lie, whichever way it faces."""
+
+    rotation: np.ndarray  # (3, 3), from the cloud's frame to that of the object as it lies, z up
+    probability: float  # by the backend
+    statics: float  # the same where nothing has speed
+
+    @property
+    def tilt_deg(self) -> float:
+        """Angle between the object's own z and the vertical."""
+        return math.degrees(math.acos(min(1.0, max(-1.0, float(self.rotation[2, 2])))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseResult:
+    """How an object can lie, the likeliest pose first."""
+
+    poses: tuple[Pose, ...]
+    drops: int  # 0 where nothing was dropped
+    timed_out: int  # drops that never came to rest
+    notes: tuple[str, ...]  # what a reader has to know of the object
+    seconds: float
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
+class Stance(StrEnum):
+    """What becomes of an object that is put on level ground."""
+
+    STANDS = "stands"  # keeps the pose it came in
+    ROCKS = "rocks"  # leans over a little, and stands so
+    ROLLS = "rolls"  # has no pose of its own among many
+    TIPS = "tips"  # ends in another pose
+    MOVES = "moves"  # has not come to rest within the time limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandSettings:
+    """How an object is put on the ground, and what is set on it."""
+
+    load: float = 0.0  # kg, at each place in turn
+    matter: Matter = field(default_factory=Matter)
+    tilt_deg: float = 1.0  # more than that is no longer the pose it came in
+    rocking_deg: float = 10.0  # more than that is tipping
+    time_limit: float = 60.0  # in sqrt(extent / g)
+    most_places: int = 100  # that the load is set on, evenly chosen
+
+    def __post_init__(self):
+        require_amount("load", self.load)
+        require_amount("tilt_deg", self.tilt_deg, above=0.0)
+        require_amount("rocking_deg", self.rocking_deg, least=self.tilt_deg)
+        require_amount("time_limit", self.time_limit, above=0.0)
+        require_amount("most_places", self.most_places, least=1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StandResult:
+    """Whether an object stands, alone and with a load."""
+
+    stance: Stance
+    tilt_deg: float  # between the pose it came in and the one it ended in
+    mass: float  # kg
+    margin: float  # metres from where its weight acts to the nearest edge it would tip over; below 0 beyond it
+    places: np.ndarray  # (P, 3) where the load was set, metres, the cloud's frame
+    carries: np.ndarray  # (P,) bool: it keeps its pose under the load
+    tipping_load: np.ndarray  # (P,) kg at which it tips by statics, infinite where no load does
+    notes: tuple[str, ...]
+    seconds: float
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def share(self) -> float | None:
+        """Share of the places that can carry the load; None where it was set on none."""
+        return float(self.carries.mean()) if len(self.carries) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarrySettings:
+    """How a filled object is carried: tilted on all sides, farther each time, and shaken."""
+
+    radius: float | None = None  # of the spheres, metres; None: as the object is large
+    spheres: int = 300  # that it is filled with at most
+    angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
+    shake: float = 0.01  # metres, amplitude along x, y and z
+    frequency: float = 2.0  # Hz
+    friction: float = 0.5
+    restitution: float = 0.0
+    density: float = 1000.0  # kg/m3 of the spheres: it changes nothing on an object that is held
+
+    def __post_init__(self):
+        if self.radius is not None:
+            require_amount("radius", self.radius, above=0.0)
+        require_amount("spheres", self.spheres, least=1)
+        if not self.angles_deg or list(self.angles_deg) != sorted(set(self.angles_deg)):
+            raise InputError(f"angles {self.angles_deg}: expected ascending angles, such as 15,30,45")
+        for angle in self.angles_deg:
+            require_amount("angle", angle, above=0.0, most=180.0)
+        require_amount("shake", self.shake)
+        require_amount("frequency", self.frequency, above=0.0)
+        require_amount("friction", self.friction)
+        require_amount("restitution", self.restitution, most=0.9)
+        require_amount("density", self.density, above=0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CarryResult:
+    """What an object kept."""
+
+    filled: int  # spheres that were in it
+    radius: float  # of the spheres, metres
+    angles_deg: tuple[float, ...]
+    kept: tuple[float, ...]  # share that was still there after each angle; of none, 0
+    kept_shaken: float  # share after it was shaken and set down
+    centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, the object's frame
+    notes: tuple[str, ...]
+    seconds: float
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
+@runtime_checkable
+class TellsPoses(Protocol):
+    """A backend that tells how an object can lie."""
+
+    def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
+        """Return the poses of a cloud's object; the same arguments give the same bits."""
+        ...
+
+
+@runtime_checkable
+class TellsStance(Protocol):
+    """A backend that tells whether an object stands."""
+
+    def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
+        """Return whether a cloud's object stands as it came, and with a load at each of some places (P, 3), metres."""
+        ...
+
+
+@runtime_checkable
+class Carries(Protocol):
+    """A backend that carries a filled object about."""
+
+    def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
+        """Return what a cloud's object keeps of what it holds."""
+        ...
+
+
+def require_ability(simulator: Simulator, ability: str) -> Simulator:
+    """Return a simulator that has one of the optional abilities, a key of `KINDS`.
+
+    Raises
+    ------
+    InputError
+        If it has not.
+    """
+    if not callable(getattr(simulator, ability, None)):
+        able = ", ".join(able_backends(ability)) or "none that is installed"
+        raise InputError(f"backend {simulator.name!r} cannot {KINDS[ability]}: expected one that can: {able}")
+    return simulator
+
+
+def able_backends(ability: str) -> Sequence[str]:
+    """Return the names of the registered backends that have an ability, those that can be imported."""
+    able = []
+    for name, point in sorted(backend_entry_points().items()):
+        try:
+            backend = point.load()
+        except ImportError:
+            continue
+        if callable(getattr(backend, ability, None)):
+            able.append(name)
+    return able
+
+
+def require_amount(
+    name: str, value: float, *, above: float | None = None, least: float = 0.0, most: float = math.inf
+):
+    """Raise InputError unless a setting is a finite number in its range."""
+    low = value >= least if above is None else value > above
+    if not (math.isfinite(value) and low and value <= most):
+        limits = f"at least {least:g}" if above is None else f"more than {above:g}"
+        limits += "" if most == math.inf else f" and at most {most:g}"
+        raise InputError(f"{name}: expected {limits}, got {value}")

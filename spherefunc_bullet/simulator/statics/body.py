@@ -1,0 +1,138 @@
+"""An object as one rigid body: its mass, where its weight acts, and the convex hull that level ground meets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError, cKDTree
+
+from ...clouds.cloud import Cloud
+from ...errors import InputError
+from ..mechanics import Matter
+
+CORNERS = 300  # of a hull at most: what more of them would change is less than a degree
+THIN = 1e-4  # of the largest extent: what is thinner has no hull
+PATCH = 0.01  # metres: the side of the square for which a point of a cloud stands
+LOOSE = 0.02  # metres between parts, or of the largest extent where that is more: less may be a joint
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """One rigid body in its cloud's frame."""
+
+    name: str
+    mass: float  # kg
+    center: np.ndarray  # (3,) of mass, metres
+    inertia: np.ndarray  # (3, 3) about the centre, kg m2
+    corners: np.ndarray  # (V, 3) of the convex hull, metres
+    notes: tuple[str, ...]
+
+    @property
+    def extent(self) -> float:
+        """The largest extent of its box, metres."""
+        return float(np.ptp(self.corners, axis=0).max())
+
+    def loaded(self, load: float, place: np.ndarray) -> Body:
+        """Return the body with a load in kg fixed at a place (3,), metres."""
+        mass = self.mass + load
+        center = (self.mass * self.center + load * np.asarray(place)) / mass
+        inertia = self.inertia + steiner(self.mass, self.center - center) + steiner(load, place - center)
+        return replace(self, mass=mass, center=center, inertia=inertia)
+
+
+def body_of(cloud: Cloud, matter: Matter) -> Body:
+    """Return a cloud's object as a rigid body, its mass spread evenly over its surface.
+
+    A shell and what is solid differ in where their weight acts; models of things are mostly shells, and open ones.
+
+    Raises
+    ------
+    InputError
+        If it is flat: a sheet has no hull.
+    """
+    triangles, notes = surface_of(cloud), []
+    if triangles is None:
+        points = cloud.thinned(PATCH)
+        weights = np.full(len(points), PATCH**2)
+        center, spread = moments_of_points(points, weights)
+        notes.append("a cloud alone: what the sensor did not see has no weight")
+    else:
+        weights, center, spread = moments_of_triangles(triangles)
+    corners = hull_corners(cloud.points if cloud.mesh is None else cloud.mesh.vertices, cloud.name)
+    area = float(weights.sum())
+    mass = matter.area_density * area if matter.mass is None else matter.mass
+    parts = loose_parts(cloud)
+    if parts > 1:
+        notes.append(f"{parts} loose parts, taken as one rigid body")
+    inertia = mass / area * (np.trace(spread) * np.eye(3) - spread)
+    return Body(cloud.name, mass, center, inertia, corners, tuple(notes))
+
+
+def surface_of(cloud: Cloud) -> np.ndarray | None:
+    """Return the triangles (T, 3, 3) of a cloud's mesh, or None where it has none."""
+    return None if cloud.mesh is None else cloud.mesh.vertices[cloud.mesh.faces]
+
+
+def moments_of_triangles(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return areas (T,), centre (3,), and the second moment of area about it (3, 3)."""
+    edges = triangles[:, 1:] - triangles[:, :1]
+    areas = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) / 2
+    center = areas @ triangles.mean(axis=1) / areas.sum()
+    arms = triangles - center
+    sums = arms.sum(axis=1)
+    corners = np.einsum("t,tki,tkj->ij", areas, arms, arms)
+    return areas, center, (corners + np.einsum("t,ti,tj->ij", areas, sums, sums)) / 12
+
+
+def moments_of_points(points: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the centre (3,) of points and their second moment about it (3, 3)."""
+    center = weights @ points / weights.sum()
+    arms = points - center
+    return center, np.einsum("t,ti,tj->ij", weights, arms, arms)
+
+
+def steiner(mass: float, arm: np.ndarray) -> np.ndarray:
+    """Return the inertia (3, 3) of a mass at the end of an arm (3,)."""
+    return mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+
+
+def hull_corners(points: np.ndarray, name: str) -> np.ndarray:
+    """Return the corners (V, 3) of the convex hull of points (N, 3), at most `CORNERS` that lie well apart.
+
+    Raises
+    ------
+    InputError
+        If the points are flat.
+    """
+    extent = np.ptp(points, axis=0).max()
+    thickness = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(points))
+    if thickness < THIN * extent:
+        raise InputError(f"{name}: expected a body, got a flat sheet, which has no thickness to lie on")
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise InputError(f"{name}: expected a body with a convex hull, got points that have none") from error
+    corners = points[np.sort(hull.vertices)]
+    return corners if len(corners) <= CORNERS else corners[spread_out(corners, CORNERS)]
+
+
+def spread_out(points: np.ndarray, count: int) -> np.ndarray:
+    """Return the indices, ascending, of so many points (N, 3), each the farthest from those before it."""
+    chosen = [int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())]
+    distances = np.full(len(points), np.inf)
+    for _ in range(count - 1):
+        distances = np.minimum(distances, np.linalg.norm(points - points[chosen[-1]], axis=1))
+        chosen.append(int(distances.argmax()))
+    return np.sort(chosen)
+
+
+def loose_parts(cloud: Cloud) -> int:
+    """Return in how many parts an object's surface falls that lie apart."""
+    apart = max(LOOSE, LOOSE * float(cloud.size.max()))
+    cells = np.unique(np.floor(cloud.points / apart).astype(np.int64), axis=0)
+    pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # a cell and the 26 around it
+    links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
+    return int(connected_components(links, directed=False)[0])

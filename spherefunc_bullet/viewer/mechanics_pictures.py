@@ -1,0 +1,156 @@
+"""Pictures of objects as they lie, and of where they can carry: tiles with words below, and a page of them."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from ..clouds.cloud import Cloud
+from ..errors import InputError
+from ..formats.writing import write_bytes, write_text
+from ..learning.any_pose import PoseFunctions, turned_cloud
+from ..simulator.mechanics import StandResult
+from .page import page_html, table_html
+from .pictures import GROUND_COLOUR, View, object_picture
+
+TILE = View(size=(360, 300))
+WORDS = 76  # pixels below a tile
+ABREAST = 5  # tiles in a row
+MOST = 10  # poses drawn of an object
+INK, GREY, GOOD = (25, 25, 30), (90, 90, 100), (0, 130, 90)
+PAPER = tuple(int(255 * channel) for channel in GROUND_COLOUR)
+STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72rem;padding:0 1rem;color:#1a1a1e}\
+img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
+td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
+CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
+NO_SPHERES = np.empty((0, 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectPoses:
+    """One object, and what it is for in each of its poses."""
+
+    cloud: Cloud
+    told: Sequence[PoseFunctions]
+
+
+def pose_words(one: PoseFunctions) -> tuple[str, str]:
+    """Return how likely a pose is, and what the object is for in it, as words."""
+    members = [f"{name} {told.score:.2f}" for name, told in one.functions.items() if told.member]
+    return f"{100 * one.pose.probability:.0f} %", ", ".join(members) or "nothing"
+
+
+def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
+    """Return each object as it lies in its likeliest poses, a row or more for each, its name before them."""
+    rows: list[Image.Image] = []
+    for one in objects:
+        tiles = [tile(turned_cloud(one.cloud, told.pose.rotation), *pose_words(told)) for told in one.told[:MOST]]
+        lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]
+        rows.append(titled(stacked(lines), f"{one.cloud.name}: how it can lie, and what it is for so"))
+    return stacked(rows)
+
+
+def tile(cloud: Cloud, title: str, detail: str) -> Image.Image:
+    """Return an object as it is, with two lines of words below."""
+    return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail)
+
+
+def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
+    """Return an image with two lines below it, the second in colour where it names a function."""
+    canvas = Image.new("RGB", (image.width, image.height + WORDS), PAPER)
+    canvas.paste(image, (0, 0))
+    pen, middle = ImageDraw.Draw(canvas), image.width / 2
+    pen.text((middle, image.height + 20), title, INK, ImageFont.load_default(24), anchor="mm")
+    colour = GREY if detail == "nothing" else GOOD
+    pen.text((middle, image.height + 50), detail, colour, ImageFont.load_default(20), anchor="mm")
+    if detail != "nothing":
+        pen.rectangle((3, 3, canvas.width - 4, canvas.height - 4), outline=GOOD, width=3)
+    return canvas
+
+
+def titled(image: Image.Image, title: str) -> Image.Image:
+    """Return an image with a line above it."""
+    canvas = Image.new("RGB", (image.width, image.height + 50), PAPER)
+    canvas.paste(image, (0, 50))
+    ImageDraw.Draw(canvas).text((16, 28), title, INK, ImageFont.load_default(26), anchor="lm")
+    return canvas
+
+
+def side_by_side(images: Sequence[Image.Image]) -> Image.Image:
+    """Return images of one height beside each other."""
+    canvas = Image.new("RGB", (sum(image.width for image in images), images[0].height), PAPER)
+    left = 0
+    for image in images:
+        canvas.paste(image, (left, 0))
+        left += image.width
+    return canvas
+
+
+def stacked(images: Sequence[Image.Image]) -> Image.Image:
+    """Return images below each other."""
+    canvas = Image.new("RGB", (max(image.width for image in images), sum(image.height for image in images)), PAPER)
+    top = 0
+    for image in images:
+        canvas.paste(image, (0, top))
+        top += image.height
+    return canvas
+
+
+def png_of(picture: Image.Image) -> bytes:
+    """Return a picture as a small PNG."""
+    buffer = io.BytesIO()
+    picture.quantize(192).save(buffer, "png", optimize=True)
+    return buffer.getvalue()
+
+
+def write_picture(picture: Image.Image, path: Path) -> Path:
+    """Write a picture as PNG.
+
+    Raises
+    ------
+    InputError
+        If the file has another ending, or cannot be written.
+    """
+    require_png(path)
+    return write_bytes(path, png_of(picture))
+
+
+def require_png(path: Path | None):
+    """Raise InputError if a picture cannot be written in a file of such a name."""
+    if path is not None and path.suffix.lower() != ".png":
+        raise InputError(f"--picture {path}: expected a file that ends in .png")
+
+
+def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
+    """Write a page that stands alone: each object's poses as a picture and as a table."""
+    parts = ["<h1>How things can lie, and what they are for so</h1>"]
+    for one in objects:
+        data = base64.b64encode(png_of(poses_picture([one]))).decode()
+        parts.append(f"<h2>{escape(one.cloud.name)}</h2>")
+        parts.append(f'<img alt="{escape(one.cloud.name)} in its poses" src="data:image/png;base64,{data}">')
+        names = list(one.told[0].functions) if one.told else []
+        rows = [
+            [f"{told.pose.probability:.3f}", f"{told.pose.statics:.3f}", f"{told.pose.tilt_deg:.0f}°"]
+            + [f"{told.functions[name].score:.2f}" for name in names]
+            for told in one.told
+        ]
+        parts.append(table_html(["probability", "by statics", "turned by", *names], rows, texts=0))
+    return write_text(path, page_html("Poses", parts, style=STYLE))
+
+
+def stand_tile(cloud: Cloud, result: StandResult, load: float) -> Image.Image:
+    """Return an object with a ball at each place: blue where it carries the load, orange where it tips."""
+    from .pictures import render_balls
+
+    radius = 0.02 * float(cloud.size.max())
+    colours = np.where(result.carries[:, None], CARRIES, TIPS)
+    image = render_balls(cloud, result.places + [0, 0, radius], radius, colours, TILE)
+    share = "" if result.share is None else f"{100 * result.share:.0f} % of places carry {load:g} kg"
+    return captioned(image, f"{cloud.name}: {result.stance}", share)
