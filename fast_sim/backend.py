@@ -12,7 +12,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
-from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
+from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, Settings, StandResult, StandSettings
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
@@ -87,7 +87,7 @@ class FastSimulator:
         seconds = time.perf_counter() - started
         return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
 
-    def provenance(self, settings: DropSettings | PoseSettings | StandSettings, seed: int) -> dict[str, Any]:
+    def provenance(self, settings: Settings, seed: int) -> dict[str, Any]:
         """Return what produced a result, as JSON-ready values."""
         return {
             "backend": self.name,

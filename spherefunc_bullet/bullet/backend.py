@@ -11,8 +11,17 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from ..compilation import prepare
 from ..errors import InputError
-from ..simulator import DropResult, DropSettings, require_fitting
-from ..simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
+from ..simulator import DropResult, DropSettings, Stop, require_fitting
+from ..simulator.mechanics import (
+    CarryResult,
+    CarrySettings,
+    PoseResult,
+    PoseSettings,
+    Settings,
+    StandResult,
+    StandSettings,
+    carry_radius,
+)
 from .engine import engine_version
 from .physics import Physics
 
@@ -114,7 +123,33 @@ class BulletSimulator(Physics):
         seconds = time.perf_counter() - started
         return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
 
-    def provenance(self, settings: DropSettings | PoseSettings | StandSettings, seed: int) -> dict[str, Any]:
+    def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
+        """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
+        from .bodies.carrying import carry_filled, carry_result, carrying_physics
+        from .collision.shape import collision_shape
+        from .world import World
+
+        started = time.perf_counter()
+        radius = carry_radius(cloud) if settings.radius is None else settings.radius
+        centers = self.filling(cloud, settings, radius, seed)
+        kept = None
+        if len(centers):
+            shape = collision_shape(cloud, radius, "voxel" if cloud.mesh is None else "mesh", self.voxel_size)
+            with World(carrying_physics(self, settings)) as world:
+                world.add_object(shape)
+                kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
+        seconds = time.perf_counter() - started
+        return carry_result(kept, len(centers), radius, settings, seconds, self.provenance(settings, seed))
+
+    def filling(self, cloud: Cloud, settings: CarrySettings, radius: float, seed: int) -> np.ndarray:
+        """Return the spheres (S, 3) that an object is carried with: so many, or half of what it holds if that is less.
+
+        Metres. Full to the brim, every vessel spills.
+        """
+        result = self.drop(cloud, DropSettings(radius=radius, max_spheres=settings.spheres), seed)
+        return result.centers[: max(1, result.settled // 2)] if result.stop == Stop.MISSES else result.centers
+
+    def provenance(self, settings: Settings, seed: int) -> dict[str, Any]:
         """Return what produced a result, as JSON-ready values."""
         return {
             "backend": self.name,

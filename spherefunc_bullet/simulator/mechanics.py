@@ -15,9 +15,10 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
-from . import Simulator, backend_entry_points
+from . import DropSettings, Simulator, backend_entry_points
 
 AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
+CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
 KINDS = {"poses": "tell poses", "stands": "tell whether it stands", "carry": "carry an object about"}
 
 
@@ -137,8 +138,9 @@ class CarrySettings:
     radius: float | None = None  # of the spheres, metres; None: as the object is large
     spheres: int = 300  # that it is filled with at most
     angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
+    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 15 sqrt(radius / g), at 0.1 ten times as long
     shake: float = 0.01  # metres, amplitude along x, y and z
-    frequency: float = 2.0  # Hz
+    frequency: float = 3.0  # Hz
     friction: float = 0.5
     restitution: float = 0.0
     density: float = 1000.0  # kg/m3 of the spheres: it changes nothing on an object that is held
@@ -151,6 +153,7 @@ class CarrySettings:
             raise InputError(f"angles {self.angles_deg}: expected ascending angles, such as 15,30,45")
         for angle in self.angles_deg:
             require_amount("angle", angle, above=0.0, most=180.0)
+        require_amount("haste", self.haste, above=0.0, most=2.0)
         require_amount("shake", self.shake)
         require_amount("frequency", self.frequency, above=0.0)
         require_amount("friction", self.friction)
@@ -168,9 +171,18 @@ class CarryResult:
     kept: tuple[float, ...]  # share that was still there after each angle; of none, 0
     kept_shaken: float  # share after it was shaken and set down
     centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, the object's frame
+    weight: float  # kg, of the spheres that stayed
     notes: tuple[str, ...]
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
+
+
+Settings = DropSettings | PoseSettings | StandSettings | CarrySettings
+
+
+def carry_radius(cloud: Cloud) -> float:
+    """Return the radius of the spheres with which an object is filled, metres."""
+    return float(cloud.size.max()) / CARRIED_ACROSS
 
 
 @runtime_checkable

@@ -16,7 +16,7 @@ from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..formats.writing import write_bytes, write_text
 from ..learning.any_pose import PoseFunctions, turned_cloud
-from ..simulator.mechanics import StandResult
+from ..simulator.mechanics import CarryResult, StandResult
 from .page import page_html, table_html
 from .pictures import GROUND_COLOUR, View, object_picture
 
@@ -30,6 +30,7 @@ STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72re
 img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
 td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
 CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
+NOTHING = "nothing"
 NO_SPHERES = np.empty((0, 3))
 
 
@@ -44,7 +45,7 @@ class ObjectPoses:
 def pose_words(one: PoseFunctions) -> tuple[str, str]:
     """Return how likely a pose is, and what the object is for in it, as words."""
     members = [f"{name} {told.score:.2f}" for name, told in one.functions.items() if told.member]
-    return f"{100 * one.pose.probability:.0f} %", ", ".join(members) or "nothing"
+    return f"{100 * one.pose.probability:.0f} %", ", ".join(members) or NOTHING
 
 
 def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
@@ -58,19 +59,19 @@ def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
 
 
 def tile(cloud: Cloud, title: str, detail: str) -> Image.Image:
-    """Return an object as it is, with two lines of words below."""
-    return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail)
+    """Return an object as it is, with two lines of words below, framed where it is for something."""
+    return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail, framed=detail != NOTHING)
 
 
-def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
-    """Return an image with two lines below it, the second in colour where it names a function."""
+def captioned(image: Image.Image, title: str, detail: str, framed: bool = False) -> Image.Image:
+    """Return an image with two lines below it, and a frame in colour around what is good for something."""
     canvas = Image.new("RGB", (image.width, image.height + WORDS), PAPER)
     canvas.paste(image, (0, 0))
     pen, middle = ImageDraw.Draw(canvas), image.width / 2
-    pen.text((middle, image.height + 20), title, INK, ImageFont.load_default(24), anchor="mm")
-    colour = GREY if detail == "nothing" else GOOD
-    pen.text((middle, image.height + 50), detail, colour, ImageFont.load_default(20), anchor="mm")
-    if detail != "nothing":
+    size = min(24, int(24 * 0.94 * image.width / max(1, pen.textlength(title, ImageFont.load_default(24)))))
+    pen.text((middle, image.height + 20), title, INK, ImageFont.load_default(size), anchor="mm")
+    pen.text((middle, image.height + 50), detail, GOOD if framed else GREY, ImageFont.load_default(20), anchor="mm")
+    if framed:
         pen.rectangle((3, 3, canvas.width - 4, canvas.height - 4), outline=GOOD, width=3)
     return canvas
 
@@ -154,3 +155,18 @@ def stand_tile(cloud: Cloud, result: StandResult, load: float) -> Image.Image:
     image = render_balls(cloud, result.places + [0, 0, radius], radius, colours, TILE)
     share = "" if result.share is None else f"{100 * result.share:.0f} % of places carry {load:g} kg"
     return captioned(image, f"{cloud.name}: {result.stance}", share)
+
+
+def carry_tile(cloud: Cloud, result: CarryResult) -> Image.Image:
+    """Return an object with what it still holds, and the share that it kept at each angle, as bars."""
+    image = object_picture(cloud, result.centers, result.radius, TILE)
+    canvas = captioned(image, cloud.name, "")
+    pen, count = ImageDraw.Draw(canvas), len(result.kept)
+    wide = image.width / (count + 1)
+    for number, (angle, share) in enumerate(zip(result.angles_deg, result.kept, strict=True)):
+        left, top = wide * (number + 0.6), image.height + 42
+        pen.rectangle((left, top, left + 0.8 * wide, top + 24), outline=GREY)
+        pen.rectangle((left, top, left + 0.8 * wide * share, top + 24), fill=(0, 114, 178))
+        words, ink = f"{angle:g}°: {100 * share:.0f} %", INK if share < 0.5 else (255, 255, 255)
+        pen.text((left + 0.4 * wide, top + 12), words, ink, ImageFont.load_default(15), anchor="mm")
+    return canvas

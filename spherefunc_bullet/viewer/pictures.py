@@ -107,7 +107,8 @@ def render(
         Of the spheres, metres.
     view : View
     """
-    colours = sphere_colours(np.asarray(centers, float).reshape(-1, 3)[:, 2], FLAT * radius)
+    heights = np.asarray(centers, float).reshape(-1, 3)[:, 2]
+    colours = sphere_colours(heights, FLAT * radius) if len(heights) else np.empty((0, 3))
     return render_coloured(vertices, faces, centers, radius, colours, view or View())
 
 

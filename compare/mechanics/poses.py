@@ -1,0 +1,91 @@
+"""Poses: of an object turned at random, is the pose in which it is used found, and is it the best for its function?"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning.any_pose import best_poses, pose_functions, turned_cloud
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.simulator.mechanics import PoseSettings
+
+from .tasks import asked, evenly
+
+UPRIGHT_DEG = 10.0  # from the pose in which the file has it
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseAnswer:
+    """What was found of one object."""
+
+    found: bool
+    first: bool  # the upright pose has the highest score of the object's function
+    likeliest: bool  # it is the likeliest pose
+    poses: int
+    seconds: float  # of the poses alone, by the clock
+
+
+@dataclass(frozen=True, kw_only=True)
+class PoseScore:
+    """How well one backend finds poses."""
+
+    backend: str
+    asked: int
+    found: float
+    first: float
+    likeliest: float
+    poses: float  # of an object, in the mean
+    seconds: float  # the median of the poses alone, by the clock
+    missed: tuple[str, ...]
+
+
+def posed(path: Path, simulator: Simulator, function: str, classifier: CloudClassifier) -> PoseAnswer:
+    """Return whether the pose of a file is found after it was turned at random, as its name says."""
+    turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
+    cloud = turned_cloud(load_cloud(path), turn)
+    result = simulator.poses(cloud, PoseSettings(), 0)
+    upright = [(pose.rotation @ turn)[2, 2] > np.cos(np.radians(UPRIGHT_DEG)) for pose in result.poses]
+    best = best_poses(pose_functions(cloud, result.poses, classifier))[function]
+    return PoseAnswer(
+        found=any(upright),
+        first=bool(upright[best]),
+        likeliest=bool(upright[0]),
+        poses=len(upright),
+        seconds=result.seconds,
+    )
+
+
+def score_poses(
+    objects: Sequence[DatasetObject], simulator: Simulator, classifier: CloudClassifier, count: int | None
+) -> PoseScore:
+    """Return how well a backend finds the poses of objects that have a function."""
+    chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
+    answers: dict[str, PoseAnswer] = {}
+    for function in classifier.functions_:
+        own = [item for item in chosen if main_function(item, classifier.functions_) == function]
+        for item, answer, _ in asked(posed, own, simulator, f"posing by {simulator.name}", function, classifier):
+            answers[item.path.name] = answer
+    told = list(answers.values())
+    return PoseScore(
+        backend=simulator.name,
+        asked=len(told),
+        found=float(np.mean([one.found for one in told])),
+        first=float(np.mean([one.first for one in told])),
+        likeliest=float(np.mean([one.likeliest for one in told])),
+        poses=float(np.mean([one.poses for one in told])),
+        seconds=float(np.median([one.seconds for one in told])),
+        missed=tuple(name for name, one in answers.items() if not one.first),
+    )
+
+
+def main_function(item: DatasetObject, functions: Sequence[str]) -> str:
+    """Return the one function by which an object's poses are ranked, of several the first by name."""
+    return next(name for name in functions if name in item.functions)

@@ -1,0 +1,112 @@
+"""Standing: furniture as it was made against the same with a leg sawn off, or with its legs cut askew.
+
+Sound is what stands and carries its load wherever spheres come to rest, or nearly: a person on a seat, half of its own
+weight on a table. Nothing is learnt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings
+from spherefunc_bullet.simulator.statics.body import body_of
+
+from .tasks import Score, Verdict, asked, evenly, score_of
+
+PERSON = 75.0  # kg
+SHARE = 0.7  # of the places, at least, carry the load of what is sound: with a leg gone, half of them do
+FUNCTIONS = ("sittable", "table")
+PLACES = 60
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StandAnswer:
+    """How one thing stands, whole or sawn."""
+
+    kind: str
+    stance: Stance
+    carries: np.ndarray  # (P,) bool
+
+    @property
+    def sound(self) -> bool:
+        return self.stance is Stance.STANDS and bool(self.carries.mean() >= SHARE)
+
+
+def stood(path: Path, simulator: Simulator, function: str) -> list[StandAnswer]:
+    """Return how a file's object stands, and each sawn copy of it that can be made."""
+    cloud = load_cloud(path)
+    copies = sawn_copies(Specimen(cloud, function), path.name, 0)
+    things = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
+    return [stood_one(thing, kind, simulator, function) for kind, thing in things]
+
+
+def stood_one(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
+    """Return how one thing stands under its load."""
+    load = PERSON if function == "sittable" else body_of(cloud, Matter()).mass / 2
+    result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), resting_places(cloud), 0)
+    return StandAnswer(kind=kind, stance=result.stance, carries=result.carries)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandScore:
+    """How well one backend tells what is sound."""
+
+    score: Score
+    verdicts: tuple[Verdict, ...]
+    answers: dict[str, StandAnswer]  # by file and kind
+
+
+def score_standing(objects: Sequence[DatasetObject], simulator: Simulator, count: int | None) -> StandScore:
+    """Return how well a backend tells sound furniture from sawn."""
+    chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)
+    answers, seconds = {}, []
+    for function in FUNCTIONS:
+        own = [item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function]
+        for item, told, taken in asked(stood, own, simulator, f"standing by {simulator.name}", function):
+            answers |= {f"{item.path.name} {one.kind}": one for one in told}
+            seconds.append(taken / len(told))
+    verdicts = tuple(
+        Verdict(
+            name=name,
+            kind=one.kind,
+            true=one.kind == "whole",
+            told=one.sound,
+            value=float(one.carries.mean()) if len(one.carries) else 0.0,
+        )
+        for name, one in answers.items()
+    )
+    score = score_of(simulator.name, verdicts, float(np.mean(seconds)))
+    return StandScore(score=score, verdicts=verdicts, answers=answers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """In how many cases two backends say the same."""
+
+    things: int
+    verdicts: float
+    stances: float
+    places: float
+
+
+def agreement(one: StandScore, other: StandScore) -> Agreement:
+    """Return how often two backends say the same of the same things."""
+    names = sorted(one.answers.keys() & other.answers.keys())
+    pairs = [(one.answers[name], other.answers[name]) for name in names]
+    same = np.concatenate([a.carries == b.carries for a, b in pairs])
+    return Agreement(
+        things=len(names),
+        verdicts=float(np.mean([a.sound == b.sound for a, b in pairs])),
+        stances=float(np.mean([a.stance is b.stance for a, b in pairs])),
+        places=float(same.mean()),
+    )

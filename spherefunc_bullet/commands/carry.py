@@ -1,0 +1,142 @@
+"""``spherefunc carry``: does a thing keep what it holds when it is tilted and shaken?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..console import Failures, print_json, print_table, progress, say
+from ..errors import InputError
+from ..quantities import format_length, parse_length
+from .options import Friction, Json, Restitution, Seed, Units, Up
+
+if TYPE_CHECKING:
+    from ..clouds.cloud import Cloud
+    from ..simulator import Simulator
+    from ..simulator.mechanics import CarryResult, CarrySettings
+
+Row = dict[str, Any]  # what the command prints of one file
+
+
+def carry(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
+    angles: Annotated[str, typer.Option(help="Degrees to which it is tilted, to every side.")] = "15,30,45",
+    radius: Annotated[str | None, typer.Option(help="Of the spheres that fill it; by default by size.")] = None,
+    spheres: Annotated[int, typer.Option(min=1, help="That it is filled with at most.")] = 300,
+    haste: Annotated[float, typer.Option(help="How fast it is tilted; at 0.1, hardly any speed helps.")] = 1.0,
+    shake: Annotated[str, typer.Option(help="Amplitude of shaking.")] = "1cm",
+    frequency: Annotated[float, typer.Option(help="Of shaking, Hz.")] = 3.0,
+    friction: Friction = 0.5,
+    restitution: Restitution = 0.0,
+    density: Annotated[float, typer.Option(help="Of the spheres, kg/m3; tells their weight.")] = 1000.0,
+    backend: Annotated[str, typer.Option(help="A backend that can carry: bullet.")] = "bullet",
+    seed: Seed = 0,
+    up: Up = "z",
+    units: Units = "m",
+    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the share kept over the angle.")] = None,
+    json: Json = False,
+):
+    """Fill each object, tilt it farther and farther to all sides, shake it, and say what share stays."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
+    from ..simulator.mechanics import CarrySettings, require_ability
+    from ..viewer.mechanics_pictures import require_png
+
+    require_png(picture)
+    simulator = require_ability(make_simulator(backend), "carry")
+    settings = CarrySettings(
+        radius=None if radius is None else parse_length(radius),
+        spheres=spheres,
+        angles_deg=parse_angles(angles),
+        haste=haste,
+        shake=parse_length(shake),
+        frequency=frequency,
+        friction=friction,
+        restitution=restitution,
+        density=density,
+    )
+    failures, rows = Failures(), []
+    tasks = [(file, simulator, settings, seed, up, units) for file in files]
+    outcomes = run_tasks(carried_file, tasks, files, isolate=isolated(simulator))
+    drawn: list[tuple[Cloud, CarryResult]] = []
+    for index, outcome in progress(outcomes, len(files), "carrying"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+            continue
+        rows.append(row_of(files[index], outcome[1]))
+        drawn.append(outcome)
+    draw(drawn, picture)
+    print_json(rows) if json else print_kept(rows, settings.angles_deg)
+    failures.exit()
+
+
+def parse_angles(text: str) -> tuple[float, ...]:
+    """Return angles in degrees.
+
+    Raises
+    ------
+    InputError
+        If they are none.
+
+    Examples
+    --------
+    >>> parse_angles("15,30")
+    (15.0, 30.0)
+    """
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise InputError(f"--angles {text!r}: expected degrees, such as 15,30,45") from error
+
+
+def carried_file(
+    file: Path, simulator: Simulator, settings: CarrySettings, seed: int, up: str, units: str
+) -> tuple[Cloud, CarryResult]:
+    """Return one file's cloud and what it keeps."""
+    from ..clouds.cloud import load_cloud
+
+    cloud = load_cloud(file, up=up, units=units, report=say)
+    return cloud, simulator.carry(cloud, settings, seed)
+
+
+def row_of(file: Path, result: CarryResult) -> Row:
+    """Return what is printed of one file."""
+    curve = zip(result.angles_deg, result.kept, strict=True)
+    return {
+        "file": str(file),
+        "filled": result.filled,
+        "radius": result.radius,
+        "weight": round(result.weight, 4),
+        "kept": [{"angle_deg": angle, "share": round(share, 4)} for angle, share in curve],
+        "kept_shaken": round(result.kept_shaken, 4),
+        "notes": list(result.notes),
+        "seconds": round(result.seconds, 3),
+        "provenance": result.provenance,
+    }
+
+
+def draw(objects: Sequence[tuple[Cloud, CarryResult]], picture: Path | None):
+    """Draw what objects keep, where a picture is asked for."""
+    if picture is None or not objects:
+        return
+    from ..viewer.mechanics_pictures import carry_tile, side_by_side, write_picture
+
+    write_picture(side_by_side([carry_tile(cloud, result) for cloud, result in objects]), picture)
+
+
+def print_kept(rows: Sequence[Row], angles: Sequence[float]):
+    """Print a line for each object."""
+    table = []
+    for row in rows:
+        name = Path(row["file"]).name
+        for note in row["notes"]:
+            say(f"{name}: {note}")
+        start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
+        shares = [f"{one['share']:.2f}" for one in row["kept"]]
+        table.append([*start, *shares, f"{row['kept_shaken']:.2f}"])
+    if table:
+        head = ["file", "spheres", "radius", *(f"{angle:g}°" for angle in angles), "and shaken"]
+        print_table("Share kept when tilted to all sides", head, table)

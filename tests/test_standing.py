@@ -1,0 +1,169 @@
+"""Does it stand, and where can it carry a load? Against the moments about an edge, by statics and by the engine."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+from things import slab_on_posts
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.simulator import backend_entry_points, make_simulator
+from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings, able_backends
+
+NOWHERE = np.empty((0, 3))
+
+
+@pytest.fixture(scope="module", params=sorted(backend_entry_points()))
+def simulator(request):
+    if request.param not in able_backends("stands"):
+        pytest.skip(f"{request.param} does not tell whether things stand")
+    try:
+        return make_simulator(request.param)
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def cloud_of(mesh: trimesh.Trimesh) -> Cloud:
+    return cloud_from_mesh(mesh.vertices, mesh.faces, "thing")
+
+
+def table() -> Cloud:
+    """Return a table of 1.2 x 0.8 m, its feet 5 cm from the edges of the top."""
+    return cloud_of(slab_on_posts(1.2, 0.8, 0.75))
+
+
+def pedestal(top: float = 0.4, foot: float = 0.15, height: float = 0.7) -> Cloud:
+    """Return a square top on a square column, half sides in metres: it tips over the foot's edges."""
+    column = trimesh.creation.box((2 * foot, 2 * foot, height))
+    plate = trimesh.creation.box((2 * top, 2 * top, 0.02))
+    plate.apply_translation([0, 0, height / 2])
+    return cloud_of(trimesh.util.concatenate([column, plate]))
+
+
+def leaning(offset: float) -> Cloud:
+    """Return a block that is sheared, so that its weight acts so far beside the middle of its foot of 20 cm, metres."""
+    block = trimesh.creation.box((0.2, 0.2, 0.4))
+    block.vertices[block.vertices[:, 2] > 0, 0] += 2 * offset
+    return cloud_of(block)
+
+
+def test_a_table_stands(simulator):
+    result = simulator.stands(table(), StandSettings(), NOWHERE)
+    assert result.stance is Stance.STANDS and result.tilt_deg < 0.1 and result.share is None
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.07, 0.093])
+def test_a_block_stands_while_its_weight_acts_within_its_foot(simulator, offset):
+    result = simulator.stands(leaning(offset), StandSettings(), NOWHERE)
+    assert result.stance is Stance.STANDS
+    assert result.margin == pytest.approx(0.1 - offset, abs=0.003)  # the sides that lean have more surface
+
+
+@pytest.mark.parametrize("offset", [0.11, 0.15])
+def test_a_block_tips_when_its_weight_acts_beyond_its_foot(simulator, offset):
+    result = simulator.stands(leaning(offset), StandSettings(), NOWHERE)
+    assert result.stance is Stance.TIPS and result.tilt_deg > 40 and result.margin < 0
+
+
+def test_a_load_tips_where_moments_about_the_edge_say(simulator):
+    cloud, edge = pedestal(), 0.15
+    mass = simulator.stands(cloud, StandSettings(), NOWHERE).mass
+    load = mass  # as heavy as itself, so that the common weight acts half way out: it tips beyond twice the edge
+    places = np.array([[x, 0.0, 0.7] for x in (0.1, 0.28, 0.32, 0.39)])
+    result = simulator.stands(cloud, StandSettings(load=load), places)
+    assert result.carries.tolist() == [True, True, False, False]
+    expected = [np.inf, *(mass * edge / (x - edge) for x in (0.28, 0.32, 0.39))]
+    assert result.tipping_load == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_ball_rolls_and_a_cylinder_on_its_side_rolls(simulator):
+    lying = trimesh.creation.cylinder(0.05, 0.3, sections=64)
+    lying.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    for mesh in (trimesh.creation.icosphere(3, 0.1), lying):
+        assert simulator.stands(cloud_of(mesh), StandSettings(), NOWHERE).stance is Stance.ROLLS
+
+
+def test_a_short_leg_rocks(simulator):
+    mesh = slab_on_posts(1.2, 0.8, 0.75)
+    foot = (mesh.vertices[:, 2] < 0.01) & (mesh.vertices[:, 0] > 0) & (mesh.vertices[:, 1] > 0)
+    mesh.vertices[foot, 2] += 0.06
+    # Put something on that corner, so that its weight acts beyond the other three feet.
+    stone = trimesh.creation.box((0.3, 0.3, 0.5))
+    stone.apply_translation([0.4, 0.2, 1.0])
+    result = simulator.stands(cloud_of(trimesh.util.concatenate([mesh, stone])), StandSettings(), NOWHERE)
+    assert result.stance is Stance.ROCKS and 1 < result.tilt_deg < 10
+
+
+def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
+    whole = table()
+    (kind, sawn), *_ = sawn_copies(Specimen(whole, "table"), "table", 0)
+    assert kind.kind == "leg_sawn_off"
+    settings = StandSettings(load=30.0, most_places=40)
+    shares = [simulator.stands(cloud, settings, resting_places(cloud)).share
+              for cloud in (whole, cloud_from_mesh(*sawn.mesh()))]
+    assert shares[0] == 1 and 0.3 < shares[1] < 0.75
+
+
+def test_legs_cut_askew_lean():
+    kinds = {kind.kind: surface for kind, surface in sawn_copies(Specimen(table(), "table"), "table", 0)}
+    simulator = make_simulator("fast")
+    result = simulator.stands(cloud_from_mesh(*kinds["legs_cut_askew"].mesh()), StandSettings(), NOWHERE)
+    assert result.stance in (Stance.ROCKS, Stance.TIPS) and result.tilt_deg > 4
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_statics_and_the_engine_agree_on_bodies_of_any_shape(seed):
+    if "bullet" not in able_backends("stands"):
+        pytest.skip("PyBullet is not installed")
+    points = np.random.default_rng(seed).normal(size=(25, 3)) * [0.1, 0.1, 0.15]
+    cloud = cloud_of(trimesh.convex.convex_hull(points))
+    fast, bullet = (make_simulator(name).stands(cloud, StandSettings(), NOWHERE) for name in ("fast", "bullet"))
+    # What topples may roll farther by its speed, so only that it does not stay is the same.
+    assert (fast.stance is Stance.STANDS) == (bullet.stance is Stance.STANDS)
+
+
+def test_same_bits_again(simulator):
+    places = resting_places(table())[:10]
+    first, again = (simulator.stands(table(), StandSettings(load=30.0), places, 1) for _ in range(2))
+    assert first.carries.tobytes() == again.carries.tobytes() and first.tilt_deg == again.tilt_deg
+
+
+def test_a_heavier_table_carries_more(simulator):
+    cloud, places = pedestal(), np.array([[0.35, 0.0, 0.7]])
+    light, heavy = (simulator.stands(cloud, StandSettings(load=10.0, matter=Matter(mass=mass)), places)
+                    for mass in (5.0, 50.0))
+    assert (light.carries[0], heavy.carries[0]) == (False, True)
+
+
+@pytest.mark.parametrize("wrong", [{"load": -1}, {"tilt_deg": 0}, {"most_places": 0}, {"rocking_deg": 0.1}])
+def test_settings_out_of_range_are_refused(wrong):
+    with pytest.raises(InputError, match=next(iter(wrong))):
+        StandSettings(**wrong)
+
+
+def test_command_prints_json_and_draws(tmp_path):
+    from typer.testing import CliRunner
+
+    slab_on_posts(0.8, 0.6, 0.7).export(tmp_path / "table.ply")
+    arguments = ["stand", str(tmp_path / "table.ply"), "--backend", "fast", "--load", "5kg", "--json"]
+    done = CliRunner().invoke(application(), [*arguments, "--picture", str(tmp_path / "table.png")])
+    assert done.exit_code == 0, done.stderr
+    (row,) = json.loads(done.stdout)
+    assert row["stance"] == "stands" and row["load"] == 5 and 0 < row["carries"] <= 1
+    assert len(row["places"]) > 20 and (tmp_path / "table.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("load", ["much", "-5kg", "0kg"])
+def test_command_refuses_a_load_that_is_none(tmp_path, load):
+    from spherefunc_bullet.quantities import parse_mass
+
+    with pytest.raises(InputError, match="mass"):
+        parse_mass(load)
