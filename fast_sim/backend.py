@@ -6,13 +6,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, require_fitting
-from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, Settings, StandResult, StandSettings
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
+from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
@@ -72,7 +71,7 @@ class FastSimulator:
             timed_out=0,
             notes=body.notes,
             seconds=time.perf_counter() - started,
-            provenance=self.provenance(settings, seed),
+            provenance=provenance_of(self, settings, seed),
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
@@ -85,17 +84,7 @@ class FastSimulator:
         bodies = [body, *(body.loaded(settings.load, place) for place in places)]
         stands = [stand(one, settings) for one in bodies]
         seconds = time.perf_counter() - started
-        return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
-
-    def provenance(self, settings: Settings, seed: int) -> dict[str, Any]:
-        """Return what produced a result, as JSON-ready values."""
-        return {
-            "backend": self.name,
-            "version": self.version,
-            "options": self.options(),
-            "settings": asdict(settings),
-            "seed": seed,
-        }
+        return stand_result(body, stands, places, seconds, provenance_of(self, settings, seed))
 
 
 class DropRun:
@@ -165,7 +154,7 @@ class DropRun:
             seconds=seconds,
             columns=np.concatenate(self.columns),
             outcomes=np.concatenate(self.outcomes),
-            provenance=simulator.provenance(self.settings, seed),
+            provenance=provenance_of(simulator, self.settings, seed),
         )
 
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..compilation import prepare
 from ..errors import InputError
-from ..simulator import DropResult, DropSettings, Stop, require_fitting
+from ..simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
     CarrySettings,
     PoseResult,
     PoseSettings,
-    Settings,
     StandResult,
     StandSettings,
     carry_radius,
@@ -91,7 +89,7 @@ class BulletSimulator(Physics):
             world.add_object(shape)
             run = DropRun(world, shape, cloud, settings, seed)
             run.until_over()
-        provenance = self.provenance(settings, seed) | {"shape": shape.facts(settings.radius)}
+        provenance = provenance_of(self, settings, seed) | {"shape": shape.facts(settings.radius)}
         return run.result(time.perf_counter() - started, provenance)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
@@ -108,7 +106,7 @@ class BulletSimulator(Physics):
             timed_out=timed_out,
             notes=body.notes,
             seconds=time.perf_counter() - started,
-            provenance=self.provenance(settings, seed),
+            provenance=provenance_of(self, settings, seed),
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
@@ -121,7 +119,7 @@ class BulletSimulator(Physics):
         body, places = body_of(cloud, settings.matter), evenly_chosen(places, settings.most_places)
         stands = let_go([body, *(body.loaded(settings.load, place) for place in places)], settings)
         seconds = time.perf_counter() - started
-        return stand_result(body, stands, places, seconds, self.provenance(settings, seed))
+        return stand_result(body, stands, places, seconds, provenance_of(self, settings, seed))
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
@@ -139,7 +137,7 @@ class BulletSimulator(Physics):
                 world.add_object(shape)
                 kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
         seconds = time.perf_counter() - started
-        return carry_result(kept, len(centers), radius, settings, seconds, self.provenance(settings, seed))
+        return carry_result(kept, len(centers), radius, settings, seconds, provenance_of(self, settings, seed))
 
     def filling(self, cloud: Cloud, settings: CarrySettings, radius: float, seed: int) -> np.ndarray:
         """Return the spheres (S, 3) that an object is carried with: so many, or half of what it holds if that is less.
@@ -148,16 +146,6 @@ class BulletSimulator(Physics):
         """
         result = self.drop(cloud, DropSettings(radius=radius, max_spheres=settings.spheres), seed)
         return result.centers[: max(1, result.settled // 2)] if result.stop == Stop.MISSES else result.centers
-
-    def provenance(self, settings: Settings, seed: int) -> dict[str, Any]:
-        """Return what produced a result, as JSON-ready values."""
-        return {
-            "backend": self.name,
-            "version": self.version,
-            "options": self.options(),
-            "settings": asdict(settings),
-            "seed": seed,
-        }
 
 
 def prepare_kernels(kind: str):

@@ -11,12 +11,15 @@ import math
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance  # the settings of any ability
 
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
 
@@ -155,8 +158,8 @@ class Simulator(Protocol):
         ...
 
 
-def provenance_of(simulator: Simulator, settings: DropSettings, seed: int) -> dict[str, Any]:
-    """Return what produced a run, JSON-ready: backend, version, options, settings and seed."""
+def provenance_of(simulator: Simulator, settings: DataclassInstance, seed: int) -> dict[str, Any]:
+    """Return what produced a result, JSON-ready: backend, version, options, settings and seed."""
     return {
         "backend": simulator.name,
         "version": simulator.version,

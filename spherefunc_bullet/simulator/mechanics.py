@@ -15,7 +15,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
-from . import DropSettings, Simulator, backend_entry_points
+from . import Simulator, backend_entry_points
 
 AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
 CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
@@ -175,9 +175,6 @@ class CarryResult:
     notes: tuple[str, ...]
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
-
-
-Settings = DropSettings | PoseSettings | StandSettings | CarrySettings
 
 
 def carry_radius(cloud: Cloud) -> float:
