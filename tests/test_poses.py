@@ -236,6 +236,21 @@ def test_command_goes_on_after_a_file_that_cannot_be_used(tmp_path, capsys):
     assert len(lines) == 1 and "huge.ply" in lines[0]
 
 
+def test_classify_any_pose_tells_a_mug_that_lies(tmp_path):
+    from typer.testing import CliRunner
+
+    from spherefunc_bullet.datasets.catalogue import make_catalogue
+
+    mug = next(item.mesh for item in make_catalogue("household") if item.name == "mug_01").copy()
+    mug.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
+    mug.export(tmp_path / "mug.ply")
+    runs = [CliRunner().invoke(application(), ["classify", str(tmp_path / "mug.ply"), "--json", *more])
+            for more in ([], ["--any-pose"])]
+    as_it_lies, best = (json.loads(done.stdout)[0]["functions"]["cup"] for done in runs)
+    assert not as_it_lies["member"] and best["member"]
+    assert np.array(best["rotation"]) @ [0, -1, 0] == pytest.approx([0, 0, 1], abs=0.05)
+
+
 def test_a_mug_lying_on_its_side_is_a_cup_turned_upright(tmp_path):
     from spherefunc_bullet.datasets.catalogue import make_catalogue
     from spherefunc_bullet.learning.any_pose import best_poses, pose_functions

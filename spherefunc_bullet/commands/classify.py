@@ -44,6 +44,7 @@ def classify(
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each file, failed ones too.")
     ] = None,
     jobs: Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")] = 1,
+    any_pose: Annotated[bool, typer.Option(help="However it lies: in the best pose for each function.")] = False,
     up: Up = BY_FILE,
     units: Units = "m",
     json: Json = False,
@@ -59,6 +60,10 @@ def classify(
     classifier = load_model(model, backend)
     classifier = classifier if function is None else classifier.only(function)
     names, failures = list(listed_files(files)), Failures()
+    if any_pose:
+        from .any_pose import classify_any_pose
+
+        return classify_any_pose(names, classifier, units, json)
     tasks = [(file, dropping_of(classifier, up, units)) for file in names]
     isolate = isolated(make_simulator(classifier.simulator))
     outcomes = run_tasks(settled_file, tasks, names, jobs=jobs, isolate=isolate)

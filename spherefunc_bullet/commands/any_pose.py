@@ -1,0 +1,67 @@
+"""``spherefunc classify --any-pose``: for each function the pose in which an object serves best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..console import Failures, print_json, print_table, progress
+from ..errors import InputError
+from .poses import posed_file
+
+if TYPE_CHECKING:
+    from ..learning.any_pose import PoseFunctions
+    from ..learning.classifier import CloudClassifier
+
+Row = dict[str, Any]
+
+
+def classify_any_pose(files: Sequence[Path], classifier: CloudClassifier, units: str, json: bool):
+    """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
+    from ..simulator.mechanics import PoseSettings, require_ability
+
+    simulator = require_ability(make_simulator(classifier.simulator), "poses")
+    failures, rows = Failures(), []
+    tasks = [(file, simulator, classifier, PoseSettings(), classifier.seed, units) for file in files]
+    outcomes = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
+    for index, outcome in progress(outcomes, len(files), "classifying"):
+        if isinstance(outcome, InputError):
+            failures.add(outcome)
+            continue
+        _, result, told, seconds = outcome
+        row = {"file": str(files[index]), "functions": best_functions(told), "notes": list(result.notes)}
+        rows.append(row | {"seconds": round(seconds, 3)})
+    print_json(rows) if json else print_best(rows, classifier.functions_)
+    failures.exit()
+
+
+def best_functions(told: Sequence[PoseFunctions]) -> Row:
+    """Return for each function its score in the best pose, and that pose."""
+    from ..learning.any_pose import best_poses
+
+    found = {}
+    for name, number in best_poses(told).items():
+        pose, membership = told[number].pose, told[number].functions[name]
+        found[name] = {
+            "member": membership.member,
+            "score": membership.score,
+            "radius": membership.radius,
+            "rotation": pose.rotation.round(9).tolist(),
+            "probability": round(pose.probability, 6),
+        }
+    return found
+
+
+def print_best(rows: Sequence[Row], functions: Sequence[str]):
+    """Print a line for each object: what it is for, turned so."""
+    table = []
+    for row in rows:
+        members = [name for name in functions if row["functions"][name]["member"]]
+        scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
+        table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
+    if table:
+        print_table("What objects are for in their best pose (`spherefunc poses` shows it)",
+                    ["file", "for", *functions], table)
