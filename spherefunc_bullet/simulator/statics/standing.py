@@ -68,7 +68,7 @@ def wanders(facets: Facets, rest: int, far_deg: float) -> bool:
         if facets.normals[facet] @ facets.normals[rest] < np.cos(np.radians(far_deg)):
             return True
         low = facets.neighbors[facet][facets.sills[facet] <= limit]
-        low = low[facets.heights[low] >= level]  # what ends lower has tipped
+        low = low[facets.heights[facets.rests_on[low]] >= level]  # what ends lower has tipped
         left += [int(one) for one in low if one not in seen]
         seen.update(int(one) for one in low)
     return False
