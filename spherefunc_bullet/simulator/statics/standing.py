@@ -65,7 +65,7 @@ def wanders(facets: Facets, rest: int, far_deg: float) -> bool:
     limit, level = facets.heights[rest] * (1 + ROLLING), facets.heights[rest] * (1 - ROLLING)
     while left:
         facet = left.pop()
-        if facets.normals[facet] @ facets.normals[rest] < np.cos(np.radians(far_deg)):
+        if facets.normals[facets.rests_on[facet]] @ facets.normals[rest] < np.cos(np.radians(far_deg)):
             return True
         low = facets.neighbors[facet][facets.sills[facet] <= limit]
         low = low[facets.heights[facets.rests_on[low]] >= level]  # what ends lower has tipped
