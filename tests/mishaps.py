@@ -91,3 +91,15 @@ class MishapSimulator:
             seconds=0.0,
             provenance=provenance | {"process": os.getpid()},
         )
+
+
+@dataclass(frozen=True)
+class MishapPoser(MishapSimulator):
+    """The same, asked how a thing lies."""
+
+    def poses(self, cloud, settings, seed=0):
+        """Do as the cloud is called, and answer as `fast` does."""
+        from spherefunc_bullet.simulator import make_simulator
+
+        happen(cloud.name)
+        return make_simulator("fast").poses(cloud, settings, seed)

@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from mishaps import MishapPoser
 from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points, load_cloud
@@ -234,6 +235,22 @@ def test_command_goes_on_after_a_file_that_cannot_be_used(tmp_path, capsys):
     assert done.exit_code == 2 and len(json.loads(done.stdout)) == 1
     lines = [line for line in done.stderr.splitlines() if line.startswith("spherefunc:")]
     assert len(lines) == 1 and "huge.ply" in lines[0]
+
+
+def test_a_crash_costs_one_object_and_not_the_run(tmp_path):
+    from spherefunc_bullet.commands.poses import posed_file
+    from spherefunc_bullet.learning.model_file import load_model, shipped_model
+    from spherefunc_bullet.processes.tasks import run_tasks
+    from spherefunc_bullet.simulator import isolated
+
+    files = [tmp_path / "segfault.ply", tmp_path / "brick.ply"]
+    for file in files:
+        trimesh.creation.box((0.1, 0.2, 0.3)).export(file)
+    simulator, classifier = MishapPoser(), load_model(shipped_model("fast"))
+    tasks = [(file, simulator, classifier, PoseSettings(), 0, "m") for file in files]
+    (_, lost), (_, kept) = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
+    assert isinstance(lost, InputError) and "SIGSEGV" in str(lost)
+    assert len(kept[1].poses) == 6
 
 
 def test_classify_any_pose_tells_a_mug_that_lies(tmp_path):
