@@ -11,7 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..quantities import format_length, parse_length
-from .options import Friction, Json, Restitution, Seed, Units, Up
+from .options import BY_FILE, Friction, Json, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -34,7 +34,7 @@ def carry(
     density: Annotated[float, typer.Option(help="Of the spheres, kg/m3; tells their weight.")] = 1000.0,
     backend: Annotated[str, typer.Option(help="A backend that can carry: bullet.")] = "bullet",
     seed: Seed = 0,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the share kept over the angle.")] = None,
     json: Json = False,

@@ -73,7 +73,7 @@ def posed_file(
     from ..learning.any_pose import pose_functions
 
     started = time.perf_counter()
-    cloud = load_cloud(file, units=units, report=say)
+    cloud = load_cloud(file, up="z", units=units, report=say)  # rotations are from the file's own frame
     result = simulator.poses(cloud, settings, seed)
     return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
 

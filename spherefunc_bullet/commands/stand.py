@@ -12,7 +12,7 @@ import typer
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..quantities import format_length, parse_length
-from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
+from .options import BY_FILE, AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -32,7 +32,7 @@ def stand(
     friction: Friction = 0.5,
     restitution: Restitution = 0.0,
     seed: Seed = 0,
-    up: Up = "z",
+    up: Up = BY_FILE,
     units: Units = "m",
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
     json: Json = False,
