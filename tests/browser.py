@@ -18,6 +18,7 @@ FLAGS = [
     *("--hide-scrollbars", "--enable-logging=stderr", "--no-first-run", "--disable-background-networking"),
     *("--disable-extensions", "--disable-gpu-watchdog"),
 ]
+HUNG = 90  # seconds after which a browser that has not ended will not
 PATIENCE = (1, 4, 16)  # how many times the page's own time is given, until what is looked for is there
 
 
@@ -52,7 +53,10 @@ def drawn_once(page: Path, folder: Path, size: tuple[int, int], budget: int) -> 
     folder.mkdir()
     flags = [*FLAGS, f"--window-size={size[0]},{size[1]}", f"--virtual-time-budget={budget}"]
     command = [CHROMIUM, *flags, f"--user-data-dir={folder}/profile", f"--screenshot={picture}", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+    try:
+        said = subprocess.run(command, capture_output=True, text=True, check=False, timeout=HUNG).stderr
+    except subprocess.TimeoutExpired:  # it happens where the machine is busy; a blank picture is taken again
+        said = ""
+    console = [line for line in said.splitlines() if "CONSOLE" in line]
     image = Image.open(picture).convert("RGB") if picture.exists() else Image.new("RGB", size, "white")
     return Drawn(np.asarray(image, float), console)
