@@ -9,9 +9,9 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.forest import forest_of
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.learning.profiles.forest import forest_of
 from spherefunc_bullet.learning.reasons.words import deciding, doubts, nearest, sentences
 from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
 from spherefunc_bullet.settling.enclosure import walled_in

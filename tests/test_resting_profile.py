@@ -8,9 +8,10 @@ from sklearn.base import clone
 
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.calibration import AS_VOTED, COPY_WEIGHT, calibrated, calibration_line, kin_of
-from spherefunc_bullet.learning.columns import columns_of, largest_piece, outline_of
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.resting_profile import NAMES, QUANTITIES, RestingProfile, rank_distances
+from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, outline_of
+from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
+from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling.drops import WIDTH
 
 RADIUS = 0.02

@@ -15,7 +15,7 @@ from sklearn.svm import SVC
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier, forest
-from spherefunc_bullet.learning.resting_profile import NAMES
+from spherefunc_bullet.learning.profiles.quantities import NAMES
 
 from .alternatives import f_measures, side_by_side
 from .evaluation import Evaluation, Trial

@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.quantities import format_length, parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.learning.classifier import CloudClassifier
+    from spherefunc_bullet.learning.function_model import FunctionModel
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
@@ -44,13 +44,13 @@ def scene(
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
-    from spherefunc_bullet.learning.model_file import load_model, shipped_model
+    from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
 
     from ..recognition.completion import steps_of
     from ..recognition.recognition import recognise
     from ..segmentation.segmentation import Segmentation
 
-    classifier = load_model(model or shipped_model(backend or "fast", scans=True), backend)
+    classifier = model_to_ask(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),
@@ -86,7 +86,7 @@ def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | Non
     return load_scan(file, units=units, report=say)
 
 
-def warm_up_recognition(classifier: CloudClassifier):
+def warm_up_recognition(classifier: FunctionModel):
     """Have the simulator compile or load its code, so that the stages are timed without that."""
     from spherefunc_bullet.settling.settling import warm_up
     from spherefunc_bullet.simulator import isolated, make_simulator

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
-from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
 
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.box import Box
 from ..segmentation.segmentation import Segmentation
 from .recognition import Room, SceneObject, recognise
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.classifier import CloudClassifier
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.classifier import CloudClassifier, Membership
+from spherefunc_bullet.learning.function_model import FunctionModel, Membership
 from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
@@ -88,7 +88,7 @@ def compile_kernels():
 
 def recognise(
     scan: Scan,
-    model: CloudClassifier,
+    model: FunctionModel,
     *,
     up: str = "auto",
     settings: Segmentation | None = None,
@@ -125,7 +125,7 @@ def recognise(
 def recognise_objects(
     points: np.ndarray,
     labels: np.ndarray,
-    model: CloudClassifier,
+    model: FunctionModel,
     *,
     completion: Sequence[str] = DEFAULT,
     watch: Stopwatch | None = None,
@@ -182,7 +182,7 @@ def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) 
     return Cloud(own, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model: CloudClassifier) -> list[Settled]:
+def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[Settled]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
     An object that the simulator cannot do holds no spheres, and that is logged.
@@ -203,7 +203,7 @@ def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float
     return next((value for least, value in choices if side >= least), 0.0)
 
 
-def telling_radii(cloud: Cloud, model: CloudClassifier) -> list[float]:
+def telling_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
     """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
     if model.length.drops is not None:
         return model.chosen_radii()

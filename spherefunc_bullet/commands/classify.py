@@ -17,9 +17,9 @@ from ..quantities import format_length
 from .options import BY_FILE, Json, Units, Up
 
 if TYPE_CHECKING:
-    from ..learning.classifier import CloudClassifier
     from ..learning.cube_classifier import CubeClassifier
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.function_model import FunctionModel
+    from ..learning.profiles.profile_model import ProfileModel
     from ..settling.records import Dropping
     from ..settling.settling import Settled
 
@@ -51,13 +51,13 @@ def classify(
 ):
     """Say what each object is for."""
     from ..formats.writing import require_place
-    from ..learning.model_file import load_model
+    from ..learning.model_file import model_to_ask
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
 
     if table is not None:
         require_place(table)
-    classifier = load_model(model, backend)
+    classifier = model_to_ask(model, backend)
     classifier = classifier if function is None else classifier.only(function)
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
@@ -103,12 +103,12 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
             yield place
 
 
-def classified(file: Path, classifier: CloudClassifier, explain: bool, up: str, units: str) -> Row:
+def classified(file: Path, classifier: FunctionModel, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
     return scored(file, *settled_file(file, dropping_of(classifier, up, units)), classifier, explain)
 
 
-def dropping_of(classifier: CloudClassifier, up: str, units: str) -> Dropping:
+def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
     """Return how spheres are dropped on what a classifier is asked about."""
     from ..settling.records import Dropping, Loading
 
@@ -129,9 +129,9 @@ def settled_file(file: Path, dropping: Dropping) -> tuple[Settled, float]:
     return settled_of(file, dropping, report=say), time.perf_counter() - started
 
 
-def scored(file: Path, settled: Settled, seconds: float, classifier: CloudClassifier, explain: bool) -> Row:
+def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionModel, explain: bool) -> Row:
     """Return the scores of one file's object, on which the spheres have fallen."""
-    from ..learning.function_classifier import FunctionClassifier
+    from ..learning.profiles.profile_model import ProfileModel
     from ..learning.reasons.answer import worded
 
     started = time.perf_counter()
@@ -141,7 +141,7 @@ def scored(file: Path, settled: Settled, seconds: float, classifier: CloudClassi
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
     row["seconds"] = round(seconds + time.perf_counter() - started, 3)
     if explain:
-        by_words = isinstance(classifier, FunctionClassifier)
+        by_words = isinstance(classifier, ProfileModel)
         row |= quantities_named(classifier, settled) if by_words else cubes_named(classifier, settled)
     return row
 
@@ -166,7 +166,7 @@ def members_of(row: Row) -> list[str]:
     return [name for name, told in row["functions"].items() if told["member"]]
 
 
-def quantities_named(classifier: FunctionClassifier, settled: Settled) -> Row:
+def quantities_named(classifier: ProfileModel, settled: Settled) -> Row:
     """Return the quantities that decided about each function, and the nearest training objects."""
     from ..learning.reasons.words import deciding, nearest
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import expit, logit
-from sklearn.base import ClassifierMixin, clone
-from sklearn.utils.validation import has_fit_parameter
+
+if TYPE_CHECKING:
+    from sklearn.base import ClassifierMixin
 
 COPY_WEIGHT = 0.1  # of a changed copy in learning: ten count as their original
 FOLDS = 3  # of the cross-validation whose votes are looked at
 SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot tell them apart
 STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
+LOWEST = -700.0  # log odds: below, their exponential is none that floats hold
 Line = tuple[float, float]  # slope, and what is added to the log odds
 AS_VOTED: Line = (1.0, 0.0)
 
@@ -48,6 +51,9 @@ def grown_on(estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, kin
     Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise. One that
     knows no weights, such as nearest neighbours, takes objects as they are.
     """
+    from sklearn.base import clone
+    from sklearn.utils.validation import has_fit_parameter
+
     if not has_fit_parameter(estimator, "sample_weight"):
         return clone(estimator).fit(X, members)
     weights = kin.weights.copy()
@@ -103,9 +109,17 @@ def calibration_line(votes: np.ndarray, members: np.ndarray) -> Line:
 def calibrated(votes: np.ndarray, line: Line) -> np.ndarray:
     """Return probabilities (N,) from votes (N,)."""
     slope, offset = line
-    return expit(slope * log_odds(votes) + offset)
+    odds = np.maximum(slope * log_odds(votes) + offset, LOWEST)
+    return np.array([1 / (1 + math.exp(-value)) for value in odds.tolist()], float)
 
 
 def log_odds(votes: np.ndarray) -> np.ndarray:
     """Return the logarithm of the odds of votes from 0 to 1, the unanimous brought to finite ones."""
-    return logit(np.clip(votes, SURE, 1 - SURE))
+    return np.array([logit(vote) for vote in np.clip(votes, SURE, 1 - SURE).tolist()], float)
+
+
+def logit(share: float) -> float:
+    """Return the logarithm of the odds of a share, as `scipy.special` does to the last bit, near a half too."""
+    if 0.3 <= share <= 0.65:
+        return math.log1p(2 * (share - 0.5)) - math.log1p(-2 * (share - 0.5))
+    return math.log(share / (1 - share))

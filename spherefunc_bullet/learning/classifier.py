@@ -6,9 +6,8 @@ How settled spheres are read is a subclass's: as named quantities (`function_cla
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -17,25 +16,13 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
-from ..errors import InputError
-from ..settling.drops import Length
 from ..settling.records import settle_kept
 from ..settling.settling import Settled, settle
-from ..simulator import Simulator
+from .function_model import THRESHOLD, FunctionModel
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
-from .validation import THRESHOLD
 
 
-@dataclass(frozen=True, kw_only=True)
-class Membership:
-    """Whether an object has a function."""
-
-    member: bool
-    score: float  # 0 to 1, to four places
-    radius: float  # of the spheres that count most, metres
-
-
-class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
+class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     """A classifier of clouds by the spheres that fall on them, fitted or not.
 
     It tells several functions of an object, or none: what scikit-learn calls multilabel. Objects X are anything that
@@ -51,19 +38,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
     ``names_``, ``members_`` (N, F) bool and ``radius_``.
     """
 
-    simulator: str | Simulator
-    radii: Sequence[float]
-    seed: int
     cache: bool
-    functions_: tuple[str, ...]
-    names_: list[str]
-    members_: np.ndarray
-    radius_: dict[str, float]
-
-    @property
-    @abstractmethod
-    def length(self) -> Length:
-        """How long its runs are."""
 
     @abstractmethod
     def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CloudClassifier:
@@ -74,32 +49,8 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
         """Learn from more objects, beside those that are known."""
 
     @abstractmethod
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects on which spheres have fallen."""
-
-    @abstractmethod
-    def chosen_radii(self) -> list[float]:
-        """Return the radii that some function uses, ascending, metres."""
-
-    @abstractmethod
-    def only(self, name: str) -> CloudClassifier:
-        """Return a fitted copy that is asked for one function alone."""
-
-    @abstractmethod
     def held_out_f_measures(self) -> dict[str, float | None]:
         """Return each function's F-measure on training objects that were held out; None of too few examples."""
-
-    def column_of(self, name: str) -> int:
-        """Return which column of ``members_`` a function is.
-
-        Raises
-        ------
-        InputError
-            If it was not learnt.
-        """
-        if name not in self.functions_:
-            raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
-        return self.functions_.index(name)
 
     @property
     def classes_(self) -> np.ndarray:
@@ -149,17 +100,6 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, ABC):
             for row, label in zip(probabilities, labels, strict=True)
         ]
         return float(np.average(right, weights=sample_weight))
-
-    def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
-        """Return what each object is for, by the function's name; see `score_settled`."""
-        scores, radius = self.score_settled(settled, any_heading=any_heading), self.radius_
-        return [
-            {
-                name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=radius[name])
-                for name, score in zip(self.functions_, row, strict=True)
-            }
-            for row in scores.tolist()
-        ]
 
     def __sklearn_tags__(self):
         tags = super().__sklearn_tags__()

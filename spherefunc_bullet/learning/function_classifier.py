@@ -6,23 +6,24 @@ Which classifier, and what it was measured against, docs/method.md says.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
 from sklearn.base import ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import DROPS, NO_DROPS, Length
+from ..settling.drops import DROPS
 from ..settling.settling import Settled
 from ..simulator import Simulator
 from .calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
 from .classifier import CloudClassifier, require_alike
-from .forest import Forest, forest_of
+from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
-from .resting_profile import NAMES, RestingProfile, rank_distances
-from .validation import THRESHOLD, quality
+from .profiles.forest import forest_of
+from .profiles.profile_model import ProfileModel
+from .profiles.quantities import rank_distances
+from .validation import quality
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
@@ -31,7 +32,7 @@ TREES = 200
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 
 
-class FunctionClassifier(CloudClassifier):
+class FunctionClassifier(ProfileModel, CloudClassifier):
     """Learn functions from labelled clouds, and tell those of others: several, or none.
 
     Parameters
@@ -91,11 +92,6 @@ class FunctionClassifier(CloudClassifier):
         self.random_state = random_state
         self.cache = cache
 
-    @property
-    def length(self) -> Length:
-        """How long its runs are."""
-        return Length(drops=self.drops)
-
     def fit_settled(
         self,
         settled: Sequence[Settled],
@@ -153,50 +149,10 @@ class FunctionClassifier(CloudClassifier):
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
-    def profiles(self, settled: Sequence[Settled]) -> np.ndarray:
-        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-        return np.hstack(
-            [
-                RestingProfile(radius).transform([spheres.get(radius, NO_DROPS) for spheres in settled])
-                for radius in self.radii
-            ]
-        )
-
-    def quantity_names(self) -> list[str]:
-        """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
-        return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in NAMES]
-
     def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
-        """Return the scores (N, F) of objects, probabilities where training objects stand for what will be asked.
-
-        ``any_heading`` changes nothing, as quantities do not depend on which way an object faces.
-        """
+        """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
-        return self.score_profiles(self.profiles(settled))
-
-    def score_profiles(self, profiles: np.ndarray) -> np.ndarray:
-        """Return the scores (N, F) of objects given as quantities (N, R * Q)."""
-        scores = np.zeros((len(profiles), len(self.functions_)))
-        if not len(profiles):
-            return scores
-        for column, (one, line) in enumerate(zip(self.forests_, self.lines_, strict=True)):
-            if one is None:
-                scores[:, column] = self.members_[:, column].all()
-            else:
-                scores[:, column] = calibrated(votes_of(one, profiles), line)
-        return scores
-
-    def chosen_radii(self) -> list[float]:
-        """Return the radii, ascending, metres; all of them count."""
-        return sorted(self.radii)
-
-    def only(self, name: str) -> FunctionClassifier:
-        """Return a fitted copy that is asked for one function alone, by its forest."""
-        alone, column = copy(self), self.column_of(name)
-        alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
-        alone.forests_, alone.lines_ = [self.forests_[column]], [self.lines_[column]]
-        alone.radius_ = {name: self.radius_[name]}
-        return alone
+        return super().score_settled(settled, any_heading=any_heading)
 
     def _know(self) -> FunctionClassifier:
         """See how far training objects are from one another."""
@@ -239,11 +195,6 @@ class FunctionClassifier(CloudClassifier):
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
         whole = self.kin_.weights == 1
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
-
-
-def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
-    """Return what a forest, or another classifier, says of objects (N,) given as quantities."""
-    return one.votes(profiles) if isinstance(one, Forest) else one.predict_proba(profiles)[:, 1]
 
 
 def forest(random_state: int = 0) -> ExtraTreesClassifier:

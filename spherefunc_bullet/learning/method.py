@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..settling.drops import DROPS, Length
 from .histogram import DIAMETERS, CubeHistogram
+from .profiles.profile_model import PROFILE
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
-PROFILE = "profile"
 PROFILE_RADII = (0.005, 0.01, 0.03)  # metres
 
 

@@ -7,15 +7,15 @@ and is refused with a clear line where those do not fit.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import sparse
 
 from ..errors import InputError
 from ..formats import FormatError
@@ -24,16 +24,21 @@ from ..formats.writing import writing
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
 from .calibration import Kin
-from .classifier import CloudClassifier
-from .cube_classifier import CubeClassifier
-from .forest import Forest
-from .function_classifier import FunctionClassifier
-from .method import CUBES, PROFILE, AnyMethod, Method, find_cube_method, find_method
-from .resting_profile import NAMES
+from .function_model import FunctionModel
+from .profiles.forest import Forest
+from .profiles.profile_model import PROFILE, ProfileModel
+from .profiles.quantities import NAMES
+
+if TYPE_CHECKING:
+    from .classifier import CloudClassifier
+    from .cube_classifier import CubeClassifier
+    from .function_classifier import FunctionClassifier
+    from .method import AnyMethod, Method
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
 About = dict[str, Any]  # what a model file says of itself, JSON
+Rebuilding = Callable[[About, dict[str, np.ndarray]], FunctionModel]
 
 
 def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
@@ -63,6 +68,8 @@ def save_model(model: CloudClassifier, path: str | Path):
     InputError
         If it is one of forests that are none of `forest`, which only arrays of trees can be kept of.
     """
+    from .cube_classifier import CubeClassifier
+
     simulator = make_simulator(model.simulator)
     about = {
         "format": FORMAT,
@@ -85,6 +92,8 @@ def save_model(model: CloudClassifier, path: str | Path):
 
 def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
     """Return what is kept of a classifier by cubes beside what is kept of all."""
+    from .method import find_cube_method
+
     arrays = {}
     for i, radius in enumerate(model.radii):
         matrix = model.examples_[radius]
@@ -109,7 +118,7 @@ def profiles_kept(model: FunctionClassifier) -> tuple[About, dict[str, np.ndarra
 
 
 @cache
-def kept_model(path: Path, backend: str | None, changed: int) -> CloudClassifier:
+def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     """Return a model that this process keeps, so that it is read once; nobody may change it.
 
     Parameters
@@ -117,21 +126,23 @@ def kept_model(path: Path, backend: str | None, changed: int) -> CloudClassifier
     changed : int
         When the file was, so that one written since is read anew.
     """
-    return load_model(path, backend)
+    return read_model(path, backend, rebuilt_to_ask)
 
 
-def model_to_ask(model: str | Path | CloudClassifier | None, backend: str | None) -> CloudClassifier:
+def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
     """Return a model for asking alone: one that is made, a file's, or the one that ships; files are read once.
+
+    What is read of a file by profiles is a `ProfileModel`, which does without scikit-learn.
 
     Raises
     ------
     InputError
         See `load_model`.
     """
-    if isinstance(model, CloudClassifier):
+    if isinstance(model, FunctionModel):
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
-    return kept_model(path, backend, path.stat().st_mtime_ns) if path.is_file() else load_model(path, backend)
+    return kept_model(path, backend, path.stat().st_mtime_ns if path.is_file() else 0)
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
@@ -149,8 +160,12 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
-    path = shipped_model(backend or "fast") if path is None else path
-    about, arrays = read_model(path)
+    return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_to_learn)
+
+
+def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
+    """Return a file's model, made in one of two ways of what the file holds; see `load_model`."""
+    about, arrays = read_contents(path)
     try:
         check_about(about, path, backend)
         return rebuilt(about, arrays)
@@ -160,7 +175,7 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
         raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
 
 
-def read_model(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
+def read_contents(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
     """Return what a model file says about itself, and its arrays."""
     try:
         arrays = read_arrays(path)
@@ -194,28 +209,48 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
 
 
-def rebuilt(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
+def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
+    """Return what a model file describes, for asking alone where it is by profiles."""
+    if about["method"]["name"] != PROFILE:
+        return rebuilt_to_learn(about, arrays)
+    radii, drops = tuple(about["radii"]), int(about["method"]["drops"])
+    model = ProfileModel(simulator_of(about), radii=radii, drops=drops, seed=about["seed"])
+    fill_profiles(model, about, arrays)
+    return model
+
+
+def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
     """Return the classifier that a model file describes."""
-    simulator = make_simulator(about["backend"], **about["backend_options"])
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
-    read = rebuilt_profiles if about["method"]["name"] == PROFILE else rebuilt_cubes
-    model = read(simulator, options, about, arrays)
+    if about["method"]["name"] != PROFILE:
+        return rebuilt_cubes(options, about, arrays)
+    from .function_classifier import FunctionClassifier
+
+    model = FunctionClassifier(simulator_of(about), drops=int(about["method"]["drops"]), **options)
+    fill_profiles(model, about, arrays)
+    return model
+
+
+def simulator_of(about: About) -> Simulator:
+    """Return the simulator that a model is for."""
+    return make_simulator(about["backend"], **about["backend_options"])
+
+
+def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarray]):
+    """Give a model its functions and its training objects."""
     model.functions_ = tuple(about["functions"])
     model.members_ = arrays["members"].astype(bool)
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
-    return model
 
 
-def rebuilt_profiles(
-    simulator: Simulator, options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]
-) -> FunctionClassifier:
-    """Return the classifier by resting profiles that a model file describes."""
+def fill_profiles(model: ProfileModel, about: About, arrays: dict[str, np.ndarray]):
+    """Give a model by resting profiles what its file holds."""
     names = about["functions"]
     if about["method"]["quantities"] != list(NAMES):
         raise ValueError("other quantities than this version reads")
-    model = FunctionClassifier(simulator, drops=int(about["method"]["drops"]), **options)
+    fill_examples(model, about, arrays)
     model.profiles_ = arrays["profiles"].astype(float)
     model.familiar_ = float(about["familiar"])
     model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
@@ -229,7 +264,6 @@ def rebuilt_profiles(
     for one in model.forests_:
         if one is not None:
             one.require_whole(model.profiles_.shape[1])
-    return model
 
 
 def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
@@ -239,6 +273,8 @@ def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
 
 def rebuilt_method(about: dict[str, Any]) -> Method:
     """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
+    from .method import CUBES, Method
+
     fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
     about = about | {"neighbors": tuple(about["neighbors"])}
     if any(about.pop(name, value) != value for name, value in fixed.items()):
@@ -248,12 +284,15 @@ def rebuilt_method(about: dict[str, Any]) -> Method:
     return Method(**about)
 
 
-def rebuilt_cubes(
-    simulator: Simulator, options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]
-) -> CubeClassifier:
+def rebuilt_cubes(options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]) -> CubeClassifier:
     """Return the classifier by cubes that a model file describes."""
+    from scipy import sparse
+
+    from .cube_classifier import CubeClassifier
+
     method = rebuilt_method(about["method"])
-    model = CubeClassifier(simulator, method=method, **options)
+    model = CubeClassifier(simulator_of(about), method=method, **options)
+    fill_examples(model, about, arrays)
     model.weights_ = {
         name: {radius: weight for radius, weight in about["weights"][name]} for name in about["functions"]
     }
@@ -272,6 +311,10 @@ def rebuilt_cubes(
 
 def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
     """Return a method's classifier, not fitted, of spheres that are dropped in some way."""
+    from .cube_classifier import CubeClassifier
+    from .function_classifier import FunctionClassifier
+    from .method import Method, find_method
+
     found = find_method(method)
     if isinstance(found, Method):
         return CubeClassifier(how.simulator, radii=how.radii, method=found, seed=how.seed)

@@ -1,71 +1,18 @@
-"""The resting profile: what becomes of drops, as quantities that a person would name.
-
-Cubes say where spheres lie, so they change when an object turns, moves or grows. A table is a table because a level
-at hip height carries most of what settles, one sphere deep, and lets nothing through, whatever its heading and place;
-these are the quantities here.
-"""
+"""The resting profile as a transformer of scikit-learn; what it is, `profiles.quantities` says."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from ..clouds.conversion import Anything, as_cloud
-from ..settling.drops import DROPS, WIDTH, Length, settled_rows
+from ..settling.drops import DROPS, WIDTH, Length
 from ..settling.records import settle_kept
 from ..settling.settling import settle
 from ..simulator import Simulator
-from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
-
-TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
-RIM = 2.0  # radii within the outline: the outermost ring of spheres
-
-
-@dataclass(frozen=True, kw_only=True)
-class Quantity:
-    """What one column of the profile is."""
-
-    name: str
-    unit: str  # m, m2, share, spheres or ratio
-    meaning: str  # as it can stand in a sentence
-
-
-def quantity(name: str, unit: str, meaning: str) -> Quantity:
-    """Return a quantity."""
-    return Quantity(name=name, unit=unit, meaning=meaning)
-
-
-QUANTITIES = (
-    quantity("settled", "spheres", "spheres that settled"),
-    quantity("area", "m2", "area within the outline of all spheres"),
-    quantity("width", "m", "shorter side of the outline of all spheres"),
-    quantity("middle_bottom", "m", "height under which half of the columns begin"),
-    quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
-    quantity("middle_top", "m", "height under which half of the columns end"),
-    quantity("high_top", "m", "height under which nine tenths of the columns end"),
-    quantity("one_deep", "share", "columns one sphere deep"),
-    quantity("on_spheres", "share", "spheres that touch a lower one"),
-    quantity("rim_to_middle", "ratio", "depth along the outline over mean depth"),  # 1 where walls hold the pile
-    quantity("level_height", "m", "height of the level that carries most columns"),
-    quantity("level_share", "share", "columns that begin at that level"),
-    quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
-    quantity("level_area", "m2", "area of the level's largest piece"),
-    quantity("level_area_share", "share", "area of the level's largest piece within the outline of all spheres"),
-    quantity("level_width", "m", "shorter side of the level's largest piece"),
-    quantity("level_depth", "m", "mean depth of spheres over the level"),
-    quantity("level_unevenness", "m", "unevenness of what rests on the level"),
-    quantity("stays", "share", "drops within the outline that stayed"),
-    quantity("stays_early", "share", "the same until half of all that settled had settled"),
-    quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
-    quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
-    quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
-    quantity("walled_in", "share", "spheres with the object on every side"),
-)
-NAMES = tuple(quantity.name for quantity in QUANTITIES)
-Profile = dict[str, float]
+from .profiles.quantities import NAMES, profiles_at
 
 
 class RestingProfile(TransformerMixin, BaseEstimator):
@@ -110,8 +57,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
             The drops of each object, see `settling.drops`: metres, z up, the ground at 0; or objects, on which spheres
             are dropped.
         """
-        rows = [profile_of(np.asarray(self._dropped(thing), float), self.radius) for thing in X]
-        return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
+        return profiles_at((self._dropped(thing) for thing in X), self.radius)
 
     def _dropped(self, thing: Anything) -> np.ndarray:
         if isinstance(thing, np.ndarray) and thing.ndim == 2 and thing.shape[1] == WIDTH:
@@ -125,111 +71,3 @@ class RestingProfile(TransformerMixin, BaseEstimator):
 
     def __sklearn_is_fitted__(self) -> bool:
         return True
-
-
-def profile_of(drops: np.ndarray, radius: float) -> Profile:
-    """Return the quantities of drops (D, 6), metres, by name; all 0 where nothing settled."""
-    settled = settled_rows(drops)
-    if not settled.any():
-        return dict.fromkeys(NAMES, 0.0)
-    columns = columns_of(drops[settled, 2:5], radius)
-    height, level = fullest_level(columns)
-    piece = largest_piece(level)
-    return (
-        {"settled": float(settled.sum())}
-        | whole(columns)
-        | pile(columns)
-        | carrying_level(columns, height, level, piece)
-        | staying(drops, columns, piece)
-        | {"walled_in": float(np.nanmean(drops[settled, 5]))}
-    )
-
-
-def whole(columns: Columns) -> Profile:
-    """Return how far the spheres reach across the ground and where columns begin and end, at a sphere's own ends."""
-    begin, end = columns.bottoms - columns.radius, columns.tops + columns.radius
-    middle_bottom, high_bottom = columns.quantiles(begin, (0.5, 0.9))
-    middle_top, high_top = columns.quantiles(end, (0.5, 0.9))
-    return {
-        "area": columns.outline.area,
-        "width": columns.outline.width,
-        "middle_bottom": middle_bottom,
-        "high_bottom": high_bottom,
-        "middle_top": middle_top,
-        "high_top": high_top,
-    }
-
-
-def pile(columns: Columns) -> Profile:
-    """Return how deep the spheres lie, in the middle and along the outline, and what they rest on."""
-    inside = columns.outline.depths(columns.centers[:, :2]).min(axis=0)
-    rim = columns.kept(inside <= RIM * columns.radius)
-    return {
-        "one_deep": columns.mean(columns.depths < 2.5 * columns.radius),
-        "on_spheres": share_on_spheres(columns.centers, columns.radius),
-        "rim_to_middle": rim.mean(rim.depths) / columns.mean(columns.depths),
-    }
-
-
-def share_on_spheres(centers: np.ndarray, radius: float) -> float:
-    """Return the share of spheres (S, 3), metres, that touch one lower by half a radius."""
-    first, second = near_pairs(centers, TOUCHING * radius)
-    rise = centers[first, 2] - centers[second, 2]
-    resting = np.where(rise > 0, first, second)[np.abs(rise) > 0.5 * radius]
-    return len(np.unique(resting)) / len(centers)
-
-
-def carrying_level(columns: Columns, height: float, level: Columns, piece: Columns) -> Profile:
-    """Return what the level is like that carries most columns, and its largest connected piece."""
-    carried = float(level.weights.sum())
-    return {
-        "level_height": height - columns.radius,
-        "level_share": carried / float(columns.weights.sum()),
-        "level_piece": float(piece.weights.sum()) / carried,
-        "level_area": piece.outline.area,
-        "level_area_share": piece.outline.area / columns.outline.area,
-        "level_width": piece.outline.width,
-        "level_depth": piece.mean(piece.depths),
-        "level_unevenness": piece.spread(piece.bottoms),
-    }
-
-
-def staying(drops: np.ndarray, columns: Columns, piece: Columns) -> Profile:
-    """Return the share of the drops (D, 6) that stay, where the object might have held them, and how far they rolled.
-
-    A cup lets spheres go as soon as it is full, so shares are also counted up to where half of all have settled.
-    """
-    settled, places = settled_rows(drops), drops[:, :2]
-    inside = columns.outline.inside(places)
-    early = np.arange(len(drops)) <= np.flatnonzero(settled)[len(columns) // 2]
-    rolled = np.linalg.norm(drops[settled, 2:4] - places[settled], axis=1)
-    return {
-        "stays": share(settled, inside > -columns.radius),
-        "stays_early": share(settled, early & (inside > -columns.radius)),
-        "middle_stays": share(settled, early & (inside > 0.5 * max(inside.max(), 0))),
-        "level_stays": share(settled, early & (piece.outline.inside(places) > 0)),
-        "rolled": float(rolled.mean()) / columns.radius,
-    }
-
-
-def share(settled: np.ndarray, which: np.ndarray) -> float:
-    """Return the share of some drops (D,) bool that settled (D,) bool; 0 where there are none."""
-    return float(settled[which].mean()) if which.any() else 0.0
-
-
-def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
-    """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks.
-
-    A quantity's rank is the share of the training objects that have less of it, so that metres and shares count alike.
-    """
-    ordered = np.sort(learnt, axis=0)
-    return np.abs(ranks_among(ordered, asked)[:, None] - ranks_among(ordered, learnt)[None]).mean(axis=2)
-
-
-def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the ranks (A, D) of quantities (A, D) among sorted ones (N, D), 0 to 1; of equal ones the middle."""
-    places = [
-        np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
-        for k in range(ordered.shape[1])
-    ]
-    return np.column_stack(places) / (2 * len(ordered))

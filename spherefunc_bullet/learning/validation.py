@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .function_model import THRESHOLD
 from .inverse_distance import inverse_distance_scores, nearest_of_all_scores
 from .method import Method
 
-THRESHOLD = 0.5  # score above which an object is a member
 HELD_OUT = 0.3  # share of the training set that validates the radius (paper, §III-C)
 
 

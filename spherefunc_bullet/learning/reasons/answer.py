@@ -6,17 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...quantities import BY_FILE
 from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
-from ..classifier import CloudClassifier
-from ..function_classifier import FunctionClassifier
+from ..function_model import FunctionModel
 from ..model_file import model_to_ask
+from ..profiles.profile_model import ProfileModel
 from .words import doubts, sentences
+
+if TYPE_CHECKING:
+    from ..classifier import CloudClassifier
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,14 +126,14 @@ def classify(
     return answers if several else answers[0]
 
 
-def answer_of(cloud: Cloud, classifier: CloudClassifier, *, explain: bool = True, cache: bool = False) -> Answer:
+def answer_of(cloud: Cloud, classifier: FunctionModel, *, explain: bool = True, cache: bool = False) -> Answer:
     """Return what one cloud is for."""
     drop = settle_kept if cache else settle
     settled = drop(cloud, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.length)
     return answered(cloud.name, settled, classifier, explain=explain)
 
 
-def answered(name: str, settled: Settled, classifier: CloudClassifier, *, explain: bool = True) -> Answer:
+def answered(name: str, settled: Settled, classifier: FunctionModel, *, explain: bool = True) -> Answer:
     """Return what an object is for, on which spheres have fallen."""
     told = classifier.memberships_of([settled])[0]
     scores = {function: membership.score for function, membership in told.items()}
@@ -145,9 +148,9 @@ def answered(name: str, settled: Settled, classifier: CloudClassifier, *, explai
 
 
 def worded(
-    classifier: CloudClassifier, settled: Settled, scores: Sequence[float], explain: bool = True
+    classifier: FunctionModel, settled: Settled, scores: Sequence[float], explain: bool = True
 ) -> tuple[list[str], list[str]]:
     """Return an answer in sentences, and what is doubtful about it; neither where cubes are counted."""
-    if not isinstance(classifier, FunctionClassifier):
+    if not isinstance(classifier, ProfileModel):
         return [], []
     return sentences(classifier, settled, scores) if explain else [], doubts(classifier, settled, scores)

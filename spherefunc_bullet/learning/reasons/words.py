@@ -13,8 +13,8 @@ import numpy as np
 from ...quantities import format_length
 from ...settling.drops import settled_rows
 from ...settling.settling import Settled
-from ..function_classifier import FunctionClassifier
-from ..resting_profile import NAMES, QUANTITIES, Profile, Quantity, rank_distances
+from ..profiles.profile_model import ProfileModel
+from ..profiles.quantities import NAMES, QUANTITIES, Profile, Quantity, rank_distances
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
@@ -41,7 +41,7 @@ class Near(TypedDict):
     distance: float  # mean difference of ranks among the training objects, 0 to 1
 
 
-def sentences(classifier: FunctionClassifier, settled: Settled, scores: Sequence[float]) -> list[str]:
+def sentences(classifier: ProfileModel, settled: Settled, scores: Sequence[float]) -> list[str]:
     """Return a sentence for each function that an object has, or for the likeliest where it has none."""
     names = [name for name, score in zip(classifier.functions_, scores, strict=True) if score > 0.5]
     names = names or [classifier.functions_[int(np.argmax(scores))]]
@@ -49,7 +49,7 @@ def sentences(classifier: FunctionClassifier, settled: Settled, scores: Sequence
     return [f"{name} {score_of[name]:.2f}: {met(classifier, settled, name)}" for name in names]
 
 
-def met(classifier: FunctionClassifier, settled: Settled, name: str) -> str:
+def met(classifier: ProfileModel, settled: Settled, name: str) -> str:
     """Return what the spheres met that count most for a function, as a person would say it."""
     radii = [radius for radius in classifier.radii if settled_count(settled, radius)]
     if not radii:
@@ -64,7 +64,7 @@ def met(classifier: FunctionClassifier, settled: Settled, name: str) -> str:
     )
 
 
-def deciding(classifier: FunctionClassifier, settled: Settled, name: str, count: int = DECIDING) -> list[Deciding]:
+def deciding(classifier: ProfileModel, settled: Settled, name: str, count: int = DECIDING) -> list[Deciding]:
     """Return the quantities that decide most about a function, for it or against it, the strongest first."""
     profile, column = classifier.profiles([settled])[0], classifier.functions_.index(name)
     medians = np.median(classifier.profiles_, axis=0)
@@ -87,7 +87,7 @@ def deciding(classifier: FunctionClassifier, settled: Settled, name: str, count:
     ]
 
 
-def nearest(classifier: FunctionClassifier, settled: Settled, count: int = NEAREST) -> list[Near]:
+def nearest(classifier: ProfileModel, settled: Settled, count: int = NEAREST) -> list[Near]:
     """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
     distances = rank_distances(classifier.profiles([settled]), classifier.profiles_)[0]
     distances[classifier.kin_.weights < 1] = np.inf
@@ -101,7 +101,7 @@ def nearest(classifier: FunctionClassifier, settled: Settled, count: int = NEARE
     ]
 
 
-def doubts(classifier: FunctionClassifier, settled: Settled, scores: Sequence[float]) -> list[str]:
+def doubts(classifier: ProfileModel, settled: Settled, scores: Sequence[float]) -> list[str]:
     """Return why the answer is unsure, each a sentence; none where it is sure."""
     found = [
         f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
@@ -126,7 +126,7 @@ def settled_count(settled: Settled, radius: float) -> int:
     return int(settled_rows(settled[radius]).sum()) if radius in settled and len(settled[radius]) else 0
 
 
-def profile_at(classifier: FunctionClassifier, profile: np.ndarray, radius: float) -> Profile:
+def profile_at(classifier: ProfileModel, profile: np.ndarray, radius: float) -> Profile:
     """Return an object's quantities (R * Q,) at one radius, by name."""
     start = list(classifier.radii).index(radius) * len(NAMES)
     return dict(zip(NAMES, profile[start : start + len(NAMES)].tolist(), strict=True))

@@ -11,11 +11,8 @@ from functools import cached_property
 
 import numpy as np
 from numba import njit
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from ..compilation import prepare
+from ...compilation import prepare
 
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
 
@@ -155,8 +152,36 @@ def columns_of(centers: np.ndarray, radius: float) -> Columns:
 
 
 def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of all pairs of points (N, D) that are at most so far apart, metres."""
-    return cKDTree(points).query_pairs(distance, output_type="ndarray").T
+    """Return the indices of all pairs of points (N, D) that are at most so far apart, metres.
+
+    Those are looked at whose first coordinates are as near: of the hundreds of spheres on an object, few.
+    """
+    order = np.argsort(points[:, 0], kind="stable")
+    along = points[order, 0]
+    reached = np.searchsorted(along, along + distance * (1 + 1e-9), "right")
+    counts = reached - np.arange(len(order)) - 1
+    first = np.repeat(np.arange(len(order)), counts)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts)
+    first, second = order[first], order[second]
+    squares = sum((points[first, axis] - points[second, axis]) ** 2 for axis in range(points.shape[1]))
+    near = squares <= distance * distance
+    return first[near], second[near]
+
+
+def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return which piece each of so many things belongs to (N,), from 0, where pairs of them are linked.
+
+    Everything takes the lowest number that it is linked to until nothing changes.
+    """
+    lowest = np.arange(count)
+    while True:
+        linked = lowest.copy()
+        np.minimum.at(linked, first, lowest[second])
+        np.minimum.at(linked, second, lowest[first])
+        linked = linked[linked]
+        if np.array_equal(linked, lowest):
+            return np.unique(lowest, return_inverse=True)[1]
+        lowest = linked
 
 
 def fullest_level(columns: Columns) -> tuple[float, Columns]:
@@ -178,8 +203,7 @@ def largest_piece(level: Columns) -> Columns:
     """
     spacing = np.sqrt(level.outline.area / len(level))
     first, second = near_pairs(level.centers[:, :2], 2 * max(spacing, 1.5 * level.radius))
-    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(level), len(level)))
-    _, pieces = connected_components(graph, directed=False)
+    pieces = pieces_of(len(level), first, second)
     carried = np.round(np.bincount(pieces, level.weights), 9)
     equal = np.flatnonzero(carried == carried.max())
     if len(equal) == 1:

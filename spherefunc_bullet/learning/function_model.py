@@ -1,0 +1,77 @@
+"""What all fitted models of functions answer, whichever way they learnt, and without what learning takes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..settling.drops import Length
+from ..settling.settling import Settled
+from ..simulator import Simulator
+
+THRESHOLD = 0.5  # score above which an object is a member
+
+
+@dataclass(frozen=True, kw_only=True)
+class Membership:
+    """Whether an object has a function."""
+
+    member: bool
+    score: float  # 0 to 1, to four places
+    radius: float  # of the spheres that count most, metres
+
+
+class FunctionModel(ABC):
+    """A model that is asked what objects are for, by the spheres that fell on them."""
+
+    simulator: str | Simulator
+    radii: Sequence[float]  # metres
+    seed: int  # of the drops
+    functions_: tuple[str, ...]
+    names_: list[str]  # of the training objects
+    members_: np.ndarray  # (N, F) bool
+    radius_: dict[str, float]  # that counts most for each function, metres
+
+    @property
+    @abstractmethod
+    def length(self) -> Length:
+        """How long its runs are."""
+
+    @abstractmethod
+    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+        """Return the scores (N, F) of objects on which spheres have fallen."""
+
+    @abstractmethod
+    def chosen_radii(self) -> list[float]:
+        """Return the radii that some function uses, ascending, metres."""
+
+    @abstractmethod
+    def only(self, name: str) -> FunctionModel:
+        """Return a copy that is asked for one function alone."""
+
+    def column_of(self, name: str) -> int:
+        """Return which column of ``members_`` a function is.
+
+        Raises
+        ------
+        InputError
+            If it was not learnt.
+        """
+        if name not in self.functions_:
+            raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
+        return self.functions_.index(name)
+
+    def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
+        """Return what each object is for, by the function's name; see `score_settled`."""
+        scores, radius = self.score_settled(settled, any_heading=any_heading), self.radius_
+        return [
+            {
+                name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=radius[name])
+                for name, score in zip(self.functions_, row, strict=True)
+            }
+            for row in scores.tolist()
+        ]

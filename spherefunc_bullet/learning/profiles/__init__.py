@@ -1,0 +1,1 @@
+"""Resting profiles, and models that are asked by them: what answering takes, without scikit-learn."""
