@@ -7,9 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import clouds
 import pytest
 
-HEAVY = ("numba", "open3d", "sklearn", "trimesh", "pybullet")
+HEAVY = ("numba", "open3d", "sklearn", "scipy", "scipy.stats", "matplotlib", "trimesh", "pybullet")
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -18,7 +19,7 @@ def loaded_by(code: str) -> set[str]:
     code += f"\nimport sys; print(*({HEAVY!r} & sys.modules.keys()), file=sys.stderr)"
     code = code.replace(repr(HEAVY), repr(set(HEAVY)))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    return set(done.stderr.split())
+    return set(done.stderr.splitlines()[-1].split())
 
 
 def test_imports_run_one_way(tmp_path):
@@ -35,7 +36,7 @@ def test_imports_run_one_way(tmp_path):
 
 
 def test_heavy_modules_are_seen():
-    assert loaded_by("import sklearn") == {"sklearn"}
+    assert loaded_by("import sklearn") == {"sklearn", "scipy", "scipy.stats"}
 
 
 def test_importing_the_package_is_light():
@@ -47,6 +48,28 @@ def test_help_is_light():
         "import sys\nfrom spherefunc_bullet.commands.command_line import main\nsys.argv = ['spherefunc', '--help']\n"
     )
     assert loaded_by(code + "try:\n    main()\nexcept SystemExit:\n    pass") == set()
+
+
+@pytest.mark.parametrize(
+    "asking",
+    [
+        "import sys\nfrom spherefunc_bullet.commands.command_line import main\n"
+        "sys.argv = ['spherefunc', 'classify', '--explain', {path!r}]\n"
+        "try:\n    main()\nexcept SystemExit as left:\n    assert not left.code",
+        "import spherefunc_bullet as sf\nassert sf.classify({path!r}, cache=True).functions == {{'cup'}}",
+    ],
+    ids=["command", "call"],
+)
+def test_asking_loads_nothing_that_only_learning_needs(asking, tmp_path, monkeypatch):
+    """The first time kernels are loaded, and numba asks SciPy for its linear algebra; what is kept needs neither."""
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+    mug = clouds.mug().points
+    header = f"ply\nformat ascii 1.0\nelement vertex {len(mug)}\n" + "".join(f"property float {k}\n" for k in "xyz")
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in mug)
+    (tmp_path / "mug.ply").write_text(f"{header}end_header\n{rows}")
+    code = asking.format(path=str(tmp_path / "mug.ply"))
+    assert loaded_by(code) <= {"numba", "scipy"}
+    assert loaded_by(code) == set()
 
 
 def test_every_public_name_is_there():

@@ -10,7 +10,10 @@ import pytest
 from test_classifier import collection, fitted
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
+from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +51,23 @@ def test_round_trip_scores_the_same(tmp_path, method):
     assert np.array_equal(again.score_settled(asked), model.score_settled(asked))
     assert again.functions_ == model.functions_ and again.names_ == model.names_
     assert again.radius_ == model.radius_ and again.weights_ == model.weights_
+
+
+def test_a_model_to_ask_answers_as_the_one_that_learns():
+    learning, asked = load_model(), model_to_ask(None, None)
+    assert type(asked) is ProfileModel and isinstance(learning, FunctionClassifier)
+    things = learning.profiles_[:50] * 1.03
+    assert asked.score_profiles(things).tobytes() == learning.score_profiles(things).tobytes()
+    name = asked.functions_[-1]
+    assert asked.only(name).score_profiles(things).tobytes() == learning.only(name).score_profiles(things).tobytes()
+    assert asked.quantity_names() == learning.quantity_names() and asked.length == learning.length
+
+
+def test_a_model_to_ask_by_cubes_is_the_classifier(saved):
+    assert isinstance(model_to_ask(saved, "fast"), CubeClassifier)
+    assert model_to_ask(saved, "fast") is model_to_ask(str(saved), "fast")
+    made = load_model(saved)
+    assert model_to_ask(made, None) is made
 
 
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):

@@ -4,12 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, cKDTree
+from scipy.special import expit, logit
 from sklearn.base import clone
 
 from spherefunc_bullet.learning import function_classifier
-from spherefunc_bullet.learning.calibration import AS_VOTED, COPY_WEIGHT, calibrated, calibration_line, kin_of
+from spherefunc_bullet.learning.calibration import (
+    AS_VOTED,
+    COPY_WEIGHT,
+    SURE,
+    calibrated,
+    calibration_line,
+    kin_of,
+    log_odds,
+)
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, outline_of
+from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling.drops import WIDTH
@@ -174,6 +186,35 @@ def test_transformer_keeps_sklearns_contract():
     profile, objects = RestingProfile(0.03), [dropped(heap(0))]
     assert clone(profile).get_params()["radius"] == 0.03
     assert profile.fit_transform(objects).tolist() == profile.transform(objects).tolist()
+
+
+@pytest.mark.parametrize("width", [2, 3])
+@pytest.mark.parametrize("decimals", [2, 15])  # in a grid many distances are as long as what is asked for
+def test_pairs_and_pieces_are_those_of_scipy(width, decimals):
+    for seed in range(20):
+        points = np.random.default_rng(seed).random((10 * seed + 1, width)).round(decimals) * 0.2
+        first, second = near_pairs(points, 0.02)
+        asked = cKDTree(points).query_pairs(0.02)
+        assert {tuple(sorted(pair)) for pair in zip(first.tolist(), second.tolist(), strict=True)} == asked
+        assert len(first) == len(asked)
+        graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(points), len(points)))
+        assert np.array_equal(pieces_of(len(points), first, second), connected_components(graph, directed=False)[1])
+
+
+def test_outline_is_that_of_scipy():
+    points = np.random.default_rng(3).random((200, 2))
+    hull = ConvexHull(points)
+    corners = outline_of(points, 0.0).corners
+    assert {tuple(corner) for corner in corners} == {tuple(corner) for corner in points[hull.vertices]}
+    assert outline_of(points, 0.0).area == pytest.approx(hull.volume, rel=1e-12)  # of 20 corners, rounded
+
+
+def test_probabilities_are_those_of_scipy():
+    votes = np.linspace(0, 1, 1001)
+    # Two units in the last place are what logarithms and exponentials of two libraries may differ by.
+    assert np.allclose(log_odds(votes), logit(np.clip(votes, SURE, 1 - SURE)), rtol=4e-16, atol=0)
+    assert np.allclose(calibrated(votes, (2.5, -0.7)), expit(2.5 * log_odds(votes) - 0.7), rtol=4e-16, atol=0)
+    assert calibrated(votes[:1], (1e9, 0.0)) == pytest.approx([0], abs=1e-300)
 
 
 def test_outline_of_a_turned_rectangle():

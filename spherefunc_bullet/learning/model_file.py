@@ -23,16 +23,13 @@ from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
-from .calibration import Kin
 from .function_model import FunctionModel
-from .profiles.forest import Forest
+from .profiles.arrays import fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
-from .profiles.quantities import NAMES
 
 if TYPE_CHECKING:
     from .classifier import CloudClassifier
     from .cube_classifier import CubeClassifier
-    from .function_classifier import FunctionClassifier
     from .method import AnyMethod, Method
 
 FORMAT = "spherefunc-model"
@@ -101,20 +98,6 @@ def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
         arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
     weights = {name: list(weights.items()) for name, weights in model.weights_.items()}
     return {"method": asdict(find_cube_method(model.method)), "weights": weights}, arrays
-
-
-def profiles_kept(model: FunctionClassifier) -> tuple[About, dict[str, np.ndarray]]:
-    """Return what is kept of a classifier by resting profiles beside what is kept of all."""
-    arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
-    arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
-    for i, one in enumerate(model.forests_):
-        if isinstance(one, Forest):
-            arrays |= {f"{name}_{i}": values for name, values in one.arrays().items()}
-        elif one is not None:
-            raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
-    about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
-    radii = [model.radius_[name] for name in model.functions_]
-    return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
 
 
 @cache
@@ -215,6 +198,7 @@ def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel
         return rebuilt_to_learn(about, arrays)
     radii, drops = tuple(about["radii"]), int(about["method"]["drops"])
     model = ProfileModel(simulator_of(about), radii=radii, drops=drops, seed=about["seed"])
+    fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     return model
 
@@ -227,6 +211,7 @@ def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassi
     from .function_classifier import FunctionClassifier
 
     model = FunctionClassifier(simulator_of(about), drops=int(about["method"]["drops"]), **options)
+    fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     return model
 
@@ -243,32 +228,6 @@ def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarr
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
-
-
-def fill_profiles(model: ProfileModel, about: About, arrays: dict[str, np.ndarray]):
-    """Give a model by resting profiles what its file holds."""
-    names = about["functions"]
-    if about["method"]["quantities"] != list(NAMES):
-        raise ValueError("other quantities than this version reads")
-    fill_examples(model, about, arrays)
-    model.profiles_ = arrays["profiles"].astype(float)
-    model.familiar_ = float(about["familiar"])
-    model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
-    model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
-    model.kin_ = Kin(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
-    if {len(model.kin_.weights), len(model.kin_.groups)} != {len(model.profiles_)}:
-        raise ValueError("weights and names differ in number")
-    if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
-        raise ValueError("quantities and names differ in number")
-    model.forests_ = [None if f"roots_{i}" not in arrays else rebuilt_forest(arrays, i) for i in range(len(names))]
-    for one in model.forests_:
-        if one is not None:
-            one.require_whole(model.profiles_.shape[1])
-
-
-def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
-    """Return one function's forest."""
-    return Forest(**{name: arrays[f"{name}_{i}"] for name in ("roots", "feature", "threshold", "below", "vote")})
 
 
 def rebuilt_method(about: dict[str, Any]) -> Method:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..simulator import DropResult, Outcome
-from .enclosure import walled_in
 
 # Numbers of a drop: x and y of its column; x, y and z of the centre at rest, and whether it is walled in there, all NaN
 # where it did not settle.
@@ -55,6 +54,8 @@ def settled_rows(drops: np.ndarray) -> np.ndarray:
 
 def as_drops(centers: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:
     """Return centres (S, 3) on an object's points (N, 3), metres, as drops that settled where they fell, (S, 6)."""
+    from .enclosure import walled_in  # compiled, so not where all that is read was kept
+
     walls = np.full(len(centers), np.nan)
     asked = slice(None, None, max(1, len(centers) // ASKED))
     walls[asked] = walled_in(points, centers[asked], radius)

@@ -10,9 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
-
-from ...compilation import prepare
 
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
 
@@ -57,25 +54,26 @@ def outline_of(points: np.ndarray, radius: float) -> Outline:
     ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
     ordered = ordered[np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))]
     if len(ordered) > 1:
-        prepare(half_hull)
-        back = ordered[::-1].copy()
+        back = ordered[::-1]
         ordered = np.concatenate([ordered[half_hull(ordered)[:-1]], back[half_hull(back)[:-1]]])
     return Outline(corners=ordered, radius=radius)
 
 
-@njit(cache=True)
-def half_hull(ordered):
-    """Return how many corners are on the right of the way through ordered points (N, 2), and which (Andrew, 1979)."""
-    chain, count = np.empty(len(ordered), np.int64), 0
-    for i in range(len(ordered)):
-        while count > 1:
-            a, b = ordered[chain[count - 2]], ordered[chain[count - 1]]
-            if (b[0] - a[0]) * (ordered[i, 1] - a[1]) - (b[1] - a[1]) * (ordered[i, 0] - a[0]) > 0:
+def half_hull(ordered: np.ndarray) -> list[int]:
+    """Return which corners are on the right of the way through ordered points (N, 2) (Andrew, 1979).
+
+    Numbers of Python's own: for a few hundred points that is quicker than it is to load a compiled kernel.
+    """
+    x, y = ordered.T.tolist()
+    chain: list[int] = []
+    for i in range(len(x)):
+        while len(chain) > 1:
+            a, b = chain[-2:]
+            if (x[b] - x[a]) * (y[i] - y[a]) - (y[b] - y[a]) * (x[i] - x[a]) > 0:
                 break
-            count -= 1
-        chain[count] = i
-        count += 1
-    return chain[:count]
+            chain.pop()
+        chain.append(i)
+    return chain
 
 
 def edges_of(corners: np.ndarray) -> np.ndarray:

@@ -1,0 +1,52 @@
+"""A fitted model by resting profiles as the arrays of its file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ..calibration import Kin
+from .forest import Forest
+from .profile_model import PROFILE, ProfileModel
+from .quantities import NAMES
+
+
+def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return what is kept of a classifier by resting profiles beside what is kept of all."""
+    arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
+    arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
+    for i, one in enumerate(model.forests_):
+        if isinstance(one, Forest):
+            arrays |= {f"{name}_{i}": values for name, values in one.arrays().items()}
+        elif one is not None:
+            raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
+    about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
+    radii = [model.radius_[name] for name in model.functions_]
+    return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
+
+
+def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
+    """Give a model by resting profiles what its file holds."""
+    names = about["functions"]
+    if about["method"]["quantities"] != list(NAMES):
+        raise ValueError("other quantities than this version reads")
+    model.profiles_ = arrays["profiles"].astype(float)
+    model.familiar_ = float(about["familiar"])
+    model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
+    model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
+    model.kin_ = Kin(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
+    if {len(model.kin_.weights), len(model.kin_.groups)} != {len(model.profiles_)}:
+        raise ValueError("weights and names differ in number")
+    if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
+        raise ValueError("quantities and names differ in number")
+    model.forests_ = [None if f"roots_{i}" not in arrays else rebuilt_forest(arrays, i) for i in range(len(names))]
+    for one in model.forests_:
+        if one is not None:
+            one.require_whole(model.profiles_.shape[1])
+
+
+def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
+    """Return one function's forest."""
+    return Forest(**{name: arrays[f"{name}_{i}"] for name in ("roots", "feature", "threshold", "below", "vote")})
