@@ -11,7 +11,8 @@ from scipy.special import expit, logit
 from sklearn.base import clone
 
 from spherefunc_bullet.learning import function_classifier
-from spherefunc_bullet.learning.calibration import (
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.profiles.calibration import (
     AS_VOTED,
     COPY_WEIGHT,
     SURE,
@@ -20,7 +21,6 @@ from spherefunc_bullet.learning.calibration import (
     kin_of,
     log_odds,
 )
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile

@@ -22,8 +22,8 @@ from spherefunc_bullet.console import print_table, progress
 from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
-from spherefunc_bullet.learning.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.learning.method import AnyMethod
+from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, Impairment
 from spherefunc_bullet.settling.records import Dropping, Loading

@@ -11,9 +11,9 @@ from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
-from spherefunc_bullet.learning.calibration import Kin
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
+from spherefunc_bullet.learning.profiles.calibration import Kin
 from spherefunc_bullet.settling.drops import as_drops
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.settling.settling import Settled

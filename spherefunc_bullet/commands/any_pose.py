@@ -12,12 +12,12 @@ from .poses import posed_file
 
 if TYPE_CHECKING:
     from ..learning.any_pose import PoseFunctions
-    from ..learning.classifier import CloudClassifier
+    from ..learning.function_model import FunctionModel
 
 Row = dict[str, Any]
 
 
-def classify_any_pose(files: Sequence[Path], classifier: CloudClassifier, units: str, json: bool):
+def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
     """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator

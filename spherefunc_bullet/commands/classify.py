@@ -65,8 +65,7 @@ def classify(
 
         return classify_any_pose(names, classifier, units, json)
     tasks = [(file, dropping_of(classifier, up, units)) for file in names]
-    isolate = isolated(make_simulator(classifier.simulator))
-    outcomes = run_tasks(settled_file, tasks, names, jobs=jobs, isolate=isolate)
+    outcomes = run_tasks(settled_file, tasks, names, jobs=jobs, isolate=isolated(make_simulator(classifier.simulator)))
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
         if isinstance(outcome, InputError):
@@ -141,8 +140,7 @@ def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionMod
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
     row["seconds"] = round(seconds + time.perf_counter() - started, 3)
     if explain:
-        by_words = isinstance(classifier, ProfileModel)
-        row |= quantities_named(classifier, settled) if by_words else cubes_named(classifier, settled)
+        row |= (quantities_named if isinstance(classifier, ProfileModel) else cubes_named)(classifier, settled)
     return row
 
 

@@ -16,7 +16,7 @@ from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..learning.any_pose import PoseFunctions
-    from ..learning.classifier import CloudClassifier
+    from ..learning.function_model import FunctionModel
     from ..simulator import Simulator
     from ..simulator.mechanics import PoseResult, PoseSettings
 
@@ -40,7 +40,7 @@ def poses(
     json: Json = False,
 ):
     """Say how each object can lie, how likely each pose is, and what it is for so."""
-    from ..learning.model_file import load_model, shipped_model
+    from ..learning.model_file import model_to_ask, shipped_model
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
@@ -49,7 +49,7 @@ def poses(
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "poses")
     settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
-    classifier = load_model(model or shipped_model("fast"))
+    classifier = model_to_ask(model or shipped_model("fast"), None)
     failures, rows, drawn = Failures(), [], []
     tasks = [(file, simulator, classifier, settings, seed, units) for file in files]
     outcomes = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
@@ -66,7 +66,7 @@ def poses(
 
 
 def posed_file(
-    file: Path, simulator: Simulator, classifier: CloudClassifier, settings: PoseSettings, seed: int, units: str
+    file: Path, simulator: Simulator, classifier: FunctionModel, settings: PoseSettings, seed: int, units: str
 ) -> tuple[Cloud, PoseResult, list[PoseFunctions], float]:
     """Return one file's cloud, its poses, what it is for in each, and the seconds that it took."""
     from ..clouds.cloud import load_cloud

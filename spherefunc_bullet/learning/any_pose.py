@@ -10,7 +10,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, Mesh, placed
 from ..settling.settling import settle
 from ..simulator.mechanics import Pose
-from .classifier import CloudClassifier, Membership
+from .function_model import FunctionModel, Membership
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ def turned_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
     return Cloud(on_ground, cloud.name, Mesh(vertices, cloud.mesh.faces))
 
 
-def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: CloudClassifier) -> list[PoseFunctions]:
+def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: FunctionModel) -> list[PoseFunctions]:
     """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
     radii, length = classifier.chosen_radii(), classifier.length
     clouds = [turned_cloud(cloud, pose.rotation) for pose in poses]

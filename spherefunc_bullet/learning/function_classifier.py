@@ -15,11 +15,11 @@ from sklearn.utils.validation import check_is_fitted
 from ..settling.drops import DROPS
 from ..settling.settling import Settled
 from ..simulator import Simulator
-from .calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
 from .classifier import CloudClassifier, require_alike
 from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
+from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
 from .profiles.forest import forest_of
 from .profiles.profile_model import ProfileModel
 from .profiles.quantities import rank_distances

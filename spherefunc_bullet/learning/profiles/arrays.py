@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..calibration import Kin
+from .calibration import Kin
 from .forest import Forest
 from .profile_model import PROFILE, ProfileModel
 from .quantities import NAMES

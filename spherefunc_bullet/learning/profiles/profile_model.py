@@ -11,8 +11,8 @@ import numpy as np
 from ...settling.drops import Length
 from ...settling.settling import Settled
 from ...simulator import Simulator
-from ..calibration import Kin, Line, calibrated
 from ..function_model import FunctionModel
+from .calibration import Kin, Line, calibrated
 from .forest import Forest
 from .quantities import NAMES, profiles_over
 
