@@ -14,7 +14,7 @@ NOTEBOOK = ROOT / "docs" / "notebooks" / "from_a_folder_to_a_picture.ipynb"
 def on_page_markdown(markdown: str, page, config, files) -> str:
     """Fill in the pages that are made from other files."""
     if page.file.src_uri == "api.md":
-        return markdown + "".join(f"\n::: spherefunc_bullet.{name}\n" for name in public_names())
+        return markdown + "".join(f"\n::: {as_it_lies(name)}\n" for name in public_names())
     if page.file.src_uri == "notebook.md":
         return markdown + "\n\n".join(notebook_cells())
     return markdown
@@ -24,6 +24,11 @@ def public_names() -> list[str]:
     """Return where each public name is defined, such as ``clouds.cloud.Cloud``, sorted by the name."""
     imports = [node for node in ast.parse(STUB.read_text()).body if isinstance(node, ast.ImportFrom)]
     return sorted((f"{node.module}.{name.name}" for node in imports for name in node.names), key=last_part)
+
+
+def as_it_lies(name: str) -> str:
+    """Return where a name is found in the repository, whose top folders are installed inside the package."""
+    return name if (ROOT / name.partition(".")[0]).is_dir() else f"spherefunc_bullet.{name}"
 
 
 def last_part(name: str) -> str:

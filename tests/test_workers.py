@@ -228,7 +228,9 @@ def test_train_and_classify_survive_a_crash(models, script, tmp_path):
     process = script("classify", "cup_1.npz", "segfault.npz", "post_1.npz", "--model", "model.npz", "--json")
     stdout, stderr = process.communicate()
     assert process.returncode == 2 and "segfault.npz: " in stderr and len(stderr.splitlines()) == 1
-    assert [row["file"] for row in json.loads(stdout)] == ["cup_1.npz", "post_1.npz"]
+    rows = json.loads(stdout)
+    assert [row["file"] for row in rows] == ["cup_1.npz", "segfault.npz", "post_1.npz"]
+    assert ["error" in row for row in rows] == [False, True, False]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
