@@ -63,7 +63,7 @@ UNSEEN = (
 SIZE = (320, 280)  # of an object's picture, pixels
 OBJECTS = 40  # evenly spread over the catalogue, so in its proportions
 AGAIN = 8  # of them dropped on with a second seed
-COMPARED_TRIALS = 3
+COMPARED_TRIALS = 2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,8 +75,8 @@ class Demo:
     radii: tuple[float, ...] = PROFILE_RADII  # metres
     drawn: tuple[float, ...] = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
     method: str = PROFILE
-    copied: int = 4  # objects of each function, copies of which are made
-    trials: int = 5
+    copied: int = 3  # objects of each function, copies of which are made
+    trials: int = 3
     seed: int = 0
     jobs: int = -1
 
