@@ -53,7 +53,7 @@ def introduction(report: Report, chosen: Sequence[Recommendation]) -> str:
     times = enumeration([f"{time} by {name}" for name, time in prices(report).items()])
     return f"""<header><h1>{escape(title)}</h1>
 <p class="lead"><b>{escape(recommendation_sentence(chosen))}</b> {escape(report["answer"])}</p>
-<p>Small spheres are dropped on a 3D object. Where they come to rest, counted in cubes of space, tells what the object
+<p>Small spheres are dropped on a 3D object. Where they come to rest tells what the object
 is for: a cup fills up, a table collects one flat layer, a chair holds a slope. Who drops them is a choice between
 simulators: <b>fast</b> rolls spheres over the points by geometry, one at a time; <b>bullet</b> moves rigid bodies by
 the laws of physics. Here they did it on the same {report["objects"]} objects of <b>{escape(report["data"])}</b>
@@ -94,10 +94,14 @@ Nothing beats what lies on the grey line in both.{escape(words)}</p>
 
 def cost_section(report: Report, comparison: Comparison) -> str:
     """Return what each simulator costs."""
-    return f"""<section><h2>What it costs</h2><div class="columns">
+    drops = {count for entry in comparison.entries for record in entry.records for count in record.drops.values()}
+    chart = f"""<div class="columns">
 {drawing(cost_chart(comparison), "Seconds of a run against the spheres dropped")}
 <p>Each point is one run: one object, one radius. Lines join medians. A simulator whose line is steeper than the
-number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>
+number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>"""
+    if len(drops - {0}) == 1:  # all runs are of as many drops: nothing to draw against
+        chart = f"<p>Each run is of {max(drops)} drops. {escape(report['timing'])}</p>"
+    return f"""<section><h2>What it costs</h2>{chart}
 {html_table(cost_table(report))}
 <p class="note">Times of the median object and of the 95th percentile are over all radii. Peak memory is that of one
 whole process with interpreter and libraries.</p></section>"""
