@@ -14,7 +14,7 @@ from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import SPHERES, distances_again, sphere_distances
 from ..evaluation.impaired import Shares, impaired_shares
-from ..evaluation.profiled import profiled, spheres_profiled
+from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, shapes_read
 from .entries import Comparison, Entry, dropped_twice, dropping_of
@@ -102,9 +102,7 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
         left_out={ALONE: everything.kept(everything.rows < count)},
         again=replace(second, rows=rows[second.rows]) if again else None,
         by_radius={
-            radius: profiled(entry.simulated.settled, labels, type(whole.classifier)(radii=(radius,))).evaluation(
-                halves
-            )
+            radius: spheres_profiled(entry.simulated, labels, (radius,)).evaluation(halves)
             for radius in entry.radii
         },
     )

@@ -30,6 +30,17 @@ def _slot(i, j, k, table, shift):
 
 
 @njit(cache=True)
+def _near_in_chain(points, other, follower, x, y, z, squared):
+    """Return whether one of the kept points of a cell, each with its follower, is near (x, y, z)."""
+    while other >= 0:
+        dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
+        if dx * dx + dy * dy + dz * dz < squared:
+            return True
+        other = follower[other]
+    return False
+
+
+@njit(cache=True)
 def _has_kept_near(points, p, scale, table, follower, shift):
     """Return whether a kept point is nearer to point ``p`` than half a cell.
 
@@ -45,12 +56,8 @@ def _has_kept_near(points, p, scale, table, follower, shift):
         for j in range(j0, j0 + 2):
             for i in range(i0, i0 + 2):
                 slot, _ = _slot(i, j, k, table, shift)
-                other = table[slot, 1]  # -1 in a free slot
-                while other >= 0:
-                    dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
-                    if dx * dx + dy * dy + dz * dz < squared:
-                        return True
-                    other = follower[other]
+                if _near_in_chain(points, table[slot, 1], follower, x, y, z, squared):  # -1 in a free slot
+                    return True
     return False
 
 
@@ -86,12 +93,8 @@ def _has_kept_in_grid(points, p, low, scale, grid, follower):
     for i in range(i0, i0 + 2):
         for j in range(j0, j0 + 2):
             for k in range(k0, k0 + 2):
-                other = grid[i, j, k]
-                while other >= 0:
-                    dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
-                    if dx * dx + dy * dy + dz * dz < squared:
-                        return True
-                    other = follower[other]
+                if _near_in_chain(points, grid[i, j, k], follower, x, y, z, squared):
+                    return True
     return False
 
 

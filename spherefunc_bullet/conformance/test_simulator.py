@@ -115,6 +115,7 @@ def test_has_the_interface(simulator: Simulator):
 
 @on_each_shape
 def test_same_seed_gives_the_same_bits(simulator: Simulator, name: str):
+    """The same cloud, settings and seed give the same result, bit for bit."""
     again = simulator.drop(shape(name), DropSettings(radius=radius_of(name)), 0)
     first = dropped(simulator.name, name)
     assert again.centers.tobytes() == first.centers.tobytes()
@@ -141,6 +142,7 @@ def test_order_of_points_does_not_matter(simulator: Simulator, name: str):
 
 @on_each_shape
 def test_outcomes_add_up(simulator: Simulator, name: str):
+    """Every drop has one outcome."""
     result = dropped(simulator.name, name)
     counts = [result.settled, result.rolled_off, result.rejected, result.timed_out]
     assert min(counts) >= 0 and sum(counts) == result.drops and result.settled > 0
@@ -149,6 +151,7 @@ def test_outcomes_add_up(simulator: Simulator, name: str):
 
 @on_each_shape
 def test_centres_are_finite_rows(simulator: Simulator, name: str):
+    """Centres are finite rows of three."""
     result = dropped(simulator.name, name)
     assert result.centers.dtype == np.float64 and result.centers.shape == (result.settled, 3)
     assert result.on_object.dtype == np.bool_ and result.on_object.shape == (result.settled,)
@@ -173,6 +176,7 @@ def test_nothing_inside_another_sphere(simulator: Simulator, name: str):
 
 @on_each_shape
 def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
+    """Every settled sphere touches the object or another sphere."""
     result = dropped(simulator.name, name)
     touches = touches_cloud(to_cloud(result, name), name) | (
         to_spheres(result) <= (2 + TOUCH) * radius_of(name)
@@ -193,6 +197,7 @@ def test_spheres_on_spheres_stay_within_the_bounding_box(simulator: Simulator, n
 
 @on_each_shape
 def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: str):
+    """Who is said to rest on the object touches it, and nobody else is."""
     result = dropped(simulator.name, name)
     distances = to_cloud(result, name)
     near = touches_cloud(distances, name) | (
@@ -204,6 +209,7 @@ def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: st
 
 
 def test_run_ends_by_the_miss_limit(simulator: Simulator):
+    """A run without other limits ends by so many misses in a row."""
     whole = dropped(simulator.name, "plate")
     early = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), miss_limit=1), 0)
     assert whole.stop == early.stop == Stop.MISSES
@@ -243,6 +249,7 @@ def test_provenance_says_what_produced_the_result(simulator: Simulator):
 
 @on_each_shape
 def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
+    """Columns and outcomes tell of every drop, in the order of their ends."""
     result = dropped(simulator.name, name, 1)
     counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
     assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
@@ -253,6 +260,7 @@ def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
 
 @pytest.mark.parametrize("name", ["plate", "mug"])
 def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Simulator, name: str):
+    """A run of so many drops makes them all, misses or not."""
     settings = DropSettings(radius=radius_of(name), miss_limit=90, max_drops=90)
     result = simulator.drop(shape(name), settings, 1)
     assert result.drops == 90 and result.stop == Stop.DROP_LIMIT
@@ -260,6 +268,7 @@ def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Si
 
 
 def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator: Simulator):
+    """On a level plate a sphere stays where it came down."""
     settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
     result = simulator.drop(shape("plate"), settings, 1)
     settled = result.columns[result.outcomes == Outcome.SETTLED]
@@ -268,6 +277,7 @@ def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator
 
 
 def test_cloud_is_left_as_it_was(simulator: Simulator):
+    """A run changes nothing of the cloud."""
     cloud = shapes.bin_()
     before = cloud.points.copy()
     simulator.drop(cloud, DropSettings(radius=radius_of("bin")), 0)

@@ -74,6 +74,7 @@ def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence
 
     @cache
     def shown(name: str) -> int:
+        """Return how many parts one shows, itself among them."""
         if name in open_parts or len(open_parts) > 200:
             raise FormatError("expected parts of parts that end, got a circle; is the file damaged?")
         open_parts.add(name)
