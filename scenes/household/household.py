@@ -1,7 +1,7 @@
 """The built-in catalogue: 200 procedural household objects in the paper's proportions (§IV-A).
 
 40 sittable, 40 tables, 30 drinking vessels and 90 others, with the paper's hard cases: bar stools as high as
-tables, with and without backs; filing cabinets, counters, vases and shoes.
+tables, with and without backs; filing cabinets, counters, a kitchen island, vases and shoes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from .furniture.stools import STOOLS
 from .furniture.tables import TABLES
 from .parts.family import CatalogueObject, Family, draw_objects
 from .wares.belongings import BELONGINGS
+from .wares.bowls import BOWLS
 from .wares.boxes import BOXES
 from .wares.containers import CONTAINERS
 from .wares.cups import CUPS
@@ -28,7 +29,7 @@ from .wares.plants import PLANTS
 FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],
     "table": [*TABLES, *LOW_TABLES, *DESKS],
-    "cup": CUPS,
+    "cup": [*CUPS, *BOWLS],
     "none": [*CONTAINERS, *BOXES, *DISHES, *CABINETS, *DEVICES, *LAMPS, *PLANTS, *FIXTURES, *TOOLS, *BELONGINGS],
 }
 

@@ -142,11 +142,37 @@ def counter_oven(rng: Generator):
     return join(body, door, box(0.015, 0.04, 0.7 * height, x=0.22 * width, y=-depth / 2 - 0.02, z=0.05), feet)
 
 
-def locker(rng: Generator):
-    """Return a row of steel lockers."""
-    count = int(rng.integers(1, 4))
-    width, depth, height = 0.32 * count, rng.uniform(0.42, 0.5), rng.uniform(1.7, 1.9)
-    return join(box(width, depth - 0.02, height, y=0.01), _doors(width, height - 0.1, -depth / 2 + 0.012, 0.08, count))
+def oven(rng: Generator):
+    """Return a built-in oven, standing by itself: a door with a window and a bar, and knobs above it."""
+    width, depth, height = rng.uniform(0.56, 0.6), rng.uniform(0.52, 0.57), rng.uniform(0.57, 0.61)
+    door = box(0.96 * width, 0.03, 0.74 * height, y=-depth / 2, z=0.03)
+    bar = box(0.8 * width, 0.03, 0.02, y=-depth / 2 - 0.028, z=0.68 * height)
+    knobs = [box(0.035, 0.03, 0.035, x=x * width, y=-depth / 2, z=0.87 * height) for x in (-0.38, -0.22, 0.22, 0.38)]
+    return join(box(width, depth, height), door, bar, knobs)
+
+
+def counter(rng: Generator):
+    """Return a bar or shop counter: a closed front and ends, a worktop over them, and a higher shelf for guests."""
+    width, depth, height = rng.uniform(1.4, 1.9), rng.uniform(0.5, 0.65), rng.uniform(0.88, 0.95)
+    front = box(width, 0.04, height + 0.12, y=-depth / 2 + 0.02)
+    ends = [box(0.04, depth, height - 0.03, x=x * (width - 0.04) / 2) for x in (-1, 1)]
+    worktop = box(width, depth, 0.04, z=height - 0.04)
+    return join(front, ends, worktop, box(width + 0.06, 0.28, 0.035, y=-depth / 2, z=height + 0.12))
+
+
+def kitchen_island(rng: Generator):
+    """Return a kitchen island on legs, with a drawer box and a slatted shelf."""
+    width, depth, height = rng.uniform(0.95, 1.3), rng.uniform(0.6, 0.75), rng.uniform(0.86, 0.93)
+    slats = [box(0.06, depth - 0.1, 0.02, x=x, z=0.2) for x in np.linspace(-width / 2 + 0.09, width / 2 - 0.09, 8)]
+    rails = [box(width - 0.1, 0.03, 0.05, y=y * (depth / 2 - 0.06), z=0.16) for y in (-1, 1)]
+    drawers = box(width - 0.08, depth - 0.08, 0.18, z=height - 0.22)
+    return join(
+        box(width, depth, 0.04, z=height - 0.04),
+        drawers,
+        four_legs(width - 0.06, depth - 0.06, height - 0.04, 0.07),
+        slats,
+        rails,
+    )
 
 
 def media_unit(rng: Generator):
@@ -176,13 +202,14 @@ CABINETS = [
     family("kitchen_sink", base_cabinet, sink=True),
     family("wardrobe", wardrobe),
     family("bookcase", bookcase),
-    family("bookcase", bookcase, filled=True),
     family("low_bookcase", bookcase, tall=False, back=False),
     family("shelf", utility_shelf),
     family("refrigerator", refrigerator),
     family("stove", stove),
     family("washing_machine", washing_machine),
     family("microwave", counter_oven),
-    family("locker", locker),
+    family("oven", oven),
+    family("counter", counter),
+    family("kitchen_island", kitchen_island),  # a counter, which §IV-B calls confused for a table
     family("tv_unit", media_unit),
 ]

@@ -119,21 +119,6 @@ def picnic_table(rng: Generator):
     return join(boards, benches, ends)
 
 
-def kitchen_island(rng: Generator):
-    """Return a kitchen island on legs, with a drawer box and a slatted shelf."""
-    width, depth, height = rng.uniform(0.95, 1.3), rng.uniform(0.6, 0.75), rng.uniform(0.86, 0.93)
-    slats = [box(0.06, depth - 0.1, 0.02, x=x, z=0.2) for x in np.linspace(-width / 2 + 0.09, width / 2 - 0.09, 8)]
-    rails = [box(width - 0.1, 0.03, 0.05, y=y * (depth / 2 - 0.06), z=0.16) for y in (-1, 1)]
-    drawers = box(width - 0.08, depth - 0.08, 0.18, z=height - 0.22)
-    return join(
-        box(width, depth, 0.04, z=height - 0.04),
-        drawers,
-        four_legs(width - 0.06, depth - 0.06, height - 0.04, 0.07),
-        slats,
-        rails,
-    )
-
-
 def conference_table(rng: Generator):
     """Return a long boat-shaped table on two panel feet."""
     width, depth, height = rng.uniform(2.0, 2.6), rng.uniform(1.0, 1.2), rng.uniform(0.72, 0.76)
@@ -179,8 +164,7 @@ TABLES = [
     family("folding_table", folding_table, legs="crossed"),
     family("folding_table", folding_table, legs="tubes"),
     family("picnic_table", picnic_table, also="sittable"),
-    family("kitchen_island", kitchen_island),
-    family("conference_table", conference_table),
+    family("conference_table", conference_table, 2),
     family("covered_table", covered_table),
 ]
 

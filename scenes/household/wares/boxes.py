@@ -132,7 +132,6 @@ def barrel(rng: Generator):
 BOXES = [
     family("milk_carton", carton),
     family("cereal_box", packet, size=(0.16, 0.06, 0.23)),
-    family("parcel", packet, size=(0.36, 0.27, 0.22)),
     family("open_box", open_box),
     family("laundry_basket", basket),
     family("bucket", bucket),

@@ -98,7 +98,6 @@ CONTAINERS = [
     family("spray_bottle", spray_bottle),
     family("jar", jar),
     family("tin", tin, flat=False),
-    family("tin", tin, flat=True),
     family("vase", vase, kind="narrow"),
     family("vase", vase, kind="flared"),
     family("flower_pot", flower_pot),

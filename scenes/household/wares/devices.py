@@ -27,6 +27,26 @@ def laptop(rng: Generator):
     return join(box(width, depth, 0.018), shift(lid, y=depth / 2, z=0.012))
 
 
+def desktop_computer(rng: Generator):
+    """Return the tower of a desktop computer, with a drive's flap and a button."""
+    width, depth, height = rng.uniform(0.17, 0.22), rng.uniform(0.4, 0.5), rng.uniform(0.38, 0.47)
+    flap = box(0.8 * width, 0.01, 0.045, y=-depth / 2, z=0.82 * height)
+    button = box(0.03, 0.012, 0.03, y=-depth / 2, z=0.66 * height)
+    return join(cushion(width, depth, height, rounding=0.008, corner=0.012), flap, button)
+
+
+def vacuum(rng: Generator):
+    """Return a vacuum cleaner on wheels, its hose and wand leading to a nozzle on the floor."""
+    length, width, height = rng.uniform(0.36, 0.44), rng.uniform(0.24, 0.3), rng.uniform(0.2, 0.25)
+    body = cushion(width, length, height, z=0.015, rounding=0.05, corner=0.08)
+    wheel = turn(prism(circle(0.06), 0.03), "y", 90)
+    wheels = [shift(wheel, x - 0.015, 0.3 * length, 0.06) for x in (-width / 2, width / 2)]
+    top = [0.1, -0.5 * length - 0.25, rng.uniform(0.7, 0.85)]
+    hose = tube([[0, -0.4 * length, 0.6 * height], [0.05, -0.5 * length - 0.1, 0.5], top], 0.02)
+    nozzle = [0.2, -0.5 * length - 0.75, 0.03]
+    return join(body, wheels, hose, tube([top, nozzle], 0.016), box(0.28, 0.09, 0.045, x=nozzle[0], y=nozzle[1]))
+
+
 def keyboard(rng: Generator):
     """Return a keyboard with rows of keys."""
     width, depth = rng.uniform(0.38, 0.46), rng.uniform(0.13, 0.16)
@@ -138,6 +158,8 @@ DEVICES = [
     family("tv", screen, width=1.0),
     family("monitor", screen, width=0.52),
     family("laptop", laptop),
+    family("desktop_computer", desktop_computer),
+    family("vacuum", vacuum),
     family("keyboard", keyboard),
     family("telephone", telephone),
     family("radio", radio),

@@ -78,5 +78,4 @@ DISHES = [
     family("frying_pan", pan, deep=False),
     family("cooking_pot", pan, deep=True, lid=True),
     family("plate", plate, oval=False),
-    family("plate", plate, oval=True),
 ]
