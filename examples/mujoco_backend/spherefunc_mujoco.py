@@ -68,7 +68,7 @@ class MujocoSimulator:
 
     @property
     def version(self) -> str:
-        return f"1, MuJoCo {mujoco.__version__}"
+        return f"2, MuJoCo {mujoco.__version__}"
 
     def options(self) -> dict[str, float]:
         return asdict(self)
@@ -158,14 +158,13 @@ class DropRun:
 
     def next_columns(self) -> np.ndarray:
         """Return columns (K, 2) that are apart from each other, first those that had to wait."""
-        most = self.most if self.settings.max_drops is None else self.settings.max_drops - len(self.outcomes)
         drawn = self.random.uniform(self.low[:2], self.high[:2], size=(self.most - len(self.waiting), 2))
         chosen, waiting = [], []
         for column in [*self.waiting, *drawn]:
             apart = all(np.hypot(*(column - other)) > APART for other in chosen)
             (chosen if apart else waiting).append(column)
         self.waiting = waiting
-        return np.array(chosen[:most])
+        return np.array(chosen)
 
     def height(self, column: np.ndarray) -> float:
         """Return the height at which a sphere that comes down a column (2,) first touches something; -inf: nothing."""

@@ -42,7 +42,6 @@ class DropRun:
         self.centers: list[np.ndarray] = []
         self.on_object: list[bool] = []
         self.starts = np.zeros((slots, 2))  # the column of each slot's sphere
-        self.launched = 0
         self.ended_at: list[np.ndarray] = []  # the columns of the drops that ended, and what became of each
         self.outcomes: list[Outcome] = []
         self.misses = 0
@@ -64,8 +63,7 @@ class DropRun:
     def launch(self):
         """Start a sphere in every free slot for which there is a column."""
         for slot in np.flatnonzero(~self.flights.flying):
-            xy = None if self.launched == self.settings.max_drops else self.next_column()
-            self.launched += xy is not None
+            xy = self.next_column()
             height = -np.inf if xy is None else self.columns.height(*xy)
             if height > -np.inf:
                 start = np.array([*xy, height + CLEARANCE])

@@ -267,6 +267,18 @@ def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Si
     assert 0 < result.settled < 90
 
 
+@pytest.mark.parametrize("name", ["plate", "mug"])
+def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simulator, name: str):
+    """A limit of drops cuts a run short and changes nothing else: who stops early saw the same drops."""
+    short, long = [
+        simulator.drop(shape(name), DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops), 1)
+        for drops in (30, 90)
+    ]
+    assert np.array_equal(short.columns, long.columns[:30])
+    assert np.array_equal(short.outcomes, long.outcomes[:30])
+    assert np.array_equal(short.centers, long.centers[: short.settled])
+
+
 def test_the_first_spheres_stay_on_a_flat_plate_where_they_are_dropped(simulator: Simulator):
     """On a level plate a sphere stays where it came down."""
     settings = DropSettings(radius=radius_of("plate"), miss_limit=20, max_drops=20)
