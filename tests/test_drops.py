@@ -10,9 +10,10 @@ from sklearn.ensemble import ExtraTreesClassifier
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
+from spherefunc_bullet.learning.profiles.doubts import doubts
 from spherefunc_bullet.learning.profiles.forest import forest_of
-from spherefunc_bullet.learning.reasons.words import deciding, doubts, nearest, sentences
+from spherefunc_bullet.learning.reasons.words import deciding, nearest, sentences
 from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
 from spherefunc_bullet.settling.enclosure import walled_in
 from spherefunc_bullet.settling.settling import HANDHELD, settle
@@ -132,3 +133,42 @@ def test_what_is_like_nothing_learnt_is_unsure(model):
     scores = model.score_settled([strange])[0].tolist()
     assert any("unlike all" in doubt for doubt in doubts(model, strange, scores))
     assert any("hair's breadth" in doubt for doubt in doubts(model, strange, [0.55, 0.0, 0.0]))
+
+
+def test_what_is_sure_after_the_first_drops_is_dropped_on_no_more(model):
+    lengths = []
+
+    def drop(length):
+        lengths.append(length.drops)
+        return settle(clouds.mug(), "fast", model.radii, 0, length)
+
+    settled = model.settled_by(drop)
+    assert lengths == [model.early_.drops] and all(len(drops) == model.early_.drops for drops in settled.values())
+    assert model.score_settled([settled]).tobytes() == model.early_.score_settled([settled]).tobytes()
+    assert model.only("cup").settled_by(drop).keys() == settled.keys()
+
+
+def test_what_is_strange_is_dropped_on_to_the_end(model):
+    def drop(length):
+        return settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, length)
+
+    settled = model.settled_by(drop)
+    assert {len(drops) for drops in settled.values()} == {model.drops}
+    both = [settled, drop(model.early_.length)]  # each is read by what has learnt as many drops
+    one_by_one = [model.score_settled([settled])[0], model.early_.score_settled(both[1:])[0]]
+    assert model.score_settled(both).tolist() == np.array(one_by_one).tolist()
+
+
+def test_early_answers_can_be_left_out():
+    shapes, labels = [clouds.mug(), clouds.plate()] * 2, [["cup"], []] * 2
+    model = FunctionClassifier(radii=(0.02,), drops=60, early_drops=0).fit(shapes, labels)
+    assert model.early_ is None
+    assert len(model.settled_by(lambda length: settle(shapes[0], "fast", (0.02,), 0, length))[0.02]) == 60
+
+
+def test_early_answers_are_kept_with_a_model(model, tmp_path):
+    save_model(model, tmp_path / "model.npz")
+    for again in (load_model(tmp_path / "model.npz"), model_to_ask(tmp_path / "model.npz", None)):
+        first = settle(clouds.chair(), "fast", model.radii, 0, model.early_.length)
+        assert again.early_.length == model.early_.length
+        assert again.score_settled([first]).tobytes() == model.score_settled([first]).tobytes()

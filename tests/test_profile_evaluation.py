@@ -151,12 +151,15 @@ def test_stopping_counts_what_is_sure_and_what_is_wrong():
     labels = Labels(functions=FUNCTIONS, members=members, also=~members & False, groups=np.array(["a", "b", "c"]))
     early = np.array([[0.99, 0.01], [0.01, 0.6], [0.99, 0.01]])  # the second is unsure, the third surely wrong
     late = np.array([[0.9, 0.1], [0.1, 0.4], [0.1, 0.1]])
-    row = stopping.stopped_at(labels, early, late, 40, 0.05)
+    asked = stopping.Asked(rows=np.arange(3), early=early, late=late, doubtful=np.zeros(3, bool))
+    row = stopping.stopped_at("whole", asked, labels, 40, 0.05)
     assert (row.stopped, row.wrong, row.wrong_to_the_end) == (0.667, 1, 0)
     assert row.f_measures == {"table": pytest.approx(2 / 3, abs=1e-4), "cup": 0}
+    doubtful = replace(asked, doubtful=np.array([False, False, True]))
+    assert stopping.stopped_at("whole", doubtful, labels, 40, 0.05).wrong == 0  # it goes on, and is told right
 
 
 def test_toys_are_sure_after_a_few_drops(simulated):
-    rows = stopping.stoppings(simulated, RADII, [8])
+    rows = stopping.stoppings(simulated, None, FunctionClassifier(radii=RADII, early_drops=8))
     assert [row.error for row in rows] == list(stopping.ERRORS) and all(row.drops == 8 for row in rows)
     assert rows[-1].stopped > 0.9 and set(rows[-1].f_measures.values()) == {1.0}

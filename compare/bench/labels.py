@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from time import perf_counter
 from typing import Annotated
 
@@ -22,7 +23,7 @@ from spherefunc_bullet.settling.settling import settle
 def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
     """Return the seconds that drops, and then quantities and scores, take on a cloud that is loaded."""
     start = perf_counter()
-    settled = settle(cloud, model.simulator, model.chosen_radii(), model.seed, model.length)
+    settled = model.settled_by(partial(settle, cloud, model.simulator, model.chosen_radii(), model.seed))
     dropped = perf_counter()
     model.score_settled([settled])
     return dropped - start, perf_counter() - dropped

@@ -69,6 +69,10 @@ class Impaired:
         """Return the function of a copy's original, and the copy's kind."""
         return function_of(self.simulated.objects[self.originals[row]]), self.copies[row].kind
 
+    def with_copies(self, split: Split) -> Split:
+        """Return a split that learns the copies of what it learns, too."""
+        return Split(np.concatenate([split.train, self.rows_of(split.train)]), split.test)
+
     def rows_of(self, originals: np.ndarray) -> np.ndarray:
         """Return the rows of the copies of some whole objects."""
         return self.whole + np.flatnonzero(np.isin(self.originals, originals))
@@ -103,9 +107,7 @@ def impaired_shares(
     failed : callable
         Is given the error of each file that cannot be used.
     """
-    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
-    folder = built_copies(usable, dropping, failed)
-    impaired = joined(learnt, usable, folder, dropping, jobs, failed)
+    impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
     splits, asked = held_out(impaired, dropping.seed), {SPHERES: spheres_read(impaired.simulated, radii, method)}
     if baselines:
         asked |= baselines_read(impaired.simulated, radii, method)
@@ -116,12 +118,20 @@ def impaired_shares(
     return shares_of(impaired, splits, said)
 
 
+def impaired_copies(
+    learnt: Simulated, dataset: Dataset, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
+) -> Impaired:
+    """Return the whole objects and impaired copies of some of them, spheres dropped on all; see `impaired_shares`."""
+    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
+    return joined(learnt, usable, built_copies(usable, dropping, failed), dropping, jobs, failed)
+
+
 def said_having_learnt(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
     """Return what is said of copies by what has learnt the copies of other sources' objects beside those."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
     both = replace(read, kin=Kin(weights=weights, groups=originals))
-    more = [Split(np.concatenate([split.train, impaired.rows_of(split.train)]), split.test) for split in splits]
+    more = [impaired.with_copies(split) for split in splits]
     return [trial.predicted for trial in both.trials([[split] for split in more])]
 
 

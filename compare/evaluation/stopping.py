@@ -1,9 +1,9 @@
-"""Would a label be as good if drops stopped as soon as the answer is sure? Measured across sources, not built in.
+"""How many objects need no more than the first drops, and what labels lose by stopping there; measured across sources.
 
-    python -m spherefunc_bullet.compare.evaluation.stopping DATA
+    python -m spherefunc_bullet.compare.evaluation.stopping DATA [--copied 14]
 
-A classifier of the first few drops is asked first; where each of its scores is near 0 or 1, its answer stands, and that
-of all drops elsewhere.
+A classifier of the first few drops is asked first; where each of its scores is next to 0 or 1 and nothing is doubtful,
+its answer stands, and that of all drops elsewhere: what `ProfileModel.settled_by` does with `EARLY_DROPS` and `SURE`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
+from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
@@ -21,10 +22,12 @@ from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import PROFILE
+from spherefunc_bullet.learning.profiles.doubts import doubts
 from spherefunc_bullet.learning.validation import THRESHOLD, quality
+from spherefunc_bullet.settling.drops import EARLY_DROPS, first_drops
 
-from .profiled import ACROSS, profiled
-from .protocol import Labels, Protocol, labels_of
+from .impaired import Impaired, held_out, impaired_copies
+from .protocol import Labels, Split, labels_of, leave_one_group_out
 
 ERRORS = (0.02, 0.05, 0.1)  # how far from 0 or 1 a score may be to be sure
 
@@ -33,6 +36,7 @@ ERRORS = (0.02, 0.05, 0.1)  # how far from 0 or 1 a score may be to be sure
 class Stopping:
     """What comes of stopping after so many drops where every score is so near 0 or 1."""
 
+    objects: str  # which were asked
     drops: int  # at each radius
     error: float  # that a score may state at most
     stopped: float  # share of the objects
@@ -41,62 +45,99 @@ class Stopping:
     f_measures: dict[str, float]  # of all objects, those that go on included
 
 
-def scores_after(simulated: Simulated, labels: Labels, radii: tuple[float, ...], count: int | None) -> np.ndarray:
-    """Return the scores (N, F) across sources when only the first so many drops are read, in learning and asking."""
-    first = [{radius: drops[:count] for radius, drops in settled.items()} for settled in simulated.settled]
-    splits = Protocol(groups=True).splits(labels).left_out[ACROSS]
-    trial = profiled(first, labels, FunctionClassifier(radii=radii)).trial(splits)
-    return trial.scores[np.argsort(trial.rows)]
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Asked:
+    """What is said of objects early and late."""
+
+    rows: np.ndarray  # (T,) which objects
+    early: np.ndarray  # (T, F) scores after the first drops
+    late: np.ndarray  # (T, F) and after all
+    doubtful: np.ndarray  # (T,) bool, whether the early answer says so itself
 
 
-def stopped_at(labels: Labels, early: np.ndarray, late: np.ndarray, drops: int, error: float) -> Stopping:
-    """Return what comes of early scores (N, F) that stand where they are sure, and of late ones elsewhere."""
-    sure = ((early < error) | (early > 1 - error)).all(axis=1)
-    said = np.where(sure[:, None], early, late) > THRESHOLD
-    wrong = [int(((scores > THRESHOLD) != labels.members)[sure].any(axis=1).sum()) for scores in (early, late)]
-    columns = zip(labels.functions, labels.members.T, said.T, strict=True)
+def asked_of(
+    simulated: Simulated, labels: Labels, split: Split, originals: Sequence[str], model: FunctionClassifier
+) -> Asked:
+    """Return what is said of the objects that a split tests, by what it learns."""
+    settled, names = simulated.settled, [str(row) for row in range(len(labels))]
+    sets = [{name for name, has in zip(labels.functions, row, strict=True) if has} for row in labels.members]
+    learnt = [[part[row] for row in split.train] for part in (settled, sets, names, originals)]
+    model.fit_settled(*learnt)
+    tested = [settled[row] for row in split.test]
+    few = [first_drops(one, model.early_drops) for one in tested]
+    early = model.early_.score_settled(few)
+    said = zip(few, early.tolist(), strict=True)
+    doubtful = np.array([bool(doubts(model.early_, one, scores)) for one, scores in said])
+    return Asked(rows=split.test, early=early, late=model.score_settled(tested), doubtful=doubtful)
+
+
+def asked_across(
+    simulated: Simulated, labels: Labels, splits: Sequence[Split], originals: Sequence[str], model: FunctionClassifier
+) -> Asked:
+    """Return what is said under all splits, on all cores."""
+    work = [delayed(asked_of)(simulated, labels, split, originals, model) for split in splits]
+    parts = Parallel(n_jobs=-1)(work)
+    fields = ("rows", "early", "late", "doubtful")
+    return Asked(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in fields})
+
+
+def stopped_at(objects: str, asked: Asked, labels: Labels, drops: int, error: float) -> Stopping:
+    """Return what comes of early scores that stand where they are sure, and of late ones elsewhere."""
+    members = labels.members[asked.rows]
+    sure = (np.minimum(asked.early, 1 - asked.early) < error).all(axis=1) & ~asked.doubtful
+    said = np.where(sure[:, None], asked.early, asked.late) > THRESHOLD
+    wrong = [int(((scores > THRESHOLD) != members)[sure].any(axis=1).sum()) for scores in (asked.early, asked.late)]
+    columns = zip(labels.functions, members.T, said.T, strict=True)
     return Stopping(
+        objects=objects,
         drops=drops,
         error=error,
         stopped=round(float(sure.mean()), 3),
         wrong=wrong[0],
         wrong_to_the_end=wrong[1],
-        f_measures={name: round(quality(members, told).f_measure, 4) for name, members, told in columns},
+        f_measures={name: round(quality(has, told).f_measure, 4) for name, has, told in columns},
     )
 
 
-def stoppings(simulated: Simulated, radii: tuple[float, ...], counts: Sequence[int]) -> list[Stopping]:
-    """Return what comes of stopping after each number of drops, with each error that may be stated."""
-    labels = labels_of(simulated)
-    late = scores_after(simulated, labels, radii, None)
-    rows = []
-    for count in counts:
-        early = scores_after(simulated, labels, radii, count)
-        rows += [stopped_at(labels, early, late, count, error) for error in ERRORS]
+def stoppings(simulated: Simulated, impaired: Impaired | None, model: FunctionClassifier) -> list[Stopping]:
+    """Return what comes of stopping with each error that may be stated, of whole objects and of impaired copies."""
+    drops, labels = model.early_drops, labels_of(simulated)
+    asked = asked_across(simulated, labels, leave_one_group_out(labels.groups), [""] * len(labels), model)
+    rows = [stopped_at("whole", asked, labels, drops, error) for error in ERRORS]
+    if impaired is not None:
+        splits = [impaired.with_copies(split) for split in held_out(impaired, 0)]
+        originals = [""] * impaired.whole + [str(row) for row in impaired.originals]
+        asked = asked_across(impaired.simulated, impaired.labels, splits, originals, model)
+        rows += [stopped_at("copies", asked, impaired.labels, drops, error) for error in ERRORS]
     return rows
 
 
 def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv that names sources.")],
-    counts: Annotated[str, typer.Option(help="Drops at each radius after which to stop.")] = "20,40,80",
+    counts: Annotated[str, typer.Option(help="Drops at each radius after which to stop.")] = str(EARLY_DROPS),
+    copied: Annotated[int, typer.Option(help="Also ask impaired copies of so many objects of each function.")] = 0,
     backend: options.Backend = "fast",
     jobs: options.Jobs = -1,
     json: options.Json = False,
 ):
     """Print how many objects need no more than a few drops, and what labels lose by stopping there."""
     failures = Failures()
-    dropping = options.dropping(backend, None, None, 0, "z", "m", PROFILE)
-    simulated = simulate_dataset(open_dataset(data), dropping, jobs=jobs, failed=failures.add)
-    rows = stoppings(simulated, dropping.radii, [int(count) for count in counts.split(",")])
+    dropping, dataset = options.dropping(backend, None, None, 0, "z", "m", PROFILE), open_dataset(data)
+    simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
+    impaired = impaired_copies(simulated, dataset, dropping, copied, jobs, failures.add) if copied else None
+    models = [FunctionClassifier(radii=dropping.radii, early_drops=int(count)) for count in counts.split(",")]
+    rows = [row for model in models for row in stoppings(simulated, impaired, model)]
     if json:
         print_json([asdict(row) for row in rows])
     else:
         table = [
-            [str(row.drops), f"{row.error:g}", f"{row.stopped:.3f}", str(row.wrong), str(row.wrong_to_the_end)]
+            [row.objects, str(row.drops), f"{row.error:g}", f"{row.stopped:.3f}"]
+            + [str(row.wrong), str(row.wrong_to_the_end)]
             + [f"{value:.3f}" for value in row.f_measures.values()]
             for row in rows
         ]
-        head = ["drops", "error", "stopped", "wrong", "wrong after all", *(f"F {name}" for name in rows[0].f_measures)]
+        head = ["asked", "drops", "error", "stopped", "wrong", "wrong after all"]
+        head += [f"F {name}" for name in rows[0].f_measures]
         print_table(f"{simulated.name}, {backend}: stopping where every score is sure, across sources", head, table)
     failures.exit()
 

@@ -64,7 +64,7 @@ def classify(
         from .any_pose import classify_any_pose
 
         return classify_any_pose(names, classifier, units, json)
-    tasks = [(file, dropping_of(classifier, up, units)) for file in names]
+    tasks = [(file, dropping_of(classifier, up, units), classifier) for file in names]
     outcomes = run_tasks(settled_file, tasks, names, jobs=jobs, isolate=isolated(make_simulator(classifier.simulator)))
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
@@ -104,7 +104,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified(file: Path, classifier: FunctionModel, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
-    return scored(file, *settled_file(file, dropping_of(classifier, up, units)), classifier, explain)
+    return scored(file, *settled_file(file, dropping_of(classifier, up, units), classifier), classifier, explain)
 
 
 def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
@@ -120,12 +120,13 @@ def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
     )
 
 
-def settled_file(file: Path, dropping: Dropping) -> tuple[Settled, float]:
-    """Return where spheres settled on one file's object for each radius, from the cache where it has that; seconds."""
-    from ..settling.records import settled_of
+def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> tuple[Settled, float]:
+    """Return what became of as many drops on one file's object as its answer needs, and the seconds."""
+    from ..settling.records import settling_of
 
     started = time.perf_counter()
-    return settled_of(file, dropping, report=say), time.perf_counter() - started
+    settled = classifier.settled_by(settling_of(file, dropping, report=say))
+    return settled, time.perf_counter() - started
 
 
 def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionModel, explain: bool) -> Row:
@@ -140,7 +141,10 @@ def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionMod
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
     row["seconds"] = round(seconds + time.perf_counter() - started, 3)
     if explain:
-        row |= (quantities_named if isinstance(classifier, ProfileModel) else cubes_named)(classifier, settled)
+        if isinstance(classifier, ProfileModel):
+            row |= quantities_named(classifier.reader_of(settled), settled)
+        else:
+            row |= cubes_named(classifier, settled)
     return row
 
 

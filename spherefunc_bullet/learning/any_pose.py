@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -33,10 +34,9 @@ def turned_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
 
 def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: FunctionModel) -> list[PoseFunctions]:
     """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
-    radii, length = classifier.chosen_radii(), classifier.length
+    how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
     clouds = [turned_cloud(cloud, pose.rotation) for pose in poses]
-    settled = [settle(one, classifier.simulator, radii, classifier.seed, length) for one in clouds]
-    told = classifier.memberships_of(settled)
+    told = classifier.memberships_of([classifier.settled_by(partial(settle, one, *how)) for one in clouds])
     return [PoseFunctions(pose=pose, functions=functions) for pose, functions in zip(poses, told, strict=True)]
 
 

@@ -7,7 +7,7 @@ How settled spheres are read is a subclass's: as named quantities (`function_cla
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 import numpy as np
@@ -16,6 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
+from ..settling.drops import Length
 from ..settling.records import settle_kept
 from ..settling.settling import Settled, settle
 from .function_model import THRESHOLD, FunctionModel
@@ -63,7 +64,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         clouds, columns = as_clouds(X), columns_of_indicator(y)
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
         require_as_many(clouds, labels)
-        self.fit_settled(self._settled(clouds, self.radii), labels, [cloud.name for cloud in clouds])
+        self.fit_settled(self._settled(clouds), labels, [cloud.name for cloud in clouds])
         self.columns_ = columns
         return self
 
@@ -74,12 +75,13 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         clouds, columns = as_clouds(X), columns_of_indicator(y, getattr(self, "columns_", None))
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
         require_as_many(clouds, labels)
-        return self.add_settled(self._settled(clouds, self.radii), labels, [cloud.name for cloud in clouds])
+        return self.add_settled(self._settled(clouds), labels, [cloud.name for cloud in clouds])
 
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
         check_is_fitted(self, "members_")
-        scores = self.score_settled(self._settled(as_clouds(X), self.chosen_radii()))
+        drop = self._drop(self.chosen_radii())
+        scores = self.score_settled([self.settled_by(partial(drop, cloud)) for cloud in as_clouds(X)])
         return in_columns(scores, self.functions_, self._columns())
 
     def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:
@@ -112,9 +114,13 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         columns = getattr(self, "columns_", None)
         return self.functions_ if columns is None else columns
 
-    def _settled(self, clouds: Sequence[Cloud], radii: Sequence[float]) -> list[Settled]:
-        drop = partial(settle_kept if self.cache else settle, simulator=self.simulator, radii=radii, seed=self.seed)
-        return [drop(cloud, length=self.length) for cloud in clouds]
+    def _drop(self, radii: Sequence[float]) -> Callable[[Cloud, Length], Settled]:
+        drop, how = settle_kept if self.cache else settle, (self.simulator, radii, self.seed)
+        return lambda cloud, length: drop(cloud, *how, length)
+
+    def _settled(self, clouds: Sequence[Cloud]) -> list[Settled]:
+        drop = self._drop(self.radii)
+        return [drop(cloud, self.length) for cloud in clouds]
 
 
 def require_as_many(objects: Sequence, labels: Sequence):

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from sklearn.base import ClassifierMixin
+from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import DROPS
+from ..settling.drops import DROPS, EARLY_DROPS, first_drops
 from ..settling.settling import Settled
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
@@ -43,6 +43,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         Of the spheres, metres; the quantities of all of them count together.
     drops : int
         Spheres dropped on an object at each radius.
+    early_drops : int
+        Those after which an object is told where that is sure, the others not dropped; 0: always all.
     estimator : classifier, optional
         One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int
@@ -69,6 +71,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         What the training objects are called.
     kin_ : Kin
         Which of them are changed copies of others.
+    early_ : FunctionClassifier or None
+        What was learnt from the first drops alone, by `fit` and `fit_settled`.
     familiar_ : float
         How far from all training objects an object may be to count as one of their kind; see `rank_distances`.
     """
@@ -79,6 +83,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         *,
         radii: Sequence[float] = PROFILE_RADII,
         drops: int = DROPS,
+        early_drops: int = EARLY_DROPS,
         estimator: ClassifierMixin | None = None,
         seed: int = 0,
         random_state: int = 0,
@@ -87,6 +92,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.simulator = simulator
         self.radii = radii
         self.drops = drops
+        self.early_drops = early_drops
         self.estimator = estimator
         self.seed = seed
         self.random_state = random_state
@@ -112,6 +118,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         functions = tuple(sorted(set().union(*labels)))
         kin = kin_of(names, originals or [""] * len(names))
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
+        if 0 < self.early_drops < self.drops:
+            first = [first_drops(one, self.early_drops) for one in settled]
+            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
@@ -121,7 +130,13 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
         kin = self.kin_.with_more(len(names))
         self.fit_profiles(profiles, members, functions, [*self.names_, *names], kin)
+        if self.early_ is not None:
+            self.early_.add_settled([first_drops(one, self.early_.drops) for one in settled], y, names)
         return self._know()
+
+    def of_drops(self, count: int) -> FunctionClassifier:
+        """Return one that is not fitted, of so many drops, that tells nothing sooner."""
+        return clone(self).set_params(drops=count, early_drops=0)
 
     def fit_profiles(
         self,

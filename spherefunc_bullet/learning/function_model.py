@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,6 +52,10 @@ class FunctionModel(ABC):
     @abstractmethod
     def only(self, name: str) -> FunctionModel:
         """Return a copy that is asked for one function alone."""
+
+    def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
+        """Return what becomes of as many drops as an answer needs, of ``drop`` that makes a run of some length."""
+        return drop(self.length)
 
     def column_of(self, name: str) -> int:
         """Return which column of ``members_`` a function is.

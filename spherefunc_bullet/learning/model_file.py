@@ -24,7 +24,7 @@ from ..formats.writing import writing
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
 from .function_model import FunctionModel
-from .profiles.arrays import fill_profiles, profiles_kept
+from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
 
 if TYPE_CHECKING:
@@ -196,10 +196,12 @@ def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel
     """Return what a model file describes, for asking alone where it is by profiles."""
     if about["method"]["name"] != PROFILE:
         return rebuilt_to_learn(about, arrays)
-    radii, drops = tuple(about["radii"]), int(about["method"]["drops"])
-    model = ProfileModel(simulator_of(about), radii=radii, drops=drops, seed=about["seed"])
+    how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
+    model = ProfileModel(**how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
+    if "early" in about:
+        fill_early(model, ProfileModel(**how, drops=int(about["early"]["method"]["drops"])), about, arrays)
     return model
 
 
@@ -210,9 +212,13 @@ def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassi
         return rebuilt_cubes(options, about, arrays)
     from .function_classifier import FunctionClassifier
 
-    model = FunctionClassifier(simulator_of(about), drops=int(about["method"]["drops"]), **options)
+    early = int(about["early"]["method"]["drops"]) if "early" in about else 0
+    drops = int(about["method"]["drops"])
+    model = FunctionClassifier(simulator_of(about), drops=drops, early_drops=early, **options)
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
+    if early:
+        fill_early(model, model.of_drops(early), about, arrays)
     return model
 
 

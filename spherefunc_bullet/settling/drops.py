@@ -16,6 +16,7 @@ from ..simulator import DropResult, Outcome
 WIDTH = 6
 ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others that is NaN too
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
+EARLY_DROPS = 40  # at each radius, of which most objects need no more to be told (compare/evaluation/stopping.py)
 NO_DROPS = np.empty((0, WIDTH), np.float32)
 
 
@@ -45,6 +46,16 @@ def drop_array(result: DropResult, points: np.ndarray, radius: float) -> np.ndar
 def settled_centers(drops: np.ndarray) -> np.ndarray:
     """Return the centres (S, 3) of the drops (D, 6) that settled, metres; settled centres pass through."""
     return drops[settled_rows(drops), 2:5] if drops.shape[1] == WIDTH else drops
+
+
+def first_drops(settled: dict[float, np.ndarray], count: int) -> dict[float, np.ndarray]:
+    """Return the first drops of each radius: what a run of so many would have been."""
+    return {radius: drops[:count] for radius, drops in settled.items()}
+
+
+def settled_count(settled: dict[float, np.ndarray], radius: float) -> int:
+    """Return how many spheres of a radius settled."""
+    return int(settled_rows(settled[radius]).sum()) if len(settled.get(radius, ())) else 0
 
 
 def settled_rows(drops: np.ndarray) -> np.ndarray:

@@ -170,22 +170,19 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     )
 
 
-def settled_of(path: Path, dropping: Dropping, report: Report | None = None) -> Settled:
-    """Return where spheres settle on a file's object, from the cache where it has that; see `object_record`.
+def settling_of(path: Path, dropping: Dropping, report: Report | None = None) -> Callable[[Length], Settled]:
+    """Return what makes runs of some length on a file's object, from the cache where it has them; see `object_record`.
 
-    ``report`` is told what looks odd about the file, or was guessed, whether it is read again or not.
+    The file is read once at most. ``report`` is told what looks odd about it, or was guessed, whether it is read again
+    or not.
     """
     content, name = dropping.content_hash(path), one_line(Path(path).name)
     lines: list[str] = []
-    cloud, settled = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name)))), {}
+    cloud = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name))))
     remarks = computed_once(entry_path("remarks", content), lambda: cloud() and {"lines": np.array(lines, str)})
     for line in remarks["lines"].tolist() if report else []:
         report(name + line)
-    for radius in dropping.radii:
-        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed, "length": dropping.length}
-        entry = entry_path("settled", dropping.run_hash(content, radius))
-        settled[radius] = computed_once(entry, lambda how=how: measured_run(cloud(), **how))["centers"]
-    return settled
+    return lambda length: kept_runs(content, cloud, replace(dropping, length=length))
 
 
 def settle_kept(
@@ -193,10 +190,16 @@ def settle_kept(
 ) -> Settled:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
-    content, settled = cloud_hash(cloud), {}
+    return kept_runs(cloud_hash(cloud), lambda: cloud, dropping)
+
+
+def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping) -> Settled:
+    """Return the runs on an object with this hash, from the cache where it has them."""
+    settled = {}
     for radius in dropping.radii:
-        run = partial(measured_run, cloud, dropping.simulator, radius, seed, length)
-        settled[radius] = computed_once(entry_path("settled", dropping.run_hash(content, radius)), run)["centers"]
+        entry = entry_path("settled", dropping.run_hash(content, radius))
+        how = (dropping.simulator, radius, dropping.seed, dropping.length)
+        settled[radius] = computed_once(entry, lambda how=how: measured_run(cloud(), *how))["centers"]
     return settled
 
 

@@ -11,8 +11,9 @@ from ..clouds.cloud import Cloud
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
+from ..learning.profiles.doubts import doubts
 from ..learning.reasons.cubes import Cubes, cube_evidence
-from ..learning.reasons.words import Deciding, deciding, doubts, nearest, sentences, unit_of, with_unit
+from ..learning.reasons.words import Deciding, deciding, nearest, sentences, unit_of, with_unit
 from ..learning.validation import THRESHOLD
 from ..quantities import format_length
 from ..settling.drops import NO_DROPS, settled_centers

@@ -12,9 +12,21 @@ from .forest import Forest
 from .profile_model import PROFILE, ProfileModel
 from .quantities import NAMES
 
+EARLY = "early_"  # begins the names of what was learnt from the first drops alone
+
 
 def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return what is kept of a classifier by resting profiles beside what is kept of all."""
+    about, arrays = learnt_kept(model)
+    if model.early_ is not None:
+        early, parts = learnt_kept(model.early_)
+        about["early"] = early
+        arrays |= {EARLY + name: values for name, values in parts.items()}
+    return about, arrays
+
+
+def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return what is kept of what was learnt from runs of one length."""
     arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
     arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
     for i, one in enumerate(model.forests_):
@@ -45,6 +57,14 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     for one in model.forests_:
         if one is not None:
             one.require_whole(model.profiles_.shape[1])
+
+
+def fill_early(model: ProfileModel, early: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
+    """Give a model what its file holds of the first drops, to be read by another one that is empty."""
+    early.functions_, early.members_, early.names_ = model.functions_, model.members_, model.names_
+    parts = {name.removeprefix(EARLY): values for name, values in arrays.items() if name.startswith(EARLY)}
+    fill_profiles(early, about | about["early"], parts | {"names": arrays["names"]})
+    model.early_ = early
 
 
 def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:

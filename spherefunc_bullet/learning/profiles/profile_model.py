@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Self
 
@@ -13,6 +13,7 @@ from ...settling.settling import Settled
 from ...simulator import Simulator
 from ..function_model import FunctionModel
 from .calibration import Kin, Line, calibrated
+from .doubts import doubts
 from .forest import Forest
 from .quantities import NAMES, profiles_over
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
+SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
 class ProfileModel(FunctionModel):
@@ -39,6 +41,8 @@ class ProfileModel(FunctionModel):
     ----------
     functions_, forests_, lines_, radius_, profiles_, members_, names_, kin_, familiar_
         What was learnt, see `FunctionClassifier`.
+    early_ : ProfileModel or None
+        What was learnt from the first drops on the same objects; it answers where it is sure.
     """
 
     drops: int
@@ -47,6 +51,7 @@ class ProfileModel(FunctionModel):
     profiles_: np.ndarray  # (N, R * Q) float
     kin_: Kin
     familiar_: float
+    early_: ProfileModel | None = None
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -72,7 +77,29 @@ class ProfileModel(FunctionModel):
 
         ``any_heading`` changes nothing, as quantities do not depend on which way an object faces.
         """
-        return self.score_profiles(self.profiles(settled))
+        scores = np.zeros((len(settled), len(self.functions_)))
+        readers = [self.reader_of(one) for one in settled]
+        for reader in {id(reader): reader for reader in readers}.values():
+            rows = [row for row, own in enumerate(readers) if own is reader]
+            scores[rows] = reader.score_profiles(reader.profiles([settled[row] for row in rows]))
+        return scores
+
+    def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
+        """Return the first drops where these make sure what the object is for, else all; see `FunctionModel`."""
+        if self.early_ is None:
+            return drop(self.length)
+        first = drop(self.early_.length)
+        return first if self.early_.sure_of(first) else drop(self.length)
+
+    def sure_of(self, settled: Settled) -> bool:
+        """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
+        scores = self.score_settled([settled])[0]
+        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not doubts(self, settled, scores.tolist())
+
+    def reader_of(self, settled: Settled) -> ProfileModel:
+        """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""
+        longest = max(map(len, settled.values()), default=0)
+        return self if self.early_ is None or longest > self.early_.drops else self.early_
 
     def score_profiles(self, profiles: np.ndarray) -> np.ndarray:
         """Return the scores (N, F) of objects given as quantities (N, R * Q)."""
@@ -96,6 +123,7 @@ class ProfileModel(FunctionModel):
         alone.functions_, alone.members_ = (name,), self.members_[:, [column]]
         alone.forests_, alone.lines_ = [self.forests_[column]], [self.lines_[column]]
         alone.radius_ = {name: self.radius_[name]}
+        alone.early_ = self.early_ and self.early_.only(name)
         return alone
 
 

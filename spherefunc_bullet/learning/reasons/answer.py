@@ -15,8 +15,9 @@ from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
 from ..function_model import FunctionModel
 from ..model_file import model_to_ask
+from ..profiles.doubts import doubts
 from ..profiles.profile_model import ProfileModel
-from .words import doubts, sentences
+from .words import sentences
 
 if TYPE_CHECKING:
     from ..classifier import CloudClassifier
@@ -129,7 +130,8 @@ def classify(
 def answer_of(cloud: Cloud, classifier: FunctionModel, *, explain: bool = True, cache: bool = False) -> Answer:
     """Return what one cloud is for."""
     drop = settle_kept if cache else settle
-    settled = drop(cloud, classifier.simulator, classifier.chosen_radii(), classifier.seed, classifier.length)
+    how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
+    settled = classifier.settled_by(partial(drop, cloud, *how))
     return answered(cloud.name, settled, classifier, explain=explain)
 
 
@@ -153,4 +155,5 @@ def worded(
     """Return an answer in sentences, and what is doubtful about it; neither where cubes are counted."""
     if not isinstance(classifier, ProfileModel):
         return [], []
-    return sentences(classifier, settled, scores) if explain else [], doubts(classifier, settled, scores)
+    reader = classifier.reader_of(settled)
+    return sentences(reader, settled, scores) if explain else [], doubts(reader, settled, scores)

@@ -11,15 +11,13 @@ from typing import TypedDict
 import numpy as np
 
 from ...quantities import format_length
-from ...settling.drops import settled_rows
+from ...settling.drops import settled_count
 from ...settling.settling import Settled
 from ..profiles.profile_model import ProfileModel
 from ..profiles.quantities import NAMES, QUANTITIES, Profile, Quantity, rank_distances
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
-HAIR = 0.1  # score either side of the threshold that is no answer
-FEW = 5  # settled spheres of all radii together from which much can be told
 
 
 class Deciding(TypedDict):
@@ -99,31 +97,6 @@ def nearest(classifier: ProfileModel, settled: Settled, count: int = NEAREST) ->
         }
         for i in np.argsort(distances, kind="stable")[:count].tolist()
     ]
-
-
-def doubts(classifier: ProfileModel, settled: Settled, scores: Sequence[float]) -> list[str]:
-    """Return why the answer is unsure, each a sentence; none where it is sure."""
-    found = [
-        f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
-        for name, score in zip(classifier.functions_, scores, strict=True)
-        if abs(score - 0.5) < HAIR
-    ]
-    stayed = sum(settled_count(settled, radius) for radius in classifier.radii)
-    dropped = sum(len(settled.get(radius, ())) for radius in classifier.radii)
-    if stayed < FEW:
-        return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
-    away = float(rank_distances(classifier.profiles([settled]), classifier.profiles_).min())
-    if away > classifier.familiar_:
-        found.append(
-            f"unlike all {len(classifier.names_)} training objects: {away:.2f} from the nearest, where "
-            f"{classifier.familiar_:.2f} is far for one of them"
-        )
-    return found
-
-
-def settled_count(settled: Settled, radius: float) -> int:
-    """Return how many spheres of a radius settled."""
-    return int(settled_rows(settled[radius]).sum()) if radius in settled and len(settled[radius]) else 0
 
 
 def profile_at(classifier: ProfileModel, profile: np.ndarray, radius: float) -> Profile:
