@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
 
 VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
 SPARSE = 0.5  # radii between points, about, where drops are few
+SQUARE = 0.005  # metres: as far as samples of a mesh lie apart
+Columns = Callable[[np.random.Generator], np.ndarray]  # draws CHUNK columns (M, 2), metres
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,12 +29,26 @@ class FastSimulator:
     """
 
     flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
+    # What the paper leaves open (§III-A); `spherefunc evaluate --alternatives` measures the other readings.
+    columns: str = "box"  # over which spheres begin: the object's, or the "points": squares of 5 mm that hold some
+    inside: str = "centre"  # of a sphere on spheres alone that is to lie within the object's box, or the whole "sphere"
+    stalled_steps: int = 4  # steps that get no lower by which a sphere counts as blocked; 0: no such rule
 
     name = "fast"
     version = VERSION
 
+    def __post_init__(self):
+        require_one_of("columns", self.columns, ("box", "points"))
+        require_one_of("inside", self.inside, ("centre", "sphere"))
+        if self.stalled_steps < 0:
+            raise InputError(f"backend 'fast': stalled_steps: expected 0 or more, got {self.stalled_steps}")
+
     def options(self) -> dict:
-        return asdict(self)
+        return {"flat_angle_deg": self.flat_angle_deg} | {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if getattr(self, field.name) != field.default
+        }
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
@@ -48,13 +65,13 @@ class FastSimulator:
         prepare(drop_spheres)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        run = DropRun(cloud, settings, self.flat_angle_deg)
-        columns = np.random.default_rng(seed)
+        run = DropRun(cloud, settings, self)
+        draw = over_points(cloud.points) if self.columns == "points" else over_box(run.low, run.high)
+        generator = np.random.default_rng(seed)
         ended = False
         while not ended:
             run.reserve(CHUNK)
-            xy = columns.uniform(run.low[:2], run.high[:2], size=(CHUNK, 2))
-            ended = run.drop(drop_spheres, xy)
+            ended = run.drop(drop_spheres, draw(generator))
         return run.result(time.perf_counter() - started, self, seed)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
@@ -90,7 +107,7 @@ class FastSimulator:
 class DropRun:
     """The state of one run: both grids, the tallies, and what the kernel needs beside them."""
 
-    def __init__(self, cloud: Cloud, settings: DropSettings, flat_angle_deg: float):
+    def __init__(self, cloud: Cloud, settings: DropSettings, how: FastSimulator):
         from .contact import MAX_CONTACTS
         from .grid import point_grid, point_spacing, sphere_grid
         from .nearby import POINT_REACH, nowhere
@@ -101,7 +118,9 @@ class DropRun:
         if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
             points, reach = cloud.thinned(SPARSE * settings.radius), None
         self.points = point_grid(points, self.low, self.high, settings.radius)
-        self.shape = roll_shape(settings.radius, point_spacing(self.points), flat_angle_deg)
+        self.shape = roll_shape(settings.radius, point_spacing(self.points), how)
+        margin = settings.radius if how.inside == "sphere" else 0.0
+        self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
         self.nearby = nowhere(len(points), MAX_CONTACTS)
         self.state = np.zeros(5, np.int64)
@@ -130,7 +149,7 @@ class DropRun:
         outcomes = np.empty(len(columns), np.int8)
         limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
         body = (self.points, self.spheres, self.nearby)
-        ended = kernel(*body, columns, s.radius, self.shape, self.low, self.high, *limits)
+        ended = kernel(*body, columns, s.radius, self.shape, *self.inside, *limits)
         self.columns.append(columns[: self.drops - before])
         self.outcomes.append(outcomes[: self.drops - before])
         return ended or self.drops == s.max_drops
@@ -158,9 +177,26 @@ class DropRun:
         )
 
 
-def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
+def over_box(low: np.ndarray, high: np.ndarray) -> Columns:
+    """Return what draws columns uniformly over a bounding box."""
+    return lambda generator: generator.uniform(low[:2], high[:2], size=(CHUNK, 2))
+
+
+def over_points(points: np.ndarray) -> Columns:
+    """Return what draws columns uniformly over the squares of `SQUARE` that hold some of the points (N, 3)."""
+    squares = np.unique(np.floor(points[:, :2] / SQUARE), axis=0)
+    return lambda generator: SQUARE * (generator.choice(squares, CHUNK) + generator.random((CHUNK, 2)))
+
+
+def require_one_of(name: str, value: str, expected: Sequence[str]):
+    """Raise InputError unless an option is one of those there are."""
+    if value not in expected:
+        raise InputError(f"backend 'fast': {name}: expected one of {', '.join(expected)}, got {value!r}")
+
+
+def roll_shape(radius: float, spacing: float, how: FastSimulator):
     """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
-    from .rolling import RollShape
+    from .rolling import MAX_STEPS, RollShape
 
     gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
     sink = radius - math.sqrt(radius * radius - gap * gap)
@@ -168,5 +204,6 @@ def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
         gap=1.1 * gap,
         patch=max(1.4 * spacing, 0.5 * radius),
         bump=max(1.2 * sink, 0.015 * radius),
-        flat=math.sin(math.radians(flat_angle_deg)),
+        flat=math.sin(math.radians(how.flat_angle_deg)),
+        stalled=how.stalled_steps or MAX_STEPS,
     )

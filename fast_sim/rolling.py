@@ -13,7 +13,6 @@ from .nearby import STRIDE, look_around, still_serves
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 MAX_STEPS = 20_000  # of one sphere, whatever happens
-STALLED_STEPS = 4  # steps without a new lowest height after which a sphere is blocked
 GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
 
@@ -24,6 +23,7 @@ class RollShape(NamedTuple):
     patch: float  # reach around the contact whose points make the plane
     bump: float  # how far a sphere sinks between points, so how high it must be able to climb
     flat: float  # sine of the slope that counts as flat
+    stalled: int  # steps without a new lowest height after which a sphere is blocked
 
 
 @njit(cache=True, error_model="numpy")
@@ -99,7 +99,7 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
         x, y, z, moved = step(points, spheres, nearby, x, y, z, radius, shape)
         stalled = stalled + 1 if z > lowest - 0.002 * radius else 0
         lowest = min(lowest, z)
-        if not moved or stalled >= STALLED_STEPS:
+        if not moved or stalled >= shape.stalled:
             if not still_serves(nearby, x, y, z, radius):
                 look_around(points, spheres, nearby, x, y, z, radius)
             outcome, on_object = rest(nearby, x, y, z, radius, low, high)

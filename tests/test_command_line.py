@@ -16,6 +16,7 @@ import pytest
 from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.compare.evaluation.alternatives import DROPPED
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.quantities import parse_lengths
@@ -480,6 +481,7 @@ def test_alternatives_read_the_same_runs_in_every_way(call, data):
     done = call("evaluate", data, "--alternatives", "--trials", 1, "--radii", "2cm", "--jobs", 1, "--json")
     rows = json.loads(done.stdout)
     assert {"paper", "cubes", "§III-C: all examples", "§III-B: grid from the object's corner"} <= set(rows)
+    assert set(DROPPED) <= set(rows)
     for row in rows.values():
         assert set(row) == {"random halves", "across sources", "random halves, turned"}
         assert all(0 <= figure <= 1 for functions in row.values() for figure in functions.values())

@@ -15,6 +15,7 @@ from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
+    from spherefunc_bullet.settling.records import Dropping
 
 
 def evaluate(
@@ -68,15 +69,16 @@ def evaluate(
     dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
     lengths = dropping.radii
 
-    def simulated(name: str) -> Simulated:
+    def simulated(name: str, how: Dropping = dropping) -> Simulated:
         """Return a data set by name, simulated."""
-        return simulate_dataset(open_dataset(name), dropping, jobs=jobs, run=run, failed=failures.add)
+        return simulate_dataset(open_dataset(name), how, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(data)
     if alternatives:
-        from ..evaluation.alternatives import print_alternatives
+        from ..evaluation.alternatives import dropped_otherwise, print_alternatives
 
-        print_alternatives(learnt, lengths, trials, seed, json, sphere_limit(dropping.simulator))
+        dropped = dropped_otherwise(dropping, lambda how: simulated(data, how))
+        print_alternatives(learnt, lengths, trials, seed, json, sphere_limit(dropping.simulator), dropped)
         failures.exit()
         return
     if test is not None:

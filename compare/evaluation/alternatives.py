@@ -17,8 +17,8 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import CUBES, PAPER, Method
-from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.simulator import SPHERE_LIMIT
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord
+from spherefunc_bullet.simulator import SPHERE_LIMIT, make_simulator
 
 from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import Distances, cube_distances
@@ -132,6 +132,12 @@ def cubes(how: Reading = AS_GIVEN, **changes: Any) -> Alternative:
     return Alternative(reading=how, method=replace(CUBES, **changes))
 
 
+# What the paper leaves open of the drops themselves, as options of the backend ``fast``.
+DROPPED = {
+    "§III-A: columns over points": {"columns": "points"},
+    "§III-A: the whole sphere inside the box": {"inside": "sphere"},
+    "§III-A: no stall rule": {"stalled_steps": 0},
+}
 ALTERNATIVES = {
     "paper": Alternative(),
     "§III-A: 20,000 spheres at most": reading(limit=20_000),
@@ -163,8 +169,24 @@ ALTERNATIVES = {
 }
 
 
+def dropped_otherwise(dropping: Dropping, simulated: Callable[[Dropping], Simulated]) -> dict[str, Simulated]:
+    """Return a data set with spheres dropped in every other way that the backend has."""
+    simulator = dropping.simulator
+    if simulator.name != "fast":
+        return {}
+    options = simulator.options()
+    hows = {name: make_simulator(simulator.name, **options | changes) for name, changes in DROPPED.items()}
+    return {name: simulated(replace(dropping, simulator=how)) for name, how in hows.items()}
+
+
 def print_alternatives(
-    simulated: Simulated, radii: Sequence[float], trials: int, seed: int, json: bool, limit: int = SPHERE_LIMIT
+    simulated: Simulated,
+    radii: Sequence[float],
+    trials: int,
+    seed: int,
+    json: bool,
+    limit: int = SPHERE_LIMIT,
+    dropped: Mapping[str, Simulated] | None = None,
 ):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random.
 
@@ -172,15 +194,24 @@ def print_alternatives(
     ----------
     limit : int
         Settled spheres at which runs end for methods that do not read them to the end.
+    dropped : dict of str to Simulated, optional
+        The same objects with spheres dropped in other ways, read by the paper's method.
     """
     labels = labels_of(simulated)
     half, groups = len(labels) // 2, len(set(labels.groups.tolist())) > 1
     splits = Protocol(train_sizes=(half,), trials=trials, seed=seed, groups=groups).splits(labels)
-    given = Read(simulated, labels, radii, splits, limit)
-    turned = Read(randomly_turned(simulated, seed), labels, radii, Splits(halves=splits.halves), limit)
     rows: dict[str, dict[str, dict[str, float]]] = {}
-    for name, alternative in progress(ALTERNATIVES.items(), len(ALTERNATIVES), "learning and testing"):
-        as_given, as_turned = (read.evaluation(alternative) for read in (given, turned))
+
+    def reads(dropped: Simulated) -> tuple[Read, Read]:
+        """Return objects as given, and turned at random."""
+        turned = Read(randomly_turned(dropped, seed), labels, radii, Splits(halves=splits.halves), limit)
+        return Read(dropped, labels, radii, splits, limit), turned
+
+    as_dropped = reads(simulated)
+    work = [(name, as_dropped, alternative) for name, alternative in ALTERNATIVES.items()]
+    work[1:1] = [(name, reads(other), Alternative()) for name, other in (dropped or {}).items()]
+    for name, both, alternative in progress(work, len(work), "learning and testing"):
+        as_given, as_turned = (read.evaluation(alternative) for read in both)
         rows[name] = {"random halves": f_measures(as_given.quality(half))}
         if groups:
             rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
