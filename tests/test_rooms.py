@@ -13,7 +13,6 @@ from clouds import level, mug, sheet
 from PIL import Image
 from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_table
 
-from spherefunc_bullet.compare.rooms.real_scans import Tally, best_pairs
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
@@ -236,21 +235,6 @@ def test_bullet_recognises_too():
     scene = scan_from_points(points[(truth == 0) | (truth == -1)][::2], "table")
     recognised = recognise(scene, load_model(shipped_model("bullet", scans=True)))
     assert recognised.objects[0].members == {"table"}
-
-
-# Truth
-
-
-def test_pairs_are_those_of_largest_overlap():
-    assert best_pairs(np.array([[0.6, 0.9], [0.0, 0.7]])) == {0: 1}
-    assert best_pairs(np.array([[0.6, 0.9], [0.5, 0.0]])) == {0: 1, 1: 0}
-
-
-def test_shares_of_a_tally():
-    counts = Tally(found=("a", "b"), missed=("c",), wrong=("cup", "cup"))
-    assert counts.recall == 0.667
-    assert counts.precision == 0.5
-    assert Tally().recall is None
 
 
 # The command

@@ -1,4 +1,4 @@
-"""What is known of real scans: boxes or points of their objects, and what those are for."""
+"""What is known of real scans: boxes or points of their objects, what those are for, and how much of them was seen."""
 
 from __future__ import annotations
 
@@ -13,18 +13,40 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.segmentation.box import Box
 
+SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
+BACK_ONLY = "back-only"  # of a chair only the back shows: told apart
+HIDDEN = "none"  # outside the view: not asked for
+VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
+DISPUTED = "cup"  # the function that people dispute of bowls, open pots and what may be a cup
 _STEPS = 24  # per axis, of the places at which two boxes are compared
+_MARGIN = 0.02  # metres around a box drawn by hand within which points are of its object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrueObject:
-    """An object that someone labelled: by a box in the scan's frame, by its points, or both."""
+    """An object that someone labelled: by a box in the scan's frame, or by its points."""
 
     name: str
-    functions: frozenset[str]
-    ambiguous: bool = False  # whose function people would dispute: neither missed nor wrong
+    functions: frozenset[str]  # that it has by its label
+    disputed: frozenset[str] = frozenset()  # functions that people would dispute: a claim counts neither way
+    visible: str = "full"  # one of VISIBLE
     box: Box | None = None
     points: np.ndarray | None = None  # (N,) bool, of the scan's
+
+    def holds(self, points: np.ndarray, spared: float = 0.0) -> np.ndarray:
+        """Return which of the scan's points (N, 3) are the object's, (N,) bool.
+
+        Parameters
+        ----------
+        points : (N, 3) float64, metres, the scan's frame
+        spared : float
+            Height of a box's lowest slice that is left out, metres: what the object stands on.
+        """
+        if self.points is not None:
+            return self.points
+        own = self.box.to_own(points)
+        inside = (np.abs(own) <= self.box.size / 2 + _MARGIN).all(axis=1)
+        return inside & (own[:, 2] > spared - self.box.size[2] / 2 - (0.0 if spared else _MARGIN))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,18 +56,19 @@ class RecognisedObject:
     functions: frozenset[str]
     box: Box
     points: np.ndarray  # (N,) bool
+    scores: dict[str, float]  # of each function
+    fragment: bool = False
 
 
 def true_objects(scan_file: Path) -> list[TrueObject] | None:
     """Return the objects of ``NAME_boxes.csv`` or ``NAME_instances.csv`` beside a scan NAME.ply; None without either.
 
-    A scan that is a frame of a fused one, ``X_frame000.ply``, is described by ``X_fused_boxes.csv``.
+    Raises
+    ------
+    InputError
+        If such a table lacks a column or holds what is none of its values.
     """
-    stem = scan_file.stem
-    boxes = scan_file.with_name(f"{stem}_boxes.csv")
-    if not boxes.exists():
-        boxes = scan_file.with_name(f"{stem.split('_frame')[0]}_fused_boxes.csv")
-    instances = scan_file.with_name(f"{stem}_instances.csv")
+    boxes, instances = (scan_file.with_name(f"{scan_file.stem}_{kind}.csv") for kind in ("boxes", "instances"))
     if instances.exists():
         labels = read_geometry(scan_file).labels
         return [from_points(row, labels, instances) for row in read_rows(instances)]
@@ -58,25 +81,57 @@ def read_rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+def value_of(row: dict[str, str], column: str, path: Path) -> str:
+    """Return what a row has in a column that its table must have."""
+    value = row.get(column)
+    if value is None:
+        raise InputError(f"{path.name}: expected a column {column}, found {', '.join(filter(None, row))}")
+    return value
+
+
+def number_of(row: dict[str, str], column: str, path: Path) -> float:
+    """Return the number that a row has in a column."""
+    text = value_of(row, column, path)
+    try:
+        return float(text)
+    except ValueError as error:
+        raise InputError(f"{path.name}: expected a number in column {column}, got {text!r}") from error
+
+
 def functions_of(row: dict[str, str], path: Path) -> frozenset[str]:
     """Return the functions that a row names."""
-    try:
-        label = row["function_label"]
-    except KeyError as error:
-        raise InputError(f"{path.name}: expected a column function_label, found none") from error
+    label = value_of(row, "function_label", path)
     return frozenset() if label == "support" else parse_functions(label.split(" ")[0])
 
 
+def visible_of(row: dict[str, str], path: Path) -> str:
+    """Return how much of a row's object the sensor saw: all, where the table does not say."""
+    visible = row.get("visible") or "full"
+    if visible not in VISIBLE:
+        raise InputError(f"{path.name}: expected visible to be one of {', '.join(VISIBLE)}, got {visible!r}")
+    return visible
+
+
+def is_disputed(name: str, remark: str) -> bool:
+    """Return whether people would dispute that an object is a drinking vessel, or that it is none.
+
+    A bowl is one to some, whatever its table calls it, and so is what a remark calls ambiguous or leaves out.
+    """
+    return name == "bowl" or "ambiguous" in remark or "left out of the count" in remark
+
+
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
-    """Return the object of a row of boxes; those of VoteNet's label files are turned clockwise."""
-    center, size = (np.array([float(row[f"{kind}{axis}"]) for axis in "xyz"]) for kind in "cd")
-    comment = row.get("comment", "")
-    yaw = float(row["yaw_rad"]) * (-1 if "votenet" in comment else 1)
+    """Return the object of a row of boxes."""
+    center, size = (np.array([number_of(row, f"{kind}{axis}", path) for axis in "xyz"]) for kind in "cd")
+    name, disputed = value_of(row, "class", path), frozenset()
+    if is_disputed(name, row.get("comment") or ""):
+        disputed = frozenset({DISPUTED})
     return TrueObject(
-        name=row["class"],
-        functions=functions_of(row, path),
-        ambiguous="ambiguous" in comment,
-        box=Box(center=center, size=size, yaw=yaw),
+        name=name,
+        functions=functions_of(row, path) - disputed,
+        disputed=disputed,
+        visible=visible_of(row, path),
+        box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)),
     )
 
 
@@ -84,11 +139,15 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
     """Return the object of a row of instances, by the points that carry its label."""
     if labels is None:
         raise InputError(f"{path.name}: expected a scan with a label for each point, found none")
+    name, disputed = value_of(row, "name", path), frozenset()
+    if is_disputed(name, row.get("pose") or ""):
+        disputed = frozenset({DISPUTED})
     return TrueObject(
-        name=row["name"],
-        functions=functions_of(row, path),
-        ambiguous="ambiguous" in row.get("pose", ""),
-        points=labels == int(row["label"]),
+        name=name,
+        functions=functions_of(row, path) - disputed,
+        disputed=disputed,
+        visible=visible_of(row, path),
+        points=labels == int(number_of(row, "label", path)),
     )
 
 

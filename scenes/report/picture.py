@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,16 @@ _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
 _ELEVATION_DEG = 32.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mark:
+    """A box that is drawn, with a text above it, or below if it is thin."""
+
+    corners: np.ndarray  # (8, 3) metres, level frame, as `Box.corners` has them
+    colour: tuple[int, int, int]
+    text: str
+    thin: bool = False  # as what is known beside what was found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +65,9 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
     return Camera(eye=(low + high) / 2 + 1.02 * distance * toward, axes=axes, size=size)
 
 
-def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750)) -> Image.Image:
+def room_picture(
+    scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), marks: Sequence[Mark] = ()
+) -> Image.Image:
     """Draw a scan and the boxes of its functional objects, from where most of the objects is seen.
 
     Parameters
@@ -64,6 +77,8 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
         What was found in it.
     size : (int, int)
         Pixels.
+    marks : sequence of Mark
+        Further boxes, drawn below those.
     """
     from PIL import Image
 
@@ -78,7 +93,7 @@ def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750))
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     image = Image.fromarray(splatted(camera, points, colours))
-    draw_boxes(image, camera, room)
+    draw_marks(image, camera, [*marks, *marks_of(room)])
     return image.resize(size, Image.Resampling.LANCZOS)
 
 
@@ -109,21 +124,31 @@ def splatted(camera: Camera, points: np.ndarray, colours: np.ndarray, paper: int
     return image.reshape(height, width, 3)
 
 
-def draw_boxes(image: Image.Image, camera: Camera, room: Room):
-    """Draw the box of every object that has a function, with its name and score."""
+def marks_of(room: Room) -> list[Mark]:
+    """Return the boxes of the objects that have a function, each with its name and score."""
+    return [
+        Mark(
+            corners=item.box.corners,
+            colour=function_colour(name, item.functions),
+            text=f"{name} {item.functions[name].score:.2f}",
+        )
+        for item in room.objects
+        if (name := item.main_function) is not None
+    ]
+
+
+def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[Mark]):
+    """Draw boxes, the first ones below the others, each with its text."""
     from PIL import ImageDraw, ImageFont
 
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)
-    for item in room.objects:
-        name = item.main_function
-        if name is None:
-            continue
-        colour = function_colour(name, item.functions)
-        at = camera.project(item.box.corners)
+    wide = max(3, image.size[1] // 270)
+    for mark in marks:
+        at = camera.project(mark.corners)
         for a, b in _EDGES:
-            draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=colour, width=max(3, image.size[1] // 270))
-        top = at[np.argmin(at[:, 1]), :2]
-        text = f"{name} {item.functions[name].score:.2f}"
-        box = draw.textbbox(tuple(top), text, font=font, anchor="mb")
+            draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=mark.colour, width=wide // 2 if mark.thin else wide)
+        end = at[(np.argmax if mark.thin else np.argmin)(at[:, 1]), :2]
+        anchor = "mt" if mark.thin else "mb"
+        box = draw.textbbox(tuple(end), mark.text, font=font, anchor=anchor)
         draw.rectangle([box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3], fill=(255, 255, 255))
-        draw.text(tuple(top), text, fill=colour, font=font, anchor="mb")
+        draw.text(tuple(end), mark.text, fill=mark.colour, font=font, anchor=anchor)

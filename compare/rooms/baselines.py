@@ -1,0 +1,150 @@
+"""What spheres have to beat on the same proposals: boxes, points in the same cubes, and the points' quantities.
+
+Each learns the objects that the model has learnt, and tells what was proposed by what it is made of, without spheres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from sklearn.metrics.pairwise import euclidean_distances
+
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.learning.labels import memberships
+from spherefunc_bullet.learning.method import CUBES, PROFILE_RADII
+from spherefunc_bullet.learning.validation import member_scores
+from spherefunc_bullet.scenes.recognition.recognition import SMALLEST_RADII, value_for_size
+from spherefunc_bullet.settling.records import ObjectRecord, shape_of
+from spherefunc_bullet.settling.settling import Settled
+
+from ..evaluation.features import voxel_centers
+from ..evaluation.profiled import points_as_drops
+
+CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
+
+
+@dataclass(frozen=True, kw_only=True)
+class Learnt:
+    """Objects to learn, as shapes."""
+
+    records: Sequence[ObjectRecord]
+    labels: Sequence[frozenset[str]]
+
+    @property
+    def names(self) -> list[str]:
+        """What the objects are called."""
+        return [record.path.name for record in self.records]
+
+
+class Baseline(Protocol):
+    """Tells functions of shapes, after learning some."""
+
+    functions: tuple[str, ...]
+
+    def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
+        """Return the scores (P, F) of objects."""
+        ...
+
+
+def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None]) -> Learnt:
+    """Return the objects of data sets as shapes.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        Folders, or names of catalogues.
+    failed : callable
+        Is given the error of each file that cannot be used.
+
+    Raises
+    ------
+    InputError
+        If one is no data set, or no object is left.
+    """
+    known: list[tuple[ObjectRecord, DatasetObject]] = []
+    for item in (item for source in sources for item in open_dataset(source).objects):
+        try:
+            known.append((shape_record(load_cloud(item.path), item.path), item))
+        except InputError as error:
+            failed(error)
+    if not known:
+        raise InputError(f"{', '.join(sources)}: expected objects to learn, found none that can be used")
+    return Learnt(records=[record for record, _ in known], labels=[item.functions for _, item in known])
+
+
+def shape_record(cloud: Cloud, path: Path) -> ObjectRecord:
+    """Return a cloud's shape, without spheres."""
+    shape = shape_of(cloud)
+    return ObjectRecord(path=path, size=shape["size"], voxels=shape["voxels"], settled={}, seconds={}, drops={})
+
+
+def baselines(learnt: Learnt, model: FunctionModel) -> dict[str, Baseline]:
+    """Return every baseline, by its name, after learning."""
+    return {
+        "bounding box": BoundingBoxes(learnt),
+        "points in the same cubes": PointsInCubes(learnt, model),
+        "points' quantities": PointsQuantities(learnt, model),
+    }
+
+
+class BoundingBoxes:
+    """Nearest neighbours by width, depth and height."""
+
+    def __init__(self, learnt: Learnt):
+        self.functions = tuple(sorted(set().union(*learnt.labels)))
+        self.sizes = box_sizes(learnt.records)
+        self.members = memberships(learnt.labels, self.functions)
+
+    def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
+        """Return the scores (P, F) of objects."""
+        distances = euclidean_distances(box_sizes(records), self.sizes)
+        return np.column_stack([member_scores(distances, column, CUBES) for column in self.members.T])
+
+
+def box_sizes(records: Sequence[ObjectRecord]) -> np.ndarray:
+    """Return the sizes (N, 3) of objects: the shorter and the longer level side, and the height, metres."""
+    sizes = np.array([record.size for record in records]).reshape(-1, 3)
+    return np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]])
+
+
+class PointsInCubes:
+    """The paper's features with an object's points in place of spheres: the same cubes, neighbours and votes."""
+
+    def __init__(self, learnt: Learnt, model: FunctionModel):
+        radii = model.radii if isinstance(model, CubeClassifier) else CUBE_RADII
+        self.classifier = CubeClassifier(model.simulator, radii=radii, seed=model.seed)
+        points = [{radius: voxel_centers(record) for radius in radii} for record in learnt.records]
+        self.classifier.fit_settled(points, learnt.labels, learnt.names)
+        self.functions = self.classifier.functions_
+
+    def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
+        """Return the scores (P, F) of objects, each turned by quarters as the spheres' are."""
+        return self.classifier.score_settled([self.points_of(record) for record in records], any_heading=True)
+
+    def points_of(self, record: ObjectRecord) -> Settled:
+        """Return an object's points at the radii at which spheres would be dropped on it."""
+        least = value_for_size(SMALLEST_RADII, record.size.max())
+        return {radius: voxel_centers(record) for radius in self.classifier.chosen_radii() if radius >= least}
+
+
+class PointsQuantities:
+    """The resting profile's quantities, read of an object's points in place of spheres."""
+
+    def __init__(self, learnt: Learnt, model: FunctionModel):
+        self.classifier = FunctionClassifier(model.simulator, radii=PROFILE_RADII, seed=model.seed)
+        points = [points_as_drops(record, PROFILE_RADII) for record in learnt.records]
+        self.classifier.fit_settled(points, learnt.labels, learnt.names)
+        self.functions = self.classifier.functions_
+
+    def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
+        """Return the scores (P, F) of objects."""
+        return self.classifier.score_settled([points_as_drops(record, PROFILE_RADII) for record in records])

@@ -1,0 +1,194 @@
+"""Why an object was missed and why a claim is false, as far as what was proposed tells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypedDict
+
+import numpy as np
+
+from spherefunc_bullet.learning.function_model import THRESHOLD
+from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, LEFT_OVER, WALL
+
+from .matching import JudgedScan, Verdict, sufficient_overlap
+from .truth import RecognisedObject, TrueObject
+
+NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE = "not proposed", "merged", "torn", "mislabelled", "unsure"
+CAUSES = (NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE)
+SURE = 0.1  # off the threshold: what scores nearer to it is told by neither side with conviction
+_SPARED = 0.03  # metres, of an object's lowest slice, which may be what it stands on; less of a low one:
+_SPARED_SHARE = 0.2  # of its height
+_PROPOSED = 0.3  # of an object's points: if fewer are in proposals, it was not proposed
+_MOST = 0.5  # of an object's points, or of a proposal's
+_SOME = 0.05  # of a proposal's points: if an object has so many in it, it is named
+
+
+class CauseRow(TypedDict):
+    """One miss, or one false claim, as JSON has it."""
+
+    scan: str
+    function: str
+    object: str | None  # None for a claim
+    visible: str | None
+    score: float | None  # of a claim
+    center: list[float]  # of the object's or the claim's box, metres, the scan's frame
+    cause: str  # one of CAUSES
+    detail: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cause:
+    """Why."""
+
+    kind: str  # one of CAUSES
+    detail: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Overlaps:
+    """How the points of true objects and of proposals lie in each other."""
+
+    inside: np.ndarray  # (T, P) share of a proposal's points that an object's box or label holds
+    covered: np.ndarray  # (T, P) share of an object's own points that a proposal has
+
+
+def overlaps_of(scan: JudgedScan) -> Overlaps:
+    """Return how objects and proposals overlap."""
+    inside, covered = (np.zeros((len(scan.truth), len(scan.recognised))) for _ in range(2))
+    for t, true in enumerate(scan.truth):
+        whole, own = true.holds(scan.points), own_points(scan, t)
+        for p, proposal in enumerate(scan.recognised):
+            inside[t, p] = share(proposal.points & whole, proposal.points)
+            covered[t, p] = share(proposal.points & own, own)
+    return Overlaps(inside=inside, covered=covered)
+
+
+def own_points(scan: JudgedScan, t: int) -> np.ndarray:
+    """Return which of a scan's points are a true object's own, not of what it stands on, (N,) bool."""
+    true = scan.truth[t]
+    height = 0.0 if true.box is None else true.box.size[2]
+    return true.holds(scan.points, min(_SPARED, _SPARED_SHARE * height))
+
+
+def whereabouts(scan: JudgedScan, own: np.ndarray) -> str:
+    """Return where an object's points (N,) bool went, in words."""
+    labels = scan.labels
+    kinds = {"floor": labels == FLOOR, "wall or ceiling": labels == WALL, "left over": labels == LEFT_OVER}
+    kinds["in parts"] = labels >= 0
+    shares = {name: share(kind & own, own) for name, kind in kinds.items()}
+    return ", ".join(f"{part:.0%} {name}" for name, part in shares.items() if part >= 0.01) or "none"
+
+
+def share(some: np.ndarray, of: np.ndarray) -> float:
+    """Return the share of points (N,) bool that are some of them, 0 where there are none."""
+    return np.count_nonzero(some) / max(np.count_nonzero(of), 1)
+
+
+def cause_rows(scan: JudgedScan) -> tuple[list[CauseRow], list[CauseRow]]:
+    """Return every miss of what was seen, and every false claim, each with its cause."""
+    missed = [verdict for verdict in scan.verdicts if verdict.outcome == "missed"]
+    false = [verdict for verdict in scan.verdicts if verdict.outcome == "false"]
+    if not missed and not false:
+        return [], []
+    overlaps = overlaps_of(scan)
+    return (
+        [miss_row(scan, verdict, cause_of_miss(scan, verdict, overlaps)) for verdict in missed],
+        [claim_row(scan, verdict, cause_of_claim(scan, verdict, overlaps)) for verdict in false],
+    )
+
+
+def miss_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
+    """Return a missed object for a report."""
+    true = verdict.true
+    center = true.box.center if true.points is None else scan.points[true.points].mean(axis=0)
+    return {
+        "scan": scan.name,
+        "function": verdict.function,
+        "object": true.name,
+        "visible": true.visible,
+        "score": None,
+        "center": np.round(center, 2).tolist(),
+        "cause": cause.kind,
+        "detail": cause.detail,
+    }
+
+
+def claim_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
+    """Return a false claim for a report."""
+    return {
+        "scan": scan.name,
+        "function": verdict.function,
+        "object": None,
+        "visible": None,
+        "score": verdict.claim.scores[verdict.function],
+        "center": np.round(verdict.claim.box.center, 2).tolist(),
+        "cause": cause.kind,
+        "detail": cause.detail,
+    }
+
+
+def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cause:
+    """Return why an object was not found: what was proposed in its place, if anything was, and what that was told."""
+    t = scan.truth.index(verdict.true)
+    inside, covered = overlaps.inside[t], overlaps.covered[t]
+    fits = np.array([sufficient_overlap(verdict.true, proposal) for proposal in scan.recognised])
+    if fits.max(initial=0.0) > 0:
+        best = int(np.argmax(fits))
+        if inside[best] >= _MOST:
+            return cause_of_telling(scan.recognised[best], verdict.function)
+        return Cause(kind=MERGED, detail=f"one part with {others_in(scan, overlaps, best, t)}")
+    if covered.sum() < _PROPOSED:
+        return Cause(kind=NOT_PROPOSED, detail=f"its points: {whereabouts(scan, own_points(scan, t))}")
+    best = int(np.argmax(covered))
+    if inside[best] < _MOST:
+        return Cause(kind=MERGED, detail=f"one part with {others_in(scan, overlaps, best, t)}")
+    parts = int((covered > _SOME).sum())
+    if covered[best] < _MOST or parts > 1:
+        return Cause(kind=TORN, detail=f"{parts} parts, the largest of {covered[best]:.0%} of its points")
+    return Cause(kind=TORN, detail=f"one part of {covered[best]:.0%} of its points, too small for its box")
+
+
+def cause_of_telling(proposal: RecognisedObject, function: str) -> Cause:
+    """Return why an object that was proposed as it is was not told what it is for."""
+    score = proposal.scores[function]
+    if function in proposal.functions:
+        return Cause(kind=MERGED, detail="what was found there is another object")
+    if proposal.fragment:
+        return Cause(kind=TORN, detail=f"refused as a fragment, {function} {score:.2f}")
+    told = ", ".join(f"{name} {proposal.scores[name]:.2f}" for name in sorted(proposal.functions)) or "nothing"
+    kind = UNSURE if score > THRESHOLD - SURE else MISLABELLED
+    return Cause(kind=kind, detail=f"told as {told}; {function} {score:.2f}")
+
+
+def cause_of_claim(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cause:
+    """Return why a claim is false: what it is instead, as far as the truth lists that."""
+    p = scan.recognised.index(verdict.claim)
+    inside, covered = overlaps.inside[:, p], overlaps.covered[:, p]
+    fits = np.array([sufficient_overlap(true, verdict.claim) for true in scan.truth])
+    held = [t for t in range(len(scan.truth)) if covered[t] >= _MOST and inside[t] >= _SOME]
+    if len(held) > 1 and inside[held].max() < 1 - _SOME:
+        return Cause(kind=MERGED, detail=f"holds {names_of(scan.truth, held)}")
+    if fits.max(initial=0.0) > 0:
+        true = scan.truth[int(np.argmax(fits))]
+        if verdict.function in true.functions:
+            return Cause(kind=TORN, detail=f"a second part of the {true.name} that was found")
+        return Cause(kind=MISLABELLED, detail=f"is the {true.name}")
+    best = int(np.argmax(inside)) if len(inside) else -1
+    if best >= 0 and inside[best] >= _MOST:
+        return Cause(kind=TORN, detail=f"lies in the box of the {scan.truth[best].name}, {covered[best]:.0%} of it")
+    if held:
+        return Cause(kind=MERGED, detail=f"holds {names_of(scan.truth, held)} and what the truth does not list")
+    unsure = verdict.claim.scores[verdict.function] < THRESHOLD + SURE
+    return Cause(kind=UNSURE if unsure else MISLABELLED, detail="a thing that the truth does not list")
+
+
+def others_in(scan: JudgedScan, overlaps: Overlaps, proposal: int, but: int) -> str:
+    """Return the names of the true objects that a proposal holds points of, but for one."""
+    inside = overlaps.inside[:, proposal]
+    return names_of(scan.truth, [t for t in np.argsort(-inside).tolist() if t != but and inside[t] >= _SOME])
+
+
+def names_of(truth: Sequence[TrueObject], places: Sequence[int]) -> str:
+    """Return the names of some objects; of none, what they then are."""
+    return ", ".join(truth[t].name for t in places) or "what the truth does not list"

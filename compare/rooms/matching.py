@@ -1,0 +1,152 @@
+"""What was claimed of a scan against what is true of it: which objects are found, which missed, which claims false."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TypedDict
+
+import numpy as np
+
+from .scores import ratio, rounded
+from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
+
+LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
+LEAST_OF_BOXES = 0.25  # where boxes are: VoteNet's and SUN RGB-D's, since a scan sees only part of a box
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Verdict:
+    """One function of an object, of a claim, or of both: found, missed, false, or counted apart."""
+
+    function: str
+    true: TrueObject | None = None
+    claim: RecognisedObject | None = None
+
+    @property
+    def outcome(self) -> str:
+        """``found``, ``missed``, ``false``, ``back found``, ``back missed``, ``disputed`` or ``uncounted``."""
+        if self.true is None:
+            return "false"
+        if self.function in self.true.disputed:
+            return "uncounted" if self.claim is None else "disputed"
+        ending = "missed" if self.claim is None else "found"
+        if self.true.visible in SEEN:
+            return ending
+        return f"back {ending}" if self.true.visible == BACK_ONLY else "uncounted"
+
+
+class ScoreRow(TypedDict):
+    """A score as JSON has it."""
+
+    found: int
+    seen: int
+    recall: float | None
+    true_claims: int
+    claims: int
+    precision: float | None
+    backs_found: int
+    backs: int
+    disputed: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """Counts of verdicts, which add up over scans and functions."""
+
+    found: int = 0  # of what the sensor saw
+    missed: int = 0
+    false: int = 0  # claims
+    backs_found: int = 0  # of chairs of which only the back shows; neither recall nor precision counts them
+    backs_missed: int = 0
+    disputed: int = 0  # claims of what people would dispute, likewise
+
+    @property
+    def recall(self) -> float | None:
+        """Of the functions that were seen, the share found; None where there are none."""
+        return ratio(self.found, self.found + self.missed)
+
+    @property
+    def precision(self) -> float | None:
+        """Of the functions claimed, the share that is true; None where none is claimed."""
+        return ratio(self.found, self.found + self.false)
+
+    def __add__(self, other: Score) -> Score:
+        return Score(**{name: getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__})
+
+    def row(self) -> ScoreRow:
+        """Return the figures for a report."""
+        return {
+            "found": self.found,
+            "seen": self.found + self.missed,
+            "recall": rounded(self.recall, 3),
+            "true_claims": self.found,
+            "claims": self.found + self.false,
+            "precision": rounded(self.precision, 3),
+            "backs_found": self.backs_found,
+            "backs": self.backs_found + self.backs_missed,
+            "disputed": self.disputed,
+        }
+
+
+def score_of(verdicts: Iterable[Verdict]) -> Score:
+    """Return how many verdicts there are of each outcome."""
+    outcomes = [verdict.outcome for verdict in verdicts]
+    return Score(
+        found=outcomes.count("found"),
+        missed=outcomes.count("missed"),
+        false=outcomes.count("false"),
+        backs_found=outcomes.count("back found"),
+        backs_missed=outcomes.count("back missed"),
+        disputed=outcomes.count("disputed"),
+    )
+
+
+def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
+    """Return how well two objects overlap, 0 where it is too little to be the same."""
+    least = LEAST_OF_BOXES if true.points is None else LEAST_OF_POINTS
+    shared = overlap(true, recognised)
+    return shared if shared >= least else 0.0
+
+
+def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:
+    """Compare each function of each object: the largest overlaps are matched first, each object once."""
+    functions = sorted({name for item in truth for name in item.functions | item.disputed}.union(
+        *(item.functions for item in recognised)
+    ))  # fmt: skip
+    return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
+
+
+def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:
+    """Compare one function of each object."""
+    wanted = [item for item in truth if name in item.functions | item.disputed]
+    claimed = [item for item in recognised if name in item.functions]
+    overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
+    pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
+    told = [
+        Verdict(function=name, true=true, claim=claimed[pairs[t]] if t in pairs else None)
+        for t, true in enumerate(wanted)
+    ]
+    return told + [Verdict(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()]
+
+
+def best_pairs(shared: np.ndarray) -> dict[int, int]:
+    """Return pairs of row and column of the largest overlaps (T, F), none twice; 0 does not pair."""
+    pairs: dict[int, int] = {}
+    for flat in np.argsort(-shared, axis=None, kind="stable"):
+        t, f = divmod(int(flat), shared.shape[1])
+        if shared[t, f] > 0 and t not in pairs and f not in pairs.values():
+            pairs[t] = f
+    return pairs
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgedScan:
+    """One scan: what is true of it, what was recognised, and the verdicts."""
+
+    name: str
+    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
+    labels: np.ndarray = field(repr=False)  # (N,) int, as `Room.labels`
+    truth: Sequence[TrueObject]
+    recognised: Sequence[RecognisedObject]
+    verdicts: Sequence[Verdict]

@@ -1,0 +1,149 @@
+"""The score of real scans as a person reads it: by function, by scan, and every miss and false claim with its cause."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TypedDict
+
+from spherefunc_bullet.console import print_table
+
+from .causes import CAUSES, CauseRow
+from .matching import Score, ScoreRow, Verdict, score_of
+
+SPHERES = "spheres"
+Verdicts = Sequence[Verdict]
+
+
+class ScanRow(TypedDict, total=False):
+    """What was recognised in one scan, as JSON has it, and how that compares with what is known, if anything is."""
+
+    scan: str
+    points: int
+    up_from: str
+    objects: int
+    functional: list[str]
+    seconds: float
+    stages: dict[str, float]  # seconds
+    functions: dict[str, ScoreRow]
+    found: list[str]
+    missed: list[str]
+    wrong: list[str]  # functions claimed falsely
+    backs_found: list[str]
+    disputed: list[str]
+    recall: float | None
+    precision: float | None
+
+
+def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
+    """Return each function's score."""
+    names = sorted({verdict.function for verdict in verdicts})
+    return {name: score_of(verdict for verdict in verdicts if verdict.function == name) for name in names}
+
+
+def known_row(verdicts: Verdicts) -> ScanRow:
+    """Return how what was recognised in a scan compares with what is known of it."""
+    score = score_of(verdicts)
+
+    def named(outcome: str) -> list[str]:
+        return [verdict.true.name for verdict in verdicts if verdict.outcome == outcome]
+
+    return {
+        "functions": {name: own.row() for name, own in scores_by_function(verdicts).items()},
+        "found": named("found"),
+        "missed": named("missed"),
+        "wrong": [verdict.function for verdict in verdicts if verdict.outcome == "false"],
+        "backs_found": named("back found"),
+        "disputed": named("disputed"),
+        "recall": score.row()["recall"],
+        "precision": score.row()["precision"],
+    }
+
+
+def print_functions(readings: Mapping[str, Verdicts]):
+    """Print recall and precision of each function, and of all, for the spheres and for every baseline."""
+    scores = {reading: scores_by_function(verdicts) for reading, verdicts in readings.items()}
+    names = sorted({name for own in scores.values() for name in own})
+    columns = ["told by", *(f"{name} {kind}" for name in [*names, "all"] for kind in ("recall", "precision"))]
+    rows = []
+    for reading, own in scores.items():
+        cells = [own.get(name, Score()) for name in names]
+        rows.append([reading, *(text for score in [*cells, sum(cells, Score())] for text in shares_of(score))])
+    print_table("What the sensor saw: found of how many, and how many claims are true", columns, rows)
+    apart = score_of(readings.get(SPHERES, ()))
+    backs = f"{apart.backs_found} of {apart.backs_found + apart.backs_missed} of which only the back shows are found"
+    print(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)\n")
+
+
+def shares_of(score: Score) -> tuple[str, str]:
+    """Return recall and precision as counts and shares."""
+    return (
+        counted(score.found, score.found + score.missed),
+        counted(score.found, score.found + score.false),
+    )
+
+
+def counted(some: int, of: int) -> str:
+    """Return a count and its share, a dash where there is nothing to count.
+
+    Examples
+    --------
+    >>> counted(2, 3), counted(0, 0)
+    ('2/3 0.67', '-')
+    """
+    return f"{some}/{of} {some / of:.2f}" if of else "-"
+
+
+def print_scans(rows: Sequence[ScanRow]):
+    """Print a line for each scan."""
+    names = sorted({name for row in rows for name in row.get("functions", {})})
+    columns = ["scan", "points", "level by", "parts", *names, "claims true", "backs", "disputed", "seconds"]
+    table = [
+        [row["scan"].removesuffix(".ply"), row["points"], row["up_from"], row["objects"]]
+        + scan_cells(row, names)
+        + [f"{row['seconds']:.2f}"]
+        for row in rows
+    ]
+    print_table("Each scan: found of those seen; a dash where there is none, or nothing is known", columns, table)
+    print()
+
+
+def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
+    """Return a scan's counts: by function, of claims, of backs, and of what is disputed."""
+    known = row.get("functions")
+    if known is None:
+        claims = f"{len(row['functional'])} claims, no truth" if row["functional"] else "-"
+        return ["-" for _ in names] + [claims, "-", "-"]
+    empty = Score().row()
+    own = [known.get(name, empty) for name in names]
+    sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
+    return (
+        [plain(score["found"], score["seen"]) for score in own]
+        + [plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])]
+        + [str(sums["disputed"]) if sums["disputed"] else "-"]
+    )
+
+
+def plain(some: int, of: int) -> str:
+    """Return a count of how many, a dash where there are none."""
+    return f"{some}/{of}" if of else "-"
+
+
+def print_causes(misses: Sequence[CauseRow], false_claims: Sequence[CauseRow]):
+    """Print every miss and every false claim with its cause, and how many there are of each."""
+    for title, rows in (("Missed", misses), ("False claims", false_claims)):
+        counts = Counter(row["cause"] for row in rows)
+        by_cause = ", ".join(f"{counts[cause]} {cause}" for cause in CAUSES if counts[cause])
+        if not rows:
+            print(f"{title}: none\n")
+            continue
+        columns = ["scan", "function", "object", "at, m", "cause", "what happened"]
+        print_table(f"{title}, {len(rows)}: {by_cause}", columns, [cause_cells(row) for row in rows])
+        print()
+
+
+def cause_cells(row: CauseRow) -> list[str]:
+    """Return a miss or a false claim as a table has it."""
+    what = f"{row['object']}, {row['visible']}" if row["score"] is None else f"score {row['score']:.2f}"
+    place = " ".join(f"{value:.2f}" for value in row["center"])
+    return [row["scan"].removesuffix(".ply"), row["function"], what, place, row["cause"], row["detail"]]

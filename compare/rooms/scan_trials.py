@@ -1,0 +1,154 @@
+"""Scans recognised, judged and counted one by one: by the spheres, and by baselines on the same proposals."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.console import say
+from spherefunc_bullet.learning.function_model import THRESHOLD, FunctionModel
+from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
+from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
+from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
+from spherefunc_bullet.settling.records import ObjectRecord
+
+from .baselines import Baseline, shape_record
+from .causes import CauseRow, cause_rows
+from .matching import JudgedScan, ScoreRow, Verdict, judged, score_of
+from .proposals import proposal_clouds, recognised_objects, told_otherwise
+from .review import Pictures
+from .scan_report import SPHERES, ScanRow, known_row, scores_by_function
+from .truth import RecognisedObject, TrueObject, true_objects
+
+Proposals = Sequence[RecognisedObject]
+
+
+@dataclass(kw_only=True)
+class Measured:
+    """What was measured of all scans so far."""
+
+    rows: list[ScanRow] = field(default_factory=list)
+    readings: dict[str, list[Verdict]] = field(default_factory=dict)  # of the spheres and of every baseline
+    misses: list[CauseRow] = field(default_factory=list)
+    false_claims: list[CauseRow] = field(default_factory=list)
+
+    def json(self) -> dict[str, object]:
+        """Return it for JSON."""
+        score = score_of(self.readings.get(SPHERES, ()))
+        return {
+            "scans": self.rows,
+            **score.row(),
+            "functions": by_function(self.readings.get(SPHERES, ())),
+            "baselines": {name: by_function(own) for name, own in self.readings.items() if name != SPHERES},
+            "misses": self.misses,
+            "false_claims": self.false_claims,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """How scans are recognised, and what else tells what was proposed."""
+
+    model: FunctionModel
+    settings: Segmentation
+    completion: tuple[str, ...]
+    baselines: dict[str, Baseline]
+
+    def recognise(self, scan: Scan) -> Room:
+        """Return what is recognised in a scan."""
+        return recognise(scan, self.model, settings=self.settings, completion=self.completion)
+
+    def told_by_baselines(self, room: Room, recognised: Proposals) -> dict[str, Proposals]:
+        """Return the same proposals as every baseline tells them."""
+        if not self.baselines or not recognised:
+            return dict.fromkeys(self.baselines, [])
+        clouds = proposal_clouds(room, self.completion)
+        records = [shape_record(cloud, Path(str(number))) for number, cloud in enumerate(clouds)]
+        return {name: retold(recognised, baseline, records) for name, baseline in self.baselines.items()}
+
+
+def retold(recognised: Proposals, baseline: Baseline, records: Sequence[ObjectRecord]) -> Proposals:
+    """Return proposals as one baseline tells them."""
+    return [
+        told_otherwise(item, dict(zip(baseline.functions, scores, strict=True)), THRESHOLD)
+        for item, scores in zip(recognised, baseline.scores(records).tolist(), strict=True)
+    ]
+
+
+def by_function(verdicts: Sequence[Verdict]) -> dict[str, ScoreRow]:
+    """Return each function's score for JSON."""
+    return {name: score.row() for name, score in scores_by_function(verdicts).items()}
+
+
+def some_points(scan: Scan, count: int | None) -> Scan:
+    """Return a scan with at most so many of its points, the truth then being that of boxes only."""
+    if count is None or count >= len(scan):
+        return scan
+    chosen = np.sort(np.random.default_rng(0).permutation(len(scan))[:count])
+    colors = None if scan.colors is None else scan.colors[chosen]
+    return replace(scan, points=scan.points[chosen], colors=colors)
+
+
+def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> ScanRow:
+    """Return what was recognised in one scan."""
+    return {
+        "scan": path.name,
+        "points": len(scan),
+        "up_from": room.levelling.source,
+        "objects": len(room.objects),
+        "functional": sorted(name for item in room.objects for name in item.members),
+        "seconds": round(seconds, 2),
+        "stages": {name: round(lap, 3) for name, lap in room.stages.items()},
+    }
+
+
+def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, measured: Measured):
+    """Recognise one scan and add what came of it.
+
+    Raises
+    ------
+    InputError
+        If the scan, or what is known of it, cannot be used.
+    """
+    truth = true_objects(path)
+    scan = some_points(load_scan(path, report=say), points)
+    if points is not None:
+        truth = without_points(truth, len(scan))
+    started = time.process_time()  # of one core, whatever else is running
+    room = trial.recognise(scan)
+    row = scan_row(path, scan, room, time.process_time() - started)
+    recognised, verdicts = recognised_objects(scan, room), []
+    if truth is not None:
+        verdicts = judged(truth, recognised)
+        judged_scan = JudgedScan(
+            name=path.name,
+            points=scan.points,
+            labels=room.labels,
+            truth=truth,
+            recognised=recognised,
+            verdicts=verdicts,
+        )
+        row |= known_row(verdicts)
+        add_verdicts(measured, judged_scan)
+        for name, others in trial.told_by_baselines(room, recognised).items():
+            measured.readings.setdefault(name, []).extend(judged(truth, others))
+    measured.rows.append(row)
+    pictures.write(path, scan, room, verdicts)
+
+
+def without_points(truth: list[TrueObject] | None, count: int) -> list[TrueObject] | None:
+    """Return what is known of a scan of so many points; None where it is known by labels of others."""
+    by_label = any(true.points is not None and len(true.points) != count for true in truth or ())
+    return None if by_label else truth
+
+
+def add_verdicts(measured: Measured, scan: JudgedScan):
+    """Add the spheres' verdicts on one scan, and the causes of what went wrong."""
+    misses, false_claims = cause_rows(scan)
+    measured.readings.setdefault(SPHERES, []).extend(scan.verdicts)
+    measured.misses += misses
+    measured.false_claims += false_claims
