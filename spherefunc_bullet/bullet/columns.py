@@ -28,26 +28,18 @@ class Columns:
         self.cell = max(CELL, float(np.sqrt(extent.prod() / MAX_CELLS)))
         self.low = low[:2] - CELL
         self.dims = np.floor(extent / self.cell).astype(np.int64) + 1
-        cells = self.cells(points)
-        order = np.argsort(cells, kind="stable")
-        self.points = np.ascontiguousarray(points[order])
-        self.starts = np.searchsorted(cells[order], np.arange(self.dims.prod() + 1))
+        self.points, self.starts = in_cells(points, self.low, self.cell, self.dims)
         self.centers = np.empty((256, 3))
         self.head = np.full(self.dims.prod(), -1, np.int64)
         self.follower = np.empty(256, np.int64)
         self.count = 0
-
-    def cells(self, points: np.ndarray) -> np.ndarray:
-        """Return the number of the cell of each point; outside the footprint that of the nearest one."""
-        ij = np.clip(np.floor((points[:, :2] - self.low) / self.cell).astype(np.int64), 0, self.dims - 1)
-        return ij[:, 0] * self.dims[1] + ij[:, 1]
 
     def add(self, center: np.ndarray):
         """Take in a settled sphere."""
         if self.count == len(self.centers):
             self.centers = np.concatenate([self.centers, np.empty_like(self.centers)])
             self.follower = np.concatenate([self.follower, np.empty_like(self.follower)])
-        cell = self.cells(center[None])[0]
+        cell = cell_of(center[0], center[1], self.low, self.cell, self.dims)
         self.centers[self.count] = center
         self.follower[self.count] = self.head[cell]
         self.head[cell] = self.count
@@ -59,6 +51,36 @@ class Columns:
             x, y, self.low, self.cell, self.dims, self.points, self.starts, self.centers, self.head, self.follower
         )
 
+    def clear(self, center: np.ndarray, distance: float) -> bool:
+        """Return whether no point is nearer to a centre (3,) than a distance of at most a cell's side."""
+        return is_clear(center, distance, self.low, self.cell, self.dims, self.points, self.starts)
+
+
+@njit(cache=True, error_model="numpy")
+def cell_of(x, y, low, side, dims):
+    """Return the number of a place's cell; outside the footprint that of the nearest one."""
+    i = min(max(np.int64(np.floor((x - low[0]) / side)), 0), dims[0] - 1)
+    j = min(max(np.int64(np.floor((y - low[1]) / side)), 0), dims[1] - 1)
+    return i * dims[1] + j
+
+
+@njit(cache=True, error_model="numpy")
+def in_cells(points, low, side, dims):
+    """Return the points cell by cell (N, 3), in their order within one, and where each cell starts (cells + 1,)."""
+    starts = np.zeros(dims[0] * dims[1] + 1, np.int64)
+    cells = np.empty(len(points), np.int64)
+    for p in range(len(points)):
+        cells[p] = cell_of(points[p, 0], points[p, 1], low, side, dims)
+        starts[cells[p] + 1] += 1
+    for cell in range(1, len(starts)):
+        starts[cell] += starts[cell - 1]
+    free, placed = starts.copy(), np.empty((len(points), 3))
+    for p in range(len(points)):
+        row = free[cells[p]]
+        free[cells[p]] += 1
+        placed[row, 0], placed[row, 1], placed[row, 2] = points[p, 0], points[p, 1], points[p, 2]
+    return placed, starts
+
 
 @njit(cache=True, error_model="numpy")
 def column_height(x, y, low, side, dims, points, starts, centers, head, follower):
@@ -68,8 +90,9 @@ def column_height(x, y, low, side, dims, points, starts, centers, head, follower
     for ci in range(max(i - 1, 0), min(i + 2, dims[0])):
         for cj in range(max(j - 1, 0), min(j + 2, dims[1])):
             cell = ci * dims[1] + cj
-            for k in range(starts[cell], starts[cell + 1]):
-                best = max(best, above(points[k, 0] - x, points[k, 1] - y, points[k, 2], 1.0))
+            if touches_cell(x, y, low, side, ci, cj):
+                for k in range(starts[cell], starts[cell + 1]):
+                    best = max(best, above(points[k, 0] - x, points[k, 1] - y, points[k, 2], 1.0))
             k = head[cell]
             while k >= 0:
                 best = max(best, above(centers[k, 0] - x, centers[k, 1] - y, centers[k, 2], 4.0))
@@ -78,7 +101,29 @@ def column_height(x, y, low, side, dims, points, starts, centers, head, follower
 
 
 @njit(cache=True, error_model="numpy")
+def touches_cell(x, y, low, side, i, j):
+    """Return whether a sphere of radius 1 in a column reaches into a cell."""
+    left, front = low[0] + i * side, low[1] + j * side
+    return x + 1 >= left and x - 1 <= left + side and y + 1 >= front and y - 1 <= front + side
+
+
+@njit(cache=True, error_model="numpy")
 def above(dx, dy, z, squared):
     """Return the height at which a centre is at a distance, given squared, from a point beside its column."""
     d = dx * dx + dy * dy
     return z + np.sqrt(squared - d) if d < squared else -np.inf
+
+
+@njit(cache=True, error_model="numpy")
+def is_clear(center, distance, low, side, dims, points, starts):
+    """Return whether no point is nearer to a centre than a distance of at most a cell's side."""
+    x, y, z = center
+    i, j = int((x - low[0]) / side), int((y - low[1]) / side)
+    for ci in range(max(i - 1, 0), min(i + 2, dims[0])):
+        for cj in range(max(j - 1, 0), min(j + 2, dims[1])):
+            cell = ci * dims[1] + cj
+            for k in range(starts[cell], starts[cell + 1]):
+                dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
+                if dx * dx + dy * dy + dz * dz < distance * distance:
+                    return False
+    return True

@@ -31,9 +31,11 @@ class DropRun:
     """The state of one run, in radii."""
 
     def __init__(self, world: World, shape: CollisionShape, cloud: Cloud, settings: DropSettings, seed: int):
-        self.world, self.cloud, self.settings = world, cloud, settings
+        self.world, self.settings = world, settings
         self.low, self.high = cloud.bounds / settings.radius
         self.columns = Columns(shape.columns, self.low, self.high)
+        points = cloud.points / settings.radius
+        self.points = self.columns if shape.kind == "mesh" else Columns(points, self.low, self.high)
         self.random = np.random.default_rng(seed)
         self.pending = np.empty((0, 2))
         slots = int(np.clip(np.prod((self.high - self.low)[:2]) / ROOM, 1, world.physics.in_air))
@@ -62,6 +64,8 @@ class DropRun:
 
     def launch(self):
         """Start a sphere in every free slot for which there is a column."""
+        if self.flights.flying.all():
+            return
         for slot in np.flatnonzero(~self.flights.flying):
             xy = self.next_column()
             height = -np.inf if xy is None else self.columns.height(*xy)
@@ -96,8 +100,11 @@ class DropRun:
         """See where the spheres are, and end the flights that are over."""
         outcomes = self.flights.look(self.world.positions())
         limit = self.world.physics.terminal_speed
-        for slot in self.flights.fast(0.8 * limit):
-            self.world.limit_speed(slot, limit)
+        if not self.flights.fastest <= 0.8 * limit:  # or it is nowhere
+            for slot in self.flights.fast(0.8 * limit):
+                self.world.limit_speed(slot, limit)
+        if not self.flights.ended:
+            return
         for slot in np.flatnonzero(outcomes != ON_ITS_WAY):
             self.end(slot, Outcome(outcomes[slot]))
             if self.over:
@@ -122,18 +129,13 @@ class DropRun:
             return Outcome.ROLLED_OFF
         if not on_object and not ((center >= self.low) & (center <= self.high)).all():
             return Outcome.REJECTED
-        if not self.clear_of_cloud(center):
+        if not self.points.clear(center, 1 - OVERLAP):  # the shape may have left out a few of the cloud's points
             return Outcome.TIMED_OUT
         self.world.freeze(center)
         self.columns.add(center)
         self.centers.append(center)
         self.on_object.append(on_object)
         return Outcome.SETTLED
-
-    def clear_of_cloud(self, center: np.ndarray) -> bool:
-        """Return whether a sphere keeps off the cloud's own points, of which the shape may have left out a few."""
-        distance, _ = self.cloud.tree.query(center * self.settings.radius)
-        return distance >= (1 - OVERLAP) * self.settings.radius
 
     def count(self, outcome: Outcome, column: np.ndarray):
         """Take into account what became of the sphere that came down a column (2,)."""

@@ -28,6 +28,7 @@ class Flights:
         self.time = np.zeros(count)  # since the start
         self.slow = np.zeros(count)  # for how long slower than the speed of rest
         self.outcomes = np.full(count, ON_ITS_WAY)
+        self.ended, self.fastest = 0, 0.0  # at the last look: flights that are over, and the speed of the fastest
 
     def start(self, slot: int, position: np.ndarray):
         """Begin a flight."""
@@ -39,7 +40,7 @@ class Flights:
         physics = self.physics
         limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
         state = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
-        judge_flights(positions, *state, self.low, self.high, *limits)
+        self.ended, self.fastest = judge_flights(positions, *state, self.low, self.high, *limits)
         return self.outcomes
 
     def late(self, slot: int) -> bool:
@@ -59,7 +60,11 @@ class Flights:
 def judge_flights(
     new, flying, positions, speeds, time, slow, outcomes, low, high, look, rest_speed, rest_time, time_limit
 ):
-    """Update the flights' state from new positions, and write the outcomes of those that are over."""
+    """Update the flights' state from new positions, and write the outcomes of those that are over.
+
+    Returns how many are, and the speed of the fastest sphere.
+    """
+    fastest = 0.0
     for i in range(len(flying)):
         outcomes[i] = ON_ITS_WAY
         if not flying[i]:
@@ -67,6 +72,7 @@ def judge_flights(
         x, y, z = new[i, 0], new[i, 1], new[i, 2]
         dx, dy, dz = x - positions[i, 0], y - positions[i, 1], z - positions[i, 2]
         speeds[i] = math.sqrt(dx * dx + dy * dy + dz * dz) / look
+        fastest = max(fastest, speeds[i])
         positions[i] = new[i]
         time[i] += look
         slow[i] = slow[i] + look if speeds[i] < rest_speed else 0.0
@@ -81,6 +87,7 @@ def judge_flights(
         elif time[i] > time_limit:
             outcomes[i] = TIMED_OUT
     withhold_leaning(positions, flying, outcomes)
+    return np.sum(outcomes != ON_ITS_WAY), fastest
 
 
 @njit(cache=True, error_model="numpy")

@@ -43,7 +43,7 @@ class World:
         self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.1] * 3, **self.engine)
         self.object = None
         self.air: list[int] = []  # bodies that move
-        self.twins = [self.add_body(self.sphere, 0.0, waiting(i, -FAR)) for i in range(TWINS)]
+        self.twins = self.add_twins()
         self.rest = np.empty((0, 3))  # settled centres in compounds
         self.fresh: list[np.ndarray] = []  # settled centres that are twins
         self.compounds: list[int] = []
@@ -77,19 +77,27 @@ class World:
         """Make spheres that can be dropped; they wait until they are placed."""
         self.air = [self.add_body(self.sphere, 1.0, waiting(i, FAR)) for i in range(count)]
 
+    def add_twins(self) -> list[int]:
+        """Return bodies that stand still, far away: made in one call, a sixth of the time of one by one."""
+        places = [[self.scale * coordinate for coordinate in waiting(i, -FAR)] for i in range(TWINS)]
+        shapes = {"baseCollisionShapeIndex": self.sphere, "baseVisualShapeIndex": self.visual}
+        twins = pybullet().createMultiBody(batchPositions=places, useMaximalCoordinates=1, **shapes, **self.engine)
+        for body in twins:
+            self.set_material(body, moving=False)
+        return list(twins)
+
     def add_body(self, shape: int, mass: float, position: Iterable[float]) -> int:
         """Return a new body with this run's material."""
-        p = pybullet()
-        body = p.createMultiBody(
-            mass,
-            shape,
-            self.visual,
-            basePosition=[self.scale * float(coordinate) for coordinate in position],
-            useMaximalCoordinates=1,
-            **self.engine,
+        place = [self.scale * float(coordinate) for coordinate in position]
+        body = pybullet().createMultiBody(
+            mass, shape, self.visual, basePosition=place, useMaximalCoordinates=1, **self.engine
         )
-        physics = self.physics
-        moving = mass > 0
+        self.set_material(body, moving=mass > 0)
+        return body
+
+    def set_material(self, body: int, moving: bool):
+        """Give a body this run's friction, and what moves no sleep."""
+        p, physics = pybullet(), self.physics
         # The engine multiplies friction of two bodies, and rolling friction of one with friction of the other; with 1
         # for what stands still the sphere's own values hold.
         p.changeDynamics(
@@ -104,16 +112,15 @@ class World:
             **({"activationState": p.ACTIVATION_STATE_DISABLE_SLEEPING} if moving else {}),
             **self.engine,
         )
-        return body
 
     def step(self):
         """Advance by ``sub_steps`` time steps."""
-        pybullet().stepSimulation(**self.engine)
+        pybullet().stepSimulation(self.client)
 
     def positions(self) -> np.ndarray:
         """Return where the spheres in the air are, (K, 3) radii."""
-        get = pybullet().getBasePositionAndOrientation
-        return np.array([get(body, **self.engine)[0] for body in self.air]) / self.scale
+        get, client = pybullet().getBasePositionAndOrientation, self.client
+        return np.array([get(body, client)[0] for body in self.air]) / self.scale
 
     def place(self, slot: int, position: Iterable[float]):
         """Put a sphere of the air somewhere, without speed."""
