@@ -94,7 +94,10 @@ def share_met(shape: CollisionShape, body: int, scale: float, client: int, count
 
 def rays(shape: CollisionShape, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return starts and ends (R, 3) of about so many short rays through faces all over the shape, in radii."""
-    corners = shape.vertices[shape.faces[:: max(1, len(shape.faces) // (2 * count))]]
+    faces = shape.faces
+    if len(faces) > 2 * count:  # by chance: evenly chosen they could miss what is missing regularly
+        faces = faces[np.random.default_rng(0).integers(len(faces), size=2 * count)]
+    corners = shape.vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     wide = np.flatnonzero(areas > np.median(areas) / 4)
