@@ -51,7 +51,9 @@ def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray):
     """Write triangles as binary STL, which the engine reads fastest."""
     record = np.zeros(len(faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     record["corners"] = vertices[faces]
-    path.write_bytes(bytes(80) + np.uint32(len(faces)).tobytes() + record.tobytes())
+    with path.open("wb") as file:
+        file.write(bytes(80) + np.uint32(len(faces)).tobytes())
+        record.tofile(file)
 
 
 def write_groups(path: Path, pieces: list[np.ndarray]):
