@@ -28,6 +28,7 @@ fuzz: setup  ## damaged files of every format, FILES of them, for every reader
 
 bench: setup  ## the simulators' speed, beside a naive PyBullet script
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
+	@$(BIN)/python -m spherefunc_bullet.compare.bench.engine_share
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
 
 site: setup  ## the documents as pages, in build/site, without the network

@@ -5,6 +5,7 @@ Lengths are in radii, times in sqrt(radius / g) (see `Physics`).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -17,6 +18,7 @@ from .physics import Physics
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
 TWINS = 64  # spheres at rest that are bodies of their own before they are baked into compounds
 REBAKE = 1.5  # growth after which all compounds are made anew, so that each stays small in space
+STILL, UPRIGHT = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 FAR = 1e4  # radii: where bodies wait that are not in use
 
 
@@ -125,7 +127,7 @@ class World:
     def place(self, slot: int, position: Iterable[float]):
         """Put a sphere of the air somewhere, without speed."""
         self._move(self.air[slot], position)
-        pybullet().resetBaseVelocity(self.air[slot], [0, 0, 0], [0, 0, 0], **self.engine)
+        pybullet().resetBaseVelocity(self.air[slot], STILL, STILL, self.client)
 
     def park(self, slot: int):
         """Put a sphere of the air where it touches nothing."""
@@ -139,8 +141,8 @@ class World:
     def limit_speed(self, slot: int, limit: float):
         """Slow a sphere of the air down to a speed, radii per unit of time."""
         p = pybullet()
-        linear, angular = p.getBaseVelocity(self.air[slot], **self.engine)
-        speed = np.linalg.norm(linear) / self.scale
+        linear, angular = p.getBaseVelocity(self.air[slot], self.client)
+        speed = math.sqrt(np.dot(linear, linear)) / self.scale
         if speed > limit:
             p.resetBaseVelocity(self.air[slot], [v * limit / speed for v in linear], angular, **self.engine)
 
@@ -194,8 +196,9 @@ class World:
         return self.add_body(shape, 0.0, [0, 0, 0])
 
     def _move(self, body: int, position: Iterable[float]):
-        place = [self.scale * float(coordinate) for coordinate in position]
-        pybullet().resetBasePositionAndOrientation(body, place, [0, 0, 0, 1], **self.engine)
+        x, y, z = position
+        place = (self.scale * float(x), self.scale * float(y), self.scale * float(z))
+        pybullet().resetBasePositionAndOrientation(body, place, UPRIGHT, self.client)
 
 
 def waiting(number: int, x: float) -> list[float]:

@@ -141,9 +141,58 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
 
 def one_per_cell(points: np.ndarray, side: float) -> np.ndarray:
     """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in."""
+    prepare(_extent)
+    low, high = _extent(points)
+    low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
+    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
+        prepare(_first_in_grid)
+        grid = np.zeros(cells.astype(int), np.int32)  # untouched parts of which cost nothing
+        return _first_in_grid(points, 1 / side, low.astype(np.int64), grid)
     prepare(_first_of_cells)
     bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
     return points[_first_of_cells(points, 1 / side, bits)]
+
+
+@njit(cache=True)
+def _extent(points):
+    """Return the lowest and the highest corner of the points' box, in one pass."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for p in range(len(points)):
+        for axis in range(3):
+            low[axis] = min(low[axis], points[p, axis])
+            high[axis] = max(high[axis], points[p, axis])
+    return low, high
+
+
+@njit(cache=True)
+def _comes_first(points, p, other):
+    """Return whether a point is before another in x, then y, then z."""
+    for axis in range(3):
+        if points[p, axis] != points[other, axis]:
+            return points[p, axis] < points[other, axis]
+    return False
+
+
+@njit(cache=True)
+def _first_in_grid(points, per_metre, low, grid):
+    """Return the points (M, 3) of `_first_of_cells`, by a grid of 0 over their cells with one to spare on each side."""
+    kept, count = np.empty(len(points), np.int32), 0
+    for p in range(len(points)):
+        i = int(math.floor(points[p, 0] * per_metre)) - low[0]
+        j = int(math.floor(points[p, 1] * per_metre)) - low[1]
+        k = int(math.floor(points[p, 2] * per_metre)) - low[2]
+        place = grid[i, j, k] - 1  # among the kept ones
+        if place < 0:
+            kept[count] = p
+            count += 1
+            grid[i, j, k] = count
+        elif _comes_first(points, p, kept[place]):
+            kept[place] = p
+    placed = np.empty((count, 3))
+    for row in range(count):
+        for axis in range(3):
+            placed[row, axis] = points[kept[row], axis]
+    return placed
 
 
 @njit(cache=True)
@@ -153,20 +202,15 @@ def _first_of_cells(points, per_metre, bits):
     shift = 64 - bits
     slots, count = np.empty(len(points), np.int64), 0
     for p in range(len(points)):
-        x, y, z = points[p]
-        i, j, k = (
-            np.int64(math.floor(x * per_metre)),
-            np.int64(math.floor(y * per_metre)),
-            np.int64(math.floor(z * per_metre)),
-        )
+        i = np.int64(math.floor(points[p, 0] * per_metre))
+        j = np.int64(math.floor(points[p, 1] * per_metre))
+        k = np.int64(math.floor(points[p, 2] * per_metre))
         slot, key = _slot(i, j, k, table, shift)
         other = table[slot, 1]
         if other < 0:
             table[slot, 0], table[slot, 1] = key, p
             slots[count] = slot
             count += 1
-        else:
-            a, b, c = points[other]
-            if x < a or (x == a and (y < b or (y == b and z < c))):
-                table[slot, 1] = p
+        elif _comes_first(points, p, other):
+            table[slot, 1] = p
     return table[slots[:count], 1]

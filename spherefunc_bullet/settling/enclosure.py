@@ -50,6 +50,29 @@ def by_layer(points, bottom, height):
 
 
 @njit(cache=True, error_model="numpy")
+def adds_nothing(met, dx, dy, sine, step):
+    """Return whether all directions are met that a point (dx, dy) aside, seen under twice arcsin(sine), can meet.
+
+    By bounds that cost less than the angles, since most points stand behind others: an arctangent to 0.005, and
+    arcsin(s) <= s + (pi / 2 - 1) s**3.
+    """
+    x, y = abs(dx), abs(dy)
+    ratio = min(x, y) / max(x, y)
+    angle = ratio * (1.0584 - 0.273 * ratio)  # within 0.004
+    if y > x:
+        angle = 0.5 * math.pi - angle
+    if dx < 0:
+        angle = math.pi - angle
+    if dy < 0:
+        angle = -angle
+    spread = sine + (0.5 * math.pi - 1) * sine * sine * sine + 0.005
+    for turn in range(int(math.ceil((angle - spread) / step)), int(math.floor((angle + spread) / step)) + 1):
+        if not met[turn % DIRECTIONS]:
+            return False
+    return True
+
+
+@njit(cache=True, error_model="numpy")
 def met_everywhere(points, order, starts, bottom, centers, reach):
     """Return whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`, (S,) bool."""
     step = 2 * math.pi / DIRECTIONS
@@ -66,7 +89,10 @@ def met_everywhere(points, order, starts, bottom, centers, reach):
             distance = math.sqrt(dx * dx + dy * dy)
             if across <= 0 or distance * distance <= across:
                 continue
-            spread = math.asin(math.sqrt(across) / distance)
+            sine = math.sqrt(across) / distance
+            if adds_nothing(met, dx, dy, sine, step):
+                continue
+            spread = math.asin(sine)
             angle = math.atan2(dy, dx)
             for turn in range(int(math.ceil((angle - spread) / step)), int(math.floor((angle + spread) / step)) + 1):
                 if not met[turn % DIRECTIONS]:
