@@ -20,6 +20,8 @@ from .learning.reasons.answer import Answer as Answer
 from .learning.reasons.answer import classify as classify
 from .learning.resting_profile import RestingProfile as RestingProfile
 from .quantities import parse_length as parse_length
+from .scenes.arrangements.placing import Placement as Placement
+from .scenes.arrangements.together import together as together
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
 from .simulator import DropResult as DropResult

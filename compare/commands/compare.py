@@ -39,6 +39,12 @@ def compare(
         int | None,
         typer.Option(min=0, help="Objects of each function of which impaired copies are asked about. Default: 4."),
     ] = None,
+    tasks: Annotated[
+        str | None, typer.Option(help="labels, and of poses, standing and keeping what else is asked. Default: labels.")
+    ] = None,
+    task_objects: Annotated[
+        int | None, typer.Option(min=1, help="Objects of each task besides labels, at most. Default: 100.")
+    ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
     ] = None,
@@ -52,7 +58,7 @@ def compare(
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
 
-    from ..comparison.comparison import compare_entries
+    from ..comparison.comparison import compare_entries, tasks_of
     from ..comparison.entries import repeatable, require_splittable, simulate_candidates
     from ..comparison.evaluations import shares_of_copies
     from ..comparison.experiment import candidates, read_experiment
@@ -61,6 +67,7 @@ def compare(
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
     given |= {"seed": seed, "repeated": repeated, "copied": copied, "up": up, "units": units}
+    given |= {"tasks": tasks, "task_objects": task_objects}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
         if given:  # which would make it another experiment
@@ -78,7 +85,7 @@ def compare(
     shares = None
     if experiment.copied:
         shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
-    figures = compare_entries(comparison, experiment, shares)
+    figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
     if report is not None:
         if shares:
             draw_impaired(shares, report / IMPAIRED)
@@ -101,8 +108,11 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     from ..machine import usable_backends
 
     values = {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
-    values |= {name: given[name] for name in ("trials", "repeated", "copied", "up", "units") if name in given}
+    plain = ("trials", "repeated", "copied", "task_objects", "up", "units")
+    values |= {name: given[name] for name in plain if name in given}
     read_methods(list(values.get("methods", [PROFILE])))
+    if "tasks" in given:
+        values["tasks"] = asked_tasks(given["tasks"])
     if PROFILE in values.get("methods", [PROFILE]):  # full runs on copies would take hours
         values.setdefault("copied", COPIED)
     if "seed" in given:
@@ -112,6 +122,16 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     if "backends" not in values:
         values["backends"] = usable_backends(BACKENDS)
     return Experiment(data=data, **values)
+
+
+def asked_tasks(text: str) -> tuple[str, ...]:
+    """Return the tasks of a comma-separated list, labels among them."""
+    from ..comparison.experiment import read_asked
+
+    try:
+        return read_asked(list(names("tasks", text)))
+    except InputError as error:
+        raise InputError(f"--tasks {text}: {error}") from error
 
 
 def names(option: str, text: str) -> tuple[str, ...]:

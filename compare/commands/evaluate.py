@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
     from spherefunc_bullet.settling.records import Dropping
 
+    from ..mechanics.measures import Measured
+
 
 def evaluate(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
@@ -37,6 +39,10 @@ def evaluate(
     picture: Annotated[
         Path | None, typer.Option(help="With --impaired: draw what still works and what is told, a .png or .svg.")
     ] = None,
+    tasks: Annotated[
+        str, typer.Option(help="labels, and of poses, standing and keeping what else the backend is asked.")
+    ] = "labels",
+    task_objects: Annotated[int, typer.Option(min=1, help="Objects of each task besides labels, at most.")] = 100,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
     backend: options.Backend = "fast",
     shape: options.Shape = None,
@@ -58,12 +64,15 @@ def evaluate(
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
+    from ..mechanics.measures import task_reports
+    from .mechanics import print_measured
 
     if alternatives and impaired:
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
     if picture is not None:
         require_picture(picture, impaired)
     failures = Failures()
+    others = asked_besides_labels(tasks)
     chosen = find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
     dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
@@ -99,8 +108,30 @@ def evaluate(
             from ..figures.impaired_picture import draw_impaired
 
             draw_impaired(shares, picture)
-    print_results(about, results, json, shares, confusion)
+    found = measured_tasks(data, dropping, others, task_objects) if others else None
+    print_results(about, results, json, shares, confusion, None if found is None else task_reports(found))
+    if found is not None and not json:
+        print_measured(found)
     failures.exit()
+
+
+def asked_besides_labels(text: str) -> list[str]:
+    """Return the tasks besides labels, which are measured in any case."""
+    from ..comparison.experiment import LABELS
+    from .compare import asked_tasks
+
+    return [name for name in asked_tasks(text) if name != LABELS]
+
+
+def measured_tasks(data: str, dropping: Dropping, tasks: list[str], count: int) -> Measured:
+    """Return what the backend does of the tasks besides labels."""
+    from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.learning.model_file import load_model, shipped_model
+
+    from ..mechanics.measures import measured
+
+    simulators, ranks = {dropping.simulator.name: dropping.simulator}, load_model(shipped_model("fast"))
+    return measured(open_dataset(data).objects, simulators, tasks, count, ranks, dropping.loading)
 
 
 def require_picture(picture: Path, impaired: bool):

@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from spherefunc_bullet.commands.options import Json
 from spherefunc_bullet.console import print_json, print_table, say
-from spherefunc_bullet.errors import InputError
 
 if TYPE_CHECKING:
     from ..mechanics.keeping import KeepScore
+    from ..mechanics.measures import Measured
     from ..mechanics.poses import PoseScore
     from ..mechanics.standing import Agreement, StandScore
     from ..mechanics.tasks import Verdict
-
-TASKS = ("poses", "standing", "keeping")
 
 
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
     backends: Annotated[str, typer.Option(help="Which are asked; what one cannot do is said.")] = "fast,bullet",
-    tasks: Annotated[str, typer.Option(help="Of poses, standing and keeping.")] = ",".join(TASKS),
+    tasks: Annotated[str, typer.Option(help="Of poses, standing and keeping.")] = "poses,standing,keeping",
     count: Annotated[int | None, typer.Option(min=1, help="Objects of each task at most, evenly chosen.")] = 100,
     model: Annotated[Path | None, typer.Option(help="Which ranks poses; without one, the model that ships.")] = None,
     json: Json = False,
@@ -32,38 +29,32 @@ def mechanics(
     """Measure poses found, sound furniture told from sawn, and vessels told by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
+    from spherefunc_bullet.settling.records import Loading
     from spherefunc_bullet.simulator import make_simulator
 
-    chosen = tasks.split(",")
-    if unknown := set(chosen) - set(TASKS):
-        raise InputError(f"--tasks {', '.join(sorted(unknown))}: expected some of {', '.join(TASKS)}")
-    objects = open_dataset(data).objects
-    simulators = [make_simulator(name) for name in backends.split(",")]
-    found: dict[str, Any] = {}
-    if "poses" in chosen:
-        from ..mechanics.poses import score_poses
+    from ..mechanics.measures import measured, read_tasks, task_reports
 
-        classifier = load_model(model or shipped_model("fast"))
-        poses = [score_poses(objects, simulator, classifier, count) for simulator in simulators]
-        found["poses"] = [asdict(one) for one in poses]
-        None if json else print_pose_scores(poses)
-    if "standing" in chosen:
-        from ..mechanics.standing import agreement, score_standing
+    chosen = read_tasks(tasks.split(","))
+    simulators = {name: make_simulator(name) for name in backends.split(",")}
+    classifier = load_model(model or shipped_model("fast"))
+    found = measured(open_dataset(data).objects, simulators, chosen, count, classifier, Loading())
+    print_json(task_reports(found)) if json else print_measured(found)
 
-        stood = [score_standing(objects, simulator, count) for simulator in simulators]
-        same = agreement(stood[0], stood[1]) if len(stood) > 1 else None
-        found["standing"] = {"scores": [asdict(one.score) for one in stood], "agreement": same and asdict(same)}
-        None if json else print_stand_scores(stood, same)
-    if "keeping" in chosen:
-        from ..mechanics.keeping import score_keeping
 
-        able = [simulator for simulator in simulators if hasattr(simulator, "carry")]
-        for simulator in simulators:
-            None if simulator in able else say(f"backend {simulator.name!r} cannot carry, and is left out of keeping")
-        kept = [score_keeping(objects, simulator, count) for simulator in able]
-        found["keeping"] = [asdict(one) for one in kept]
-        None if json else print_keep_scores(kept)
-    None if not json else print_json(found)
+def print_measured(found: Measured):
+    """Print what backends did of each task, and in one sentence each what fidelity buys."""
+    from ..mechanics.measures import sentences
+
+    for task, unable in found.unable.items():
+        for name in unable:
+            say(f"backend {name!r} cannot do this, and is left out: {task}")
+    if found.poses:
+        print_pose_scores(list(found.poses.values()))
+    if found.standing:
+        print_stand_scores(list(found.standing.values()), found.agreement)
+    if found.keeping:
+        print_keep_scores(list(found.keeping.values()))
+    print("\n" + "\n".join(sentences(found).values()))
 
 
 def print_pose_scores(scores: list[PoseScore]):
@@ -105,9 +96,14 @@ def print_keep_scores(scores: list[KeepScore]):
         rows = [
             ["vessels", *(f"{share:.2f}" for share in one.vessels)],
             ["plates, trays, shelves, tables", *(f"{share:.2f}" for share in one.others)],
+            *([f"vessels, {holed.kind.replace('_', ' ')} %", *(f"{share:.2f}" for share in holed.kept)]
+              for holed in one.holed),
         ]
         head = ["mean share kept at", *(f"{angle:g}°" for angle in one.angles_deg)]
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
+        for holed in one.holed:
+            words = holed.kind.replace("_", " ")
+            print(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still told to be vessels")
         told = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
         print(f"half kept at {one.angles_deg[-1]:g}° is a vessel: {told}; {one.score.cpu_seconds:.2f} processor s each")
         print_wrong(one.score.backend, one.verdicts)

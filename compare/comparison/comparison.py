@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from typing import Any
 
+from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.simulator import sphere_limit
 
@@ -12,14 +14,16 @@ from ..evaluation.evaluation import Evaluation
 from ..evaluation.impaired import Shares
 from ..evaluation.protocol import Protocol, labels_of
 from ..machine import machine
+from ..mechanics.measures import measured, task_reports
 from .agreement import agreements
 from .costs import Runs
 from .entries import Comparison, Entry
 from .evaluations import evaluate_features
-from .experiment import Experiment
+from .experiment import LABELS, Candidate, Experiment
 from .report import BackendReport, FeatureReport, ObjectReport, RadiusReport, Report
 from .significance import answer
 
+Tasks = dict[str, dict[str, Any]]  # by task, see `mechanics.measures.task_reports`
 TIMING = (
     "Wall time of the simulation alone, without loading, sampling and compilation, taken when each run was first made "
     "and kept with it, with as many runs at once as there were worker processes. A run from the cache has the time of "
@@ -27,8 +31,10 @@ TIMING = (
 )
 
 
-def compare_entries(comparison: Comparison, experiment: Experiment, copies: Shares | None = None) -> Report:
-    """Return the report of a comparison, ready for JSON; with what was said of impaired copies, where it was asked."""
+def compare_entries(
+    comparison: Comparison, experiment: Experiment, copies: Shares | None = None, tasks: Tasks | None = None
+) -> Report:
+    """Return the report of a comparison, ready for JSON; with impaired copies and other tasks where they were asked."""
     labels = labels_of(comparison.simulated)
     half = len(labels) // 2
     protocol = Protocol(train_sizes=(half,), trials=experiment.trials, seed=experiment.seeds[0], leave_one_out=True)
@@ -62,7 +68,24 @@ def compare_entries(comparison: Comparison, experiment: Experiment, copies: Shar
     }
     if copies:
         report["impaired"] = copies
+    if tasks:
+        report["tasks"] = tasks
     return {"answer": answer(report)} | report
+
+
+def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dataset) -> Tasks | None:
+    """Return what backends do of the tasks besides labels; None where none is asked. Shapes do not matter to them."""
+    from spherefunc_bullet.learning.model_file import load_model, shipped_model
+
+    tasks = [name for name in experiment.tasks if name != LABELS]
+    if not tasks:
+        return None
+    simulators = {one.backend: one.simulator for one in reversed(compared)}
+    simulators = {one.backend: simulators[one.backend] for one in compared}
+    ranks = load_model(shipped_model("fast"))
+    return task_reports(
+        measured(dataset.objects, simulators, tasks, experiment.task_objects, ranks, experiment.loading)
+    )
 
 
 def feature_report(evaluation: Evaluation) -> FeatureReport:

@@ -18,9 +18,12 @@ from spherefunc_bullet.settling.drops import LIMITED, Length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator, make_simulator
 
+from ..mechanics.measures import TASKS, read_tasks
+
 ALL = "all"  # the key of radii that are for every backend without its own
 CUBES_RADII = (0.02, 0.03, 0.05)  # metres: the quick ones of full runs
 BACKENDS = ("fast", "bullet")
+LABELS = "labels"  # the task that every comparison measures
 COPIED = 4  # objects of each function, where nobody says otherwise
 Kind = TypeVar("Kind")
 
@@ -45,6 +48,8 @@ class Experiment:
     radii: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # metres, by backend or ALL; else the method's
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of the simulators, by backend
     methods: tuple[str, ...] = (PROFILE,)
+    tasks: tuple[str, ...] = (LABELS,)  # besides labels, of `mechanics.measures`
+    task_objects: int = 100  # of each of those tasks, at most
     copied: int = 0  # objects of each function of which impaired copies are asked about too
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
@@ -217,6 +222,15 @@ def read_methods(value: object) -> tuple[str, ...]:
     return named
 
 
+def read_asked(value: object) -> tuple[str, ...]:
+    """Return the names of tasks, of which labels are one."""
+    named = read_tasks(texts(value), (LABELS, *TASKS))
+    if LABELS not in named:
+        others = ",".join(named)
+        raise InputError(f"expected {LABELS} among them; `spherefunc mechanics --tasks {others}` measures the others")
+    return named
+
+
 KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, and what is expected
     "data": (text, "a folder or a catalogue's name"),
     "backends": (texts, "a list of names"),
@@ -224,6 +238,8 @@ KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, 
     "radii": (read_radii, "a list of lengths, or a table of such lists by backend"),
     "options": (read_options, "a table of tables by backend"),
     "methods": (read_methods, "a list of names"),
+    "tasks": (read_asked, f"a list of tasks, {LABELS} among them"),
+    "task_objects": (whole, "a whole number from 1"),
     "seeds": (read_seeds, "two whole numbers from 0, the second for what is dropped again"),
     "trials": (whole, "a whole number from 1"),
     "copied": (partial(whole, least=0), "a whole number from 0"),

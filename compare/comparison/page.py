@@ -23,7 +23,17 @@ from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
 from .significance import COARSE, enumeration
-from .tables import Table, copies_table, cost_table, histogram_table, label_table, quality_table, radius_table
+from .tables import (
+    Table,
+    copies_table,
+    cost_table,
+    histogram_table,
+    keeping_table,
+    label_table,
+    quality_table,
+    radius_table,
+    task_table,
+)
 
 LONGEST = 60  # disagreements in the list; all are in report.json
 
@@ -35,6 +45,7 @@ def comparison_page(report: Report, comparison: Comparison, experiment: Experime
     parts = [
         introduction(report, chosen),
         *([] if copies is None else [copies_section(report, copies)]),
+        *([tasks_section(report)] if "tasks" in report else []),
         accuracy_section(report, chosen),
         cost_section(report, comparison),
         *([agreement_section(report), disagreement_section(report, comparison, experiment)] if several else []),
@@ -78,6 +89,18 @@ function were spoilt so that they no longer work, or changed in a way that does 
 object, nor a spoilt one. The picture shows how many are still called by their function.</p>
 {image(copies, "Share of useless and harmless copies still called by their function")}
 <details><summary>The numbers, kind by kind</summary>{html_table(copies_table(report))}</details></section>"""
+
+
+def tasks_section(report: Report) -> str:
+    """Return what backends do of the tasks besides labels, and what fidelity buys at each."""
+    said = "".join(f"<li>{escape(task['says'])}</li>" for task in report["tasks"].values())
+    kept = keeping_table(report)
+    curves = html_table(kept) if kept.rows else ""
+    return f"""<section><h2>What else rigid bodies tell</h2><p>Here the object itself may move: in which poses it can
+lie (is the one in which it is used ranked first by its function?), whether furniture stands and carries its load,
+beside copies with a leg sawn off or cut askew, and what a vessel keeps when it is tilted, beside plates, shelves and
+tables. Where the statistics cannot tell two simulators apart (sign test, 5 %), they count as level.</p><ul>{said}</ul>
+{html_table(task_table(report))}{curves}</section>"""
 
 
 def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:

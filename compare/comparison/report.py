@@ -135,4 +135,5 @@ class Report(TypedDict):
     machine: dict[str, str]
     timing: str
     per_object: NotRequired[list[ObjectReport]]
+    tasks: NotRequired[dict[str, dict[str, Any]]]  # besides labels, by task, see `mechanics.measures.task_reports`
     impaired: NotRequired[Shares]  # copies still called by their function, where that was asked

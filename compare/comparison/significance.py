@@ -57,10 +57,12 @@ def beside_cheapest(report: Report) -> tuple[str, dict[str, dict[str, Difference
 def answer(report: Report) -> str:
     """Return which simulator is how much better or worse at telling functions, at what price.
 
-    All are compared with the one that takes the fewest seconds. First, where it was asked, what spheres buy at all.
+    All are compared with the one that takes the fewest seconds. First, where it was asked, what spheres buy at all; in
+    the end what fidelity buys at other tasks.
     """
     about_copies = f"{bought(report)} " if report.get("impaired") else ""
-    return f"{about_copies}{about_labels(report)}"
+    about_tasks = "".join(f" {task['says'][:1].upper()}{task['says'][1:]}" for task in report.get("tasks", {}).values())
+    return f"{about_copies}{about_labels(report)}{about_tasks}"
 
 
 def bought(report: Report) -> str:

@@ -31,7 +31,8 @@ def tables(report: Report) -> list[Table]:
     """Return all tables of a comparison."""
     of_pairs = [label_table(report), histogram_table(report)] if report["agreement"] else []
     of_copies = [copies_table(report)] if "impaired" in report else []
-    return [quality_table(report), *of_copies, cost_table(report), radius_table(report), *of_pairs]
+    of_tasks = [task_table(report)] if "tasks" in report else []
+    return [quality_table(report), *of_copies, *of_tasks, cost_table(report), radius_table(report), *of_pairs]
 
 
 def quality_table(report: Report) -> Table:
@@ -62,6 +63,31 @@ def copies_table(report: Report) -> Table:
     title = f"Does it still work? Copies of {report['experiment']['copied']} objects of each function, of others learnt"
     columns, rows = share_rows(report["impaired"])
     return Table(title=f"{title}: share still called by the function", columns=columns, rows=rows)
+
+
+def task_table(report: Report) -> Table:
+    """Return what backends do of the tasks besides labels."""
+    rows = [
+        [task, row["backend"], row["measure"], number(row["value"]), str(row["asked"]), format_duration(row["seconds"])]
+        for task, asked in report["tasks"].items()
+        for row in asked["rows"]
+    ]
+    for task, asked in report["tasks"].items():
+        rows += [[task, name, "cannot do it", "", "", ""] for name in asked["unable"]]
+    head = ["task", "backend", "measure", "value", "things", "each takes"]
+    return Table(title="What rigid bodies tell: poses, standing under a load, keeping", columns=head, rows=rows)
+
+
+def keeping_table(report: Report) -> Table:
+    """Return what vessels, those with a hole in the wall, and other things keep when they are tilted."""
+    rows, angles = [], []
+    for name, score in report["tasks"].get("keeping", {}).get("backends", {}).items():
+        angles = score["angles_deg"]
+        curves = {"vessels": score["vessels"], "plates, trays, shelves, tables": score["others"]}
+        curves |= {f"vessels, {one['kind'].replace('_', ' ')} % of the depth": one["kept"] for one in score["holed"]}
+        rows += [[what, name, *(number(share) for share in curve)] for what, curve in curves.items()]
+    head = ["mean share kept", "backend", *(f"at {angle:g}°" for angle in angles)]
+    return Table(title="What is kept when it is tilted to all sides", columns=head, rows=rows)
 
 
 def cost_table(report: Report) -> Table:

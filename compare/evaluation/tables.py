@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NotRequired, TypedDict
+from typing import Any, NotRequired, TypedDict
 
 from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.quantities import format_length
@@ -24,12 +24,21 @@ class About(TypedDict):
 
 
 def print_results(
-    about: About, results: Sequence[Result], json: bool, impaired: Shares | None = None, confusion: bool = False
+    about: About,
+    results: Sequence[Result],
+    json: bool,
+    impaired: Shares | None = None,
+    confusion: bool = False,
+    tasks: dict[str, dict[str, Any]] | None = None,
 ):
-    """Print the results, and those of impaired copies where they were asked for, as JSON or as tables."""
+    """Print the results, and those of impaired copies where they were asked for, as JSON or as tables.
+
+    What was measured of other tasks goes into JSON alone.
+    """
     last_split = [result for result in results if result["protocol"] in ("random_splits", "test")][-1]
     if json:
-        more = {} if impaired is None else {"impaired": impaired}
+        more = {"impaired": impaired, "tasks": tasks}
+        more = {name: value for name, value in more.items() if value is not None}
         print_json(about | {"results": results, "baselines": last_split["baselines"]} | more)
         return
     print_table(

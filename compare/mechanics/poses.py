@@ -14,6 +14,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.any_pose import best_poses, pose_functions, turned_cloud
 from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import PoseSettings
 
@@ -44,13 +45,20 @@ class PoseScore:
     likeliest: float
     poses: float  # of an object, in the mean
     seconds: float  # the median of the poses alone, by the clock
-    missed: tuple[str, ...]
+    right: dict[str, bool]  # by file: the pose of use is ranked first
+
+    @property
+    def missed(self) -> list[str]:
+        """Whose pose of use is not ranked first."""
+        return [name for name, right in self.right.items() if not right]
 
 
-def posed(path: Path, simulator: Simulator, function: str, classifier: CloudClassifier) -> PoseAnswer:
+def posed(
+    path: Path, simulator: Simulator, loading: Loading, function: str, classifier: CloudClassifier
+) -> PoseAnswer:
     """Return whether the pose of a file is found after it was turned at random, as its name says."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
-    cloud = turned_cloud(load_cloud(path), turn)
+    cloud = turned_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)
     result = simulator.poses(cloud, PoseSettings(), 0)
     upright = [(pose.rotation @ turn)[2, 2] > np.cos(np.radians(UPRIGHT_DEG)) for pose in result.poses]
     best = best_poses(pose_functions(cloud, result.poses, classifier))[function]
@@ -64,16 +72,23 @@ def posed(path: Path, simulator: Simulator, function: str, classifier: CloudClas
 
 
 def score_poses(
-    objects: Sequence[DatasetObject], simulator: Simulator, classifier: CloudClassifier, count: int | None
-) -> PoseScore:
-    """Return how well a backend finds the poses of objects that have a function."""
+    objects: Sequence[DatasetObject],
+    simulator: Simulator,
+    classifier: CloudClassifier,
+    count: int | None,
+    loading: Loading,
+) -> PoseScore | None:
+    """Return how well a backend finds the poses of objects that have a function; None where none has one."""
     chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
     answers: dict[str, PoseAnswer] = {}
     for function in classifier.functions_:
         own = [item for item in chosen if main_function(item, classifier.functions_) == function]
-        for item, answer, _ in asked(posed, own, simulator, f"posing by {simulator.name}", function, classifier):
+        more = (f"posing by {simulator.name}", loading, function, classifier)
+        for item, answer, _ in asked(posed, own, simulator, *more):
             answers[item.path.name] = answer
     told = list(answers.values())
+    if not told:
+        return None
     return PoseScore(
         backend=simulator.name,
         asked=len(told),
@@ -82,7 +97,7 @@ def score_poses(
         likeliest=float(np.mean([one.likeliest for one in told])),
         poses=float(np.mean([one.poses for one in told])),
         seconds=float(np.median([one.seconds for one in told])),
-        missed=tuple(name for name, one in answers.items() if not one.first),
+        right={name: one.first for name, one in answers.items()},
     )
 
 

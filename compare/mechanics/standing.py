@@ -17,6 +17,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings
 from spherefunc_bullet.simulator.statics.body import body_of
@@ -43,9 +44,9 @@ class StandAnswer:
         return self.stance is Stance.STANDS and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
 
-def stood(path: Path, simulator: Simulator, function: str) -> list[StandAnswer]:
+def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
     """Return how a file's object stands, and each sawn copy of it that can be made."""
-    cloud = load_cloud(path)
+    cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = sawn_copies(Specimen(cloud, function), path.name, 0)
     things = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
     return [stood_one(thing, kind, simulator, function) for kind, thing in things]
@@ -69,15 +70,19 @@ class StandScore:
     answers: dict[str, StandAnswer]  # by file and kind
 
 
-def score_standing(objects: Sequence[DatasetObject], simulator: Simulator, count: int | None) -> StandScore:
-    """Return how well a backend tells sound furniture from sawn."""
+def score_standing(
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+) -> StandScore | None:
+    """Return how well a backend tells sound furniture from sawn; None where there is no furniture."""
     chosen = evenly([item for item in objects if item.functions & set(FUNCTIONS)], count)
     answers, seconds = {}, []
     for function in FUNCTIONS:
         own = [item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function]
-        for item, told, taken in asked(stood, own, simulator, f"standing by {simulator.name}", function):
+        for item, told, taken in asked(stood, own, simulator, f"standing by {simulator.name}", loading, function):
             answers |= {f"{item.path.name} {one.kind}": one for one in told}
             seconds.append(taken / len(told))
+    if not answers:
+        return None
     verdicts = tuple(
         Verdict(
             name=name,

@@ -40,6 +40,18 @@ class Score:
     cpu_seconds: float  # of processor time, of one object in the mean
 
 
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What one backend did of one task, as it can be put beside another's."""
+
+    backend: str
+    measure: str  # what the value is
+    value: float
+    asked: int
+    seconds: float  # of one thing
+    right: dict[str, bool]  # by thing
+
+
 def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:
     """Return the score of verdicts."""
     hits = sum(one.true and one.told for one in verdicts)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import circle, loft
-from .cavities import still_holds
+from .cavities import Cavity, still_holds
 from .poses import laid, level_direction, upside_down
 from .specimen import Specimen
 from .surfaces import Surface
@@ -34,16 +34,22 @@ def slit_in_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     if cup is None:
         return None
     places = surface.centres[:, :2] - cup.axis
-    every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
-    extents = [(places @ level_direction(angle)).max() for angle in every]
-    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))
-    out = level_direction(every[rng.choice(nearest)])
+    out = level_direction(away_from_handle(surface, cup, rng))
     along, across = places @ out, places @ [-out[1], out[0]]
     wide = max(SLIT * cup.radii.max(), 4 * cup.grid.cell)
     inside = (along > 0) & (np.abs(across) < wide / 2) & (surface.centres[:, 2] > cup.floor + cup.grid.cell)
     beyond = cup.distances(surface.centres) > 0.5 * np.interp(surface.centres[:, 2], cup.heights, cup.radii)
     spoilt = surface.without(inside & beyond)
     return None if still_holds(spoilt, cup) else spoilt
+
+
+def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) -> float:
+    """Return a direction, radians about z, in which a cup reaches hardly farther from its axis than in any other."""
+    places = surface.centres[:, :2] - cup.axis
+    every = np.linspace(0, 2 * np.pi, HANDLE_ANGLES, endpoint=False) + rng.uniform(0, 2 * np.pi / HANDLE_ANGLES)
+    extents = [(places @ level_direction(angle)).max() for angle in every]
+    nearest = np.flatnonzero(extents <= min(extents) + 0.02 * max(extents))
+    return float(every[rng.choice(nearest)])
 
 
 def lid_on_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:

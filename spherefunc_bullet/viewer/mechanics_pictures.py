@@ -107,7 +107,7 @@ def stacked(images: Sequence[Image.Image]) -> Image.Image:
 def png_of(picture: Image.Image) -> bytes:
     """Return a picture as a small PNG."""
     buffer = io.BytesIO()
-    picture.quantize(192).save(buffer, "png", optimize=True)
+    picture.quantize(192, kmeans=1).save(buffer, "png", optimize=True)
     return buffer.getvalue()
 
 

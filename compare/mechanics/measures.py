@@ -1,0 +1,165 @@
+"""All tasks by several backends, and in one sentence each what fidelity buys at what price."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.simulator import Simulator
+
+from .keeping import KeepScore, score_keeping
+from .poses import PoseScore, score_poses
+from .standing import Agreement, StandScore, agreement, score_standing
+from .tasks import Outcome
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.classifier import CloudClassifier
+
+ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry"}  # by task, what a backend needs for it
+TASKS = tuple(ABILITIES)
+CHANCE = 0.05  # two backends differ where so much of chance, or less, explains it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measured:
+    """What backends did of each task, by backend; of a task that was not asked, nothing."""
+
+    poses: dict[str, PoseScore]
+    standing: dict[str, StandScore]
+    keeping: dict[str, KeepScore]
+    unable: dict[str, tuple[str, ...]]  # by task, the backends that cannot do it
+
+    @property
+    def agreement(self) -> Agreement | None:
+        """How often the first two backends say the same of what stands."""
+        pair = list(self.standing.values())[:2]
+        return agreement(*pair) if len(pair) == 2 else None
+
+    def outcomes(self, task: str) -> list[Outcome]:
+        """Return what each backend did of a task, comparable over tasks."""
+        if task == "poses":
+            return [
+                Outcome(backend=name, measure="pose of use ranked first", value=one.first, asked=one.asked,
+                        seconds=one.seconds, right=one.right)
+                for name, one in self.poses.items()
+            ]
+        words = {"standing": "F of sound furniture", "keeping": "F of vessels"}[task]
+        scores: Mapping[str, StandScore | KeepScore] = self.standing if task == "standing" else self.keeping
+        return [
+            Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
+                    seconds=one.score.cpu_seconds,
+                    right={f"{verdict.name} {verdict.kind}": verdict.true == verdict.told for verdict in one.verdicts})
+            for name, one in scores.items()
+        ]
+
+
+def read_tasks(names: Sequence[str], known: Sequence[str] = TASKS) -> tuple[str, ...]:
+    """Return the names of tasks, each once.
+
+    Raises
+    ------
+    InputError
+        If there is no such task.
+    """
+    given = tuple(dict.fromkeys(name.strip() for name in names))
+    if unknown := [name for name in given if name not in known]:
+        raise InputError(f"tasks {', '.join(unknown)}: expected some of {', '.join(known)}")
+    return given
+
+
+def measured(
+    objects: Sequence[DatasetObject],
+    simulators: Mapping[str, Simulator],
+    tasks: Sequence[str],
+    count: int | None,
+    classifier: CloudClassifier,
+    loading: Loading,
+) -> Measured:
+    """Return what simulators do of tasks, each asked for the tasks that it can do.
+
+    Parameters
+    ----------
+    count : int, optional
+        Objects of each task at most, evenly chosen.
+    classifier : CloudClassifier
+        Which ranks poses.
+    """
+
+    def able(task: str) -> dict[str, Simulator]:
+        named = ABILITIES[task]
+        return {name: one for name, one in simulators.items() if task in tasks and callable(getattr(one, named, None))}
+
+    poses = {name: score_poses(objects, one, classifier, count, loading) for name, one in able("poses").items()}
+    stood = {name: score_standing(objects, one, count, loading) for name, one in able("standing").items()}
+    kept = {name: score_keeping(objects, one, count, loading) for name, one in able("keeping").items()}
+    return Measured(
+        poses={name: one for name, one in poses.items() if one is not None},
+        standing={name: one for name, one in stood.items() if one is not None},
+        keeping={name: one for name, one in kept.items() if one is not None},
+        unable={task: tuple(name for name in simulators if name not in able(task)) for task in tasks},
+    )
+
+
+def bought(task: str, outcomes: Sequence[Outcome], unable: Sequence[str]) -> str:
+    """Return in one sentence what fidelity buys at a task, at what price: the last backend beside the first."""
+    if not outcomes:
+        why = f"{', '.join(unable)} cannot do it" if unable else "the data have nothing to ask about"
+        return f"{task}: nothing was measured, {why}."
+    quick, slow = outcomes[0], outcomes[-1]
+    if len(outcomes) == 1:
+        words = f"{slow.measure} {slow.value:.2f} of {slow.asked}, {format_duration(slow.seconds)} each"
+        beside_none = f"{slow.backend} was compared with no other backend"
+        said = f"only {slow.backend} can do it, {', '.join(unable)} cannot" if unable else beside_none
+        return f"{task}: {said} ({words})."
+    better, chance = beside(quick, slow)
+    verdict = "level with" if chance > CHANCE else "better than" if better else "worse than"
+    buys = "buys nothing that shows" if chance > CHANCE else "buys that" if better else "costs that"
+    times = f"{slow.seconds / max(quick.seconds, 1e-9):.1f} times the time"
+    price = f"{times} ({format_duration(slow.seconds)} against {format_duration(quick.seconds)} each)"
+    values = f"{slow.measure} {slow.value:.2f} against {quick.value:.2f} of {slow.asked}"
+    return f"{task}: {slow.backend} is {verdict} {quick.backend} ({values}) and {buys}, at {price}."
+
+
+def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
+    """Return whether the second is right more often, and how likely chance alone gives such a difference.
+
+    An exact sign test of the things of which one alone is right (McNemar).
+    """
+    from scipy.stats import binomtest
+
+    names = first.right.keys() & second.right.keys()
+    gains = sum(second.right[name] and not first.right[name] for name in names)
+    losses = sum(first.right[name] and not second.right[name] for name in names)
+    chance = binomtest(gains, gains + losses).pvalue if gains + losses else 1.0
+    return gains > losses, float(chance)
+
+
+def sentences(found: Measured) -> dict[str, str]:
+    """Return for each task that was asked what fidelity buys."""
+    return {task: bought(task, found.outcomes(task), unable) for task, unable in found.unable.items()}
+
+
+def task_reports(found: Measured) -> dict[str, dict[str, Any]]:
+    """Return what was measured of each task, ready for JSON, with its sentence."""
+    scores = {"poses": found.poses, "standing": found.standing, "keeping": found.keeping}
+    said, same = sentences(found), found.agreement
+    reports = {}
+    for task, unable in found.unable.items():
+        rows = [asdict(one) for one in found.outcomes(task)]
+        more = {name: plain(one) for name, one in scores[task].items()}
+        reports[task] = {"says": said[task], "rows": rows, "unable": list(unable), "backends": more}
+    if "standing" in reports:
+        reports["standing"]["agreement"] = same and asdict(same)
+    return reports
+
+
+def plain(score: PoseScore | StandScore | KeepScore) -> dict[str, Any]:
+    """Return a score for JSON, without the single places of what stands."""
+    fields = asdict(score)
+    fields.pop("answers", None)
+    return fields

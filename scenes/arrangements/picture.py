@@ -1,0 +1,73 @@
+"""Several things as a picture, spheres coloured by the thing that carries them, and as a page with the figures."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from spherefunc_bullet.formats.writing import write_text
+from spherefunc_bullet.viewer.mechanics_pictures import INK, PAPER, STYLE, png_of
+from spherefunc_bullet.viewer.page import page_html, table_html
+from spherefunc_bullet.viewer.pictures import View, render_balls
+
+from .falls import united
+from .together import ThingAmong, Together
+
+# Okabe and Ito's: everyone can tell them apart.
+COLOURS = np.array([[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]]) / 255
+VIEW = View(size=(720, 540))
+LINE = 40  # pixels of the legend, a thing each
+
+
+def colour_of(number: int) -> np.ndarray:
+    """Return the colour (3,) of a thing's spheres."""
+    return COLOURS[number % len(COLOURS)]
+
+
+def together_picture(found: Together, view: View = VIEW) -> Image.Image:
+    """Return things with the spheres of their common drop, and below them whose spheres have which colour."""
+    cloud = united([thing.placed.cloud for thing in found.things], "together")
+    centers = np.concatenate([thing.carries for thing in found.things])
+    colours = np.concatenate([np.tile(colour_of(k), (len(thing.carries), 1)) for k, thing in enumerate(found.things)])
+    image = render_balls(cloud, centers, found.radius, colours, view)
+    canvas = Image.new("RGB", (image.width, image.height + LINE * len(found.things) + 16), PAPER)
+    canvas.paste(image, (0, 0))
+    pen = ImageDraw.Draw(canvas)
+    for number, thing in enumerate(found.things):
+        middle = image.height + LINE * number + LINE / 2
+        pen.ellipse((24, middle - 10, 44, middle + 10), fill=tuple(int(255 * c) for c in colour_of(number)))
+        pen.text((60, middle), legend(thing), INK, ImageFont.load_default(20), anchor="lm")
+    return canvas
+
+
+def legend(thing: ThingAmong) -> str:
+    """Return what a thing carries, has left and is for, in one line."""
+    count = len(thing.carries)
+    words = [f"{thing.name}: {count} sphere{'' if count == 1 else 's'}"]
+    if thing.level is not None:
+        words.append(f"{100 * min(1.0, thing.level.left):.0f} % of its level left")
+    return ", ".join([*words, function_words(thing)])
+
+
+def function_words(thing: ThingAmong) -> str:
+    """Return what a thing is for together, and alone where that is something else."""
+    alone, among = ([name for name, told in one.items() if told.member] for one in (thing.alone, thing.together))
+    now = ", ".join(among) or "nothing"
+    return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'nothing'})"
+
+
+def write_together_page(
+    found: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
+) -> Path:
+    """Write a page that stands alone: the picture, a table of things, and what is odd about how they stand."""
+    data = base64.b64encode(png_of(picture)).decode()
+    parts = ["<h1>Several things together</h1>"]
+    parts += [f"<p>{escape(note)}</p>" for note in found.notes]
+    parts.append(f'<img alt="Spheres coloured by what carries them" src="data:image/png;base64,{data}">')
+    parts.append(table_html(head, rows, texts=2))
+    return write_text(path, page_html("Several things together", parts, style=STYLE))

@@ -1,0 +1,116 @@
+"""Where a thing is put: beside others, turned about the vertical, at a height or on what carries it there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, Mesh
+from spherefunc_bullet.errors import InputError
+
+WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z empty to set it down"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A place: where the middle of a thing's footprint goes, and its foot."""
+
+    x: float = 0.0  # metres
+    y: float = 0.0
+    z: float | None = None  # metres above the ground; None: let down from above until something carries it
+    heading_deg: float = 0.0  # counterclockwise about the vertical
+
+    def __post_init__(self):
+        given = [self.x, self.y, self.heading_deg, 0.0 if self.z is None else self.z]
+        if not all(math.isfinite(number) for number in given):
+            raise InputError(f"placement: expected finite metres and degrees, got {given}")
+        if self.z is not None and self.z < 0:
+            raise InputError(f"placement: expected a height of at least 0 m, the ground's, got {self.z:g}")
+
+
+def parse_placed(text: str) -> tuple[Path, Placement]:
+    """Return the file and the placement of ``FILE[@x,y[,z[,heading]]]``; without a place, in the middle.
+
+    Raises
+    ------
+    InputError
+        If what follows the last @ is no place.
+
+    Examples
+    --------
+    >>> parse_placed("mug.ply@0.1,0.2,,90")
+    (PosixPath('mug.ply'), Placement(x=0.1, y=0.2, z=None, heading_deg=90.0))
+    >>> parse_placed("mug.ply")[1].z is None
+    True
+    """
+    file, mark, place = text.rpartition("@")
+    if not mark or Path(text).exists():
+        return Path(text), Placement()
+    parts = [part.strip() for part in place.split(",")]
+    if not 2 <= len(parts) <= 4:
+        raise InputError(f"{text}: expected {WANTED}; got {len(parts)} numbers")
+    x, y = number(text, parts[0]), number(text, parts[1])
+    z = number(text, parts[2]) if len(parts) > 2 and parts[2] else None
+    heading = number(text, parts[3]) if len(parts) > 3 else 0.0
+    try:
+        return Path(file), Placement(x=x, y=y, z=z, heading_deg=heading)
+    except InputError as error:
+        raise InputError(f"{text}: {error}") from error
+
+
+def number(text: str, part: str) -> float:
+    """Return a part of a placement as a number."""
+    try:
+        return float(part)
+    except ValueError as error:
+        raise InputError(f"{text}: expected {WANTED}; got {part!r} for a number") from error
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedThing:
+    """A thing in its place; its own frame is that of its cloud, the world's that of all of them."""
+
+    name: str  # no other thing of the arrangement has it
+    own: Cloud
+    placement: Placement
+    height: float  # metres, of its foot above the ground
+
+    @property
+    def shift(self) -> np.ndarray:
+        """Where its frame's origin is in the world, (3,) metres."""
+        return np.array([self.placement.x, self.placement.y, self.height])
+
+    @cached_property
+    def turn(self) -> np.ndarray:
+        """The rotation (3, 3) from its own frame to the world's."""
+        angle = math.radians(self.placement.heading_deg)
+        return np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1.0]])
+
+    @cached_property
+    def cloud(self) -> Cloud:
+        """The thing in the world's frame."""
+        mesh = self.own.mesh
+        placed = None if mesh is None else Mesh(self.to_world(mesh.vertices), mesh.faces)
+        return Cloud(self.to_world(self.own.points), self.name, placed)
+
+    def to_world(self, points: np.ndarray) -> np.ndarray:
+        """Return points (N, 3) of its own frame in the world's."""
+        return points @ self.turn.T + self.shift
+
+    def to_own(self, points: np.ndarray) -> np.ndarray:
+        """Return points (N, 3) of the world's frame in its own."""
+        return (points - self.shift) @ self.turn
+
+    def over(self, columns: np.ndarray) -> np.ndarray:
+        """Return which columns (D, 2) of the world's frame meet its own box, (D,) bool."""
+        low, high = self.own.bounds[:, :2]
+        places = (columns - self.shift[:2]) @ self.turn[:2, :2]
+        return ((places >= low) & (places <= high)).all(axis=1)
+
+    def at(self, height: float) -> PlacedThing:
+        """Return the thing with its foot at another height, metres."""
+        return replace(self, height=height)

@@ -1,0 +1,162 @@
+"""``spherefunc together``: several things in their places, and what each takes from the others."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from spherefunc_bullet.commands.options import BY_FILE, Json, Seed, Units, Up
+from spherefunc_bullet.console import print_json, print_table, say
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.quantities import format_length, parse_length
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.function_model import FunctionModel
+
+    from ..arrangements.placing import Placement
+    from ..arrangements.together import ThingAmong, Together, TogetherSettings
+
+Row = dict[str, Any]
+PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z it is set down on what stands there."
+
+
+def together(
+    files: Annotated[list[str], typer.Argument(metavar="FILE@PLACE...", help=PLACES)],
+    radius: Annotated[str | None, typer.Option(help="Of the spheres; by default by size.")] = None,
+    drops: Annotated[int, typer.Option(min=1, help="Over each thing, alone and together, for areas.")] = 1000,
+    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    backend: Annotated[str | None, typer.Option(help="fast or bullet: the model must be for it.")] = None,
+    seed: Seed = 0,
+    up: Up = BY_FILE,
+    units: Units = "m",
+    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw them, spheres by their carrier.")] = None,
+    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write picture and table as one page.")] = None,
+    json: Json = False,
+):
+    """Put several things beside, on and under each other, and say what each carries, is for, and takes away."""
+    from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+    from spherefunc_bullet.processes.tasks import run_tasks
+    from spherefunc_bullet.simulator import isolated, make_simulator
+    from spherefunc_bullet.viewer.mechanics_pictures import require_png
+
+    from ..arrangements.placing import parse_placed
+    from ..arrangements.together import FEWEST, TogetherSettings
+
+    require_png(picture)
+    placed = [parse_placed(text) for text in files]
+    if len(placed) < FEWEST:
+        raise InputError(f"{files[0]}: expected at least two files; `spherefunc simulate` drops on one alone")
+    settings = TogetherSettings(radius=None if radius is None else parse_length(radius), drops=drops, seed=seed)
+    classifier = model_to_ask(model or shipped_model(backend or "fast"), backend)
+    isolate = isolated(make_simulator(classifier.simulator))
+    tasks = [(placed, classifier, settings, up, units)]
+    [(_, found)] = run_tasks(told_files, tasks, ["all together"], isolate=isolate)
+    if isinstance(found, InputError):
+        raise found
+    draw(found, picture, page)
+    for note in found.notes:
+        say(note)
+    if json:
+        print_json(as_json(found, [path for path, _ in placed]))
+    else:
+        print_table(f"Spheres of {format_length(found.radius)} on all of them", head_of(found), rows_of(found))
+
+
+def told_files(
+    placed: list[tuple[Path, Placement]], classifier: FunctionModel, settings: TogetherSettings, up: str, units: str
+) -> Together:
+    """Return what is known of files' objects in their places."""
+    from spherefunc_bullet.clouds.cloud import load_cloud
+
+    from ..arrangements.together import put_down, told_together
+
+    clouds = [load_cloud(path, up=up, units=units, report=say) for path, _ in placed]
+    return told_together(put_down(clouds, [placement for _, placement in placed]), classifier, settings)
+
+
+def draw(found: Together, picture: Path | None, page: Path | None):
+    """Draw things and write their page, where that is asked for."""
+    if picture is None and page is None:
+        return
+    from spherefunc_bullet.viewer.mechanics_pictures import write_picture
+
+    from ..arrangements.picture import together_picture, write_together_page
+
+    drawn = together_picture(found)
+    if picture is not None:
+        write_picture(drawn, picture)
+    if page is not None:
+        write_together_page(found, drawn, head_of(found), rows_of(found), page)
+
+
+def as_json(found: Together, files: list[Path]) -> Row:
+    """Return what is printed as JSON: areas in square metres, places in metres."""
+    drop = found.drop
+    return {
+        "objects": [json_of(thing, file) for thing, file in zip(found.things, files, strict=True)],
+        "drop": {"radius": found.radius, "drops": drop.drops, "settled": drop.settled, "rolled_off": drop.rolled_off},
+        "notes": list(found.notes),
+        "seconds": round(found.seconds, 3),
+        "provenance": found.provenance,
+    }
+
+
+def json_of(thing: ThingAmong, file: Path) -> Row:
+    """Return what is printed of one thing."""
+    level = thing.level
+    return {
+        "file": str(file),
+        "name": thing.name,
+        "place": thing.placed.shift.round(4).tolist(),
+        "heading_deg": thing.placed.placement.heading_deg,
+        "stands_on": list(thing.stands_on),
+        "spheres": len(thing.carries),
+        "level": level and {name: rounded(value) for name, value in asdict(level).items()},
+        "functions": {
+            name: {"alone": membership_json(told), "together": membership_json(thing.together[name])}
+            for name, told in thing.alone.items()
+        },
+    }
+
+
+def membership_json(told: Any) -> Row:
+    """Return whether and how much a thing has a function."""
+    return {"member": told.member, "score": told.score}
+
+
+def rounded(value: Any) -> Any:
+    """Return numbers to a hundredth of a square decimetre."""
+    if isinstance(value, dict):
+        return {name: rounded(one) for name, one in value.items()}
+    return round(value, 5) if isinstance(value, float) else value
+
+
+def head_of(found: Together) -> list[str]:
+    """Return the heads of the table's columns."""
+    names = list(found.things[0].alone)
+    return ["file", "stands on", "at, m", "spheres", "level alone, m²", "together", "taken by", *names]
+
+
+def rows_of(found: Together) -> list[list[str]]:
+    """Return a row for each thing; scores alone and together where they differ."""
+    return [row_of(thing) for thing in found.things]
+
+
+def row_of(thing: ThingAmong) -> list[str]:
+    """Return one thing's row."""
+    at = " ".join(f"{coordinate:.2f}" for coordinate in thing.placed.shift)
+    start = [thing.name, ", ".join(thing.stands_on), at, str(len(thing.carries))]
+    scores = [change_of(told.score, thing.together[name].score) for name, told in thing.alone.items()]
+    if thing.level is None:
+        return [*start, "", "", "", *scores]
+    taken = [f"{name} {area:.3g}" for name, area in thing.level.taken.items() if area > 0]
+    return [*start, f"{thing.level.alone:.3g}", f"{thing.level.together:.3g}", ", ".join(taken), *scores]
+
+
+def change_of(alone: float, together: float) -> str:
+    """Return two scores, or one where they are as good as equal."""
+    before, after = f"{alone:.2f}", f"{together:.2f}"
+    return after if before == after else f"{before} → {after}"

@@ -1,0 +1,150 @@
+"""Poses, standing and keeping as tasks beside labels: what each backend does, and what is said of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
+from spherefunc_bullet.commands.command_line import main
+from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_asked, read_experiment
+from spherefunc_bullet.compare.evaluation import profiled
+from spherefunc_bullet.compare.mechanics.measures import beside, bought, measured, read_tasks, task_reports
+from spherefunc_bullet.compare.mechanics.tasks import Outcome
+from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue, write_catalogue
+from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.scenes.impairment.holed import HEIGHTS, holed_copies
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.simulator import make_simulator
+from spherefunc_bullet.simulator.mechanics import CarrySettings
+
+
+def outcome(backend: str, right: str, seconds: float = 1.0) -> Outcome:
+    """Return an outcome of which things are told right, 1, and wrong, 0."""
+    told = {str(number): digit == "1" for number, digit in enumerate(right)}
+    value = float(np.mean(list(told.values())))
+    return Outcome(backend=backend, measure="share", value=value, asked=len(told), seconds=seconds, right=told)
+
+
+def household(name: str) -> Path:
+    return built_catalogue("household").parent / f"{name}.ply"
+
+
+def test_the_sign_test_by_hand():
+    better, chance = beside(outcome("fast", "0000001"), outcome("bullet", "1111110"))
+    assert better and chance == pytest.approx(2 * (1 + 7) / 2**7)  # 6 of 7 or more, either way
+    assert beside(outcome("fast", "1100"), outcome("bullet", "1100"))[1] == 1.0
+
+
+def test_one_sentence_says_what_fidelity_buys():
+    quick, same = outcome("fast", "1" * 20), outcome("bullet", "1" * 20, seconds=3.0)
+    level = bought("poses", [quick, same], ())
+    assert "bullet is level with fast (share 1.00 against 1.00 of 20) and buys nothing" in level
+    worse = outcome("fast", "0" * 10 + "1" * 10)
+    said = bought("poses", [worse, same], ())
+    assert "better than" in said and "3.0 times the time (3.0 s against 1.0 s each)" in said
+    assert "worse than" in bought("poses", [quick, outcome("bullet", "0" * 10 + "1" * 10)], ())
+    alone = bought("keeping", [same], ("fast",))
+    assert "only bullet can do it, fast cannot (share 1.00 of 20, 3.0 s each)" in alone
+    assert "nothing was measured, fast cannot do it" in bought("keeping", [], ("fast",))
+
+
+def test_tasks_are_read():
+    assert read_tasks(["poses", " keeping", "poses"]) == ("poses", "keeping")
+    with pytest.raises(InputError, match="swimming: expected some of poses, standing, keeping"):
+        read_tasks(["swimming"])
+    assert read_asked(["labels", "standing"]) == (LABELS, "standing")
+    with pytest.raises(InputError, match="spherefunc mechanics --tasks standing"):
+        read_asked(["standing"])
+
+
+def test_an_experiment_repeats_its_tasks(tmp_path):
+    file = tmp_path / "experiment.toml"
+    file.write_text('data = "household"\nbackends = ["fast"]\ntasks = ["labels", "poses"]\ntask_objects = 7\n')
+    experiment = read_experiment(file)
+    assert (experiment.tasks, experiment.task_objects) == (("labels", "poses"), 7)
+    file.write_text(as_toml(experiment))
+    assert read_experiment(file) == experiment
+
+
+def test_a_hole_is_where_it_is_said_to_be():
+    cloud = load_cloud(household("mug_01"))
+    specimen = Specimen(cloud, "cup")
+    copies = holed_copies(specimen, "mug_01", 0)
+    assert [kind.kind for kind, _ in copies] == ["hole_at_25", "hole_at_50", "hole_at_75"]
+    cup = specimen.cavity
+    for height, (_, surface) in zip(HEIGHTS, copies, strict=True):
+        copy = cloud_from_mesh(*surface.mesh(), "holed")
+        far, _ = copy.tree.query(cloud.points)  # what is gone is far from all that is left
+        gone = cloud.points[far > 0.004]
+        middle = (gone.max(axis=0) + gone.min(axis=0)) / 2
+        assert middle[2] == pytest.approx(cup.floor + height * (cup.brim - cup.floor), abs=0.004)
+        assert np.ptp(gone[:, 2]) == pytest.approx(3 * cloud.size.max() / 16, abs=0.012)  # less the samples around it
+
+
+def test_the_lower_the_hole_the_less_is_kept():
+    simulator = carrier()
+    cloud = load_cloud(household("mug_01"))
+    copies = holed_copies(Specimen(cloud, "cup"), "mug_01", 0)
+    things = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
+    low, _, high, whole = (simulator.carry(one, CarrySettings(), 0) for one in [*things, cloud])
+    held = [one.kept[-1] * one.filled for one in (low, high, whole)]
+    assert held[0] < held[1] < held[2]
+
+
+def carrier():
+    try:
+        return make_simulator("bullet")
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def few(*names: str):
+    """Return objects of the catalogue."""
+    return [item for item in open_dataset("household").objects if item.path.stem in names]
+
+
+def test_what_a_backend_cannot_do_is_said_and_left_out():
+    objects = few("mug_01", "plate_01", "cafe_table_01")
+    fast = {"fast": make_simulator("fast")}
+    found = task_reports(measured(objects, fast, ["standing", "keeping"], 3, None, Loading()))
+    assert found["keeping"]["unable"] == ["fast"] and found["keeping"]["rows"] == []
+    assert found["standing"]["rows"][0]["asked"] >= 2 and found["standing"]["agreement"] is None
+    json.dumps(found)  # ready for it
+
+
+def test_data_without_furniture_have_nothing_that_stands():
+    found = measured(few("mug_01"), {"fast": make_simulator("fast")}, ["standing"], 3, None, Loading())
+    assert "the data have nothing to ask about" in task_reports(found)["standing"]["says"]
+
+
+def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
+    monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
+    kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
+    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "things", "six")
+    asked = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]
+
+    def said(command: str, *arguments: str) -> dict:
+        monkeypatch.setattr("sys.argv", ["spherefunc", command, str(tmp_path / "things"), *arguments, *asked, "--json"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        assert not ended.value.code, err
+        return json.loads(out)
+
+    compared = said("compare", "--backends", "fast", "--copied", "0", "--report", str(tmp_path / "out"))
+    [row] = compared["tasks"]["standing"]["rows"]
+    assert row["backend"] == "fast" and row["asked"] == len(row["right"]) >= 4
+    assert compared["tasks"]["standing"]["says"][1:] in compared["answer"]
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "What else rigid bodies tell" in page and "F of sound furniture" in page
+    assert 'tasks = ["labels", "standing"]' in (tmp_path / "out" / "experiment.toml").read_text()
+    evaluated = said("evaluate", "--train-sizes", "half")
+    assert evaluated["tasks"]["standing"]["rows"][0]["right"] == row["right"]
