@@ -15,6 +15,7 @@ from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
 from ..scans.cells import cells
+from ..scans.filling import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
@@ -115,10 +116,12 @@ def recognise(
     watch.lap("floor")
     points = levelling.to_level(seen)
     camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
-    labels = segment(points, settings, noise=levelling.noise, camera=camera)
+    dense = filled(points, settings.leaf_size)
+    watch.lap("filling")
+    labels = segment(dense, settings, noise=levelling.noise, camera=camera)
     watch.lap("clusters")
-    objects = recognise_objects(points, labels, model, completion=completion, watch=watch)
-    labels = labels if fine is None else labels[fine.cell_of]
+    objects = recognise_objects(dense, labels, model, completion=completion, watch=watch)
+    labels = labels[: len(points)] if fine is None else labels[fine.cell_of]
     return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.seconds)
 
 
