@@ -28,6 +28,9 @@ _ENCLOSED = 0.6  # of the directions that meet a wall
 _JOINED = 0.03  # metres between spheres of one pool
 _WALL = 0.015  # metres: of a wall's thickness, and of a rim's curl
 _RAISED = 0.03  # metres above the top from which on a pool's floor is a vessel's own, not the top
+_BOTTOM = 0.01  # metres: of its floor's thickness
+_CONNECTED = 0.02  # metres between the points of one rim
+_ROUND = 1.5  # times the usual distance to the wall: what is farther is an opening
 _FEWEST = 2  # spheres of a pool
 
 
@@ -87,32 +90,49 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
         rise = own[:, 2] - feet[k, 2]
         own = own[(rise > _RISES[0]) & (rise < _RISES[1])]
         way = own[:, :2] - feet[k, :2]
-        sector = (np.arctan2(way[:, 1], way[:, 0]) / (2 * np.pi) * _DIRECTIONS).astype(int) % _DIRECTIONS
+        sector = sectors(way)
         np.minimum.at(walls[k], sector, np.linalg.norm(way, axis=1))
         np.maximum.at(rims[k], sector, own[:, 2])
     return walls, rims
 
 
 def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None:
-    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no wall surrounds its middle."""
+    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no one wall surrounds its middle."""
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
-    walls, rims = surroundings(things, middle[None])
+    walls, rims = surroundings(rim_around(things, middle), middle[None])
     seen = np.isfinite(walls[0])
     if seen.mean() < _ENCLOSED:
         return None
-    usual = float(np.median(walls[0][seen]))
-    rim = float(np.median(rims[0][seen]))
+    usual, rim = float(np.median(walls[0][seen])), float(np.median(rims[0][seen]))
     level = float(middle[:2] @ top.plane[:2] + top.plane[2])
-    support = level + (max(middle[2] - 0.01, 0.0) if middle[2] > _RAISED else 0.0)
-    reach = np.where(seen, np.minimum(walls[0], 1.5 * usual), usual)
+    own_floor = middle[2] > _RAISED
     return VesselPool(
-        center=np.append(middle[:2], level + middle[2]), support=support, walls=reach, rim=level + rim
+        center=np.append(middle[:2], level + middle[2]),
+        support=level + (middle[2] - _BOTTOM if own_floor else 0.0),
+        walls=np.where(seen, np.minimum(walls[0], _ROUND * usual), usual),
+        rim=level + rim,
     )
+
+
+def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Return those of the points (N, 3) that are the one connected surface around most of a pool's middle (3,).
+
+    Two things that stand close leave a gap that spheres stay in, but neither goes around it.
+    """
+    way = points - middle
+    near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]
+    parts = [near[members] for members in members_of(euclidean_clusters(near, _CONNECTED))]
+    return max(parts, key=lambda part: len(np.unique(sectors(part[:, :2] - middle[:2]))), default=near)
+
+
+def sectors(ways: np.ndarray) -> np.ndarray:
+    """Return the direction (N,) of level ways (N, 2), of `_DIRECTIONS`."""
+    return (np.arctan2(ways[:, 1], ways[:, 0]) / (2 * np.pi) * _DIRECTIONS).astype(int) % _DIRECTIONS
 
 
 def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
     """Return which points (N, 3) are a vessel's: its wall, and what the wall surrounds, (N,) bool."""
     way = points[:, :2] - pool.center[:2]
-    sector = (np.arctan2(way[:, 1], way[:, 0]) / (2 * np.pi) * _DIRECTIONS).astype(int) % _DIRECTIONS
+    sector = sectors(way)
     inside = np.linalg.norm(way, axis=1) < pool.walls[sector] + _WALL
     return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + _WALL)
