@@ -14,7 +14,7 @@ from .proposals import CLUSTERS, Proposal, shared_points
 _SAME = 0.35  # intersection over union from which on two claims are of one thing
 _WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
 _LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
-_WHOLE = 0.5  # intersection over union at which a pool is the cluster that it lies in, and takes its points
+_WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
