@@ -14,7 +14,7 @@ from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.reasons.one_view import COMPLETED, NOTHING, looks_like_one_view
+from spherefunc_bullet.learning.reasons.one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled
 
 
 @pytest.fixture(scope="module")
@@ -33,12 +33,11 @@ def test_a_mug_s_view_is_told_as_in_a_scene_and_unsure(seen_mug):
     assert answer.reasons[-1] == COMPLETED
 
 
-def test_a_view_that_completion_does_not_help_is_called_one():
-    across, up = np.meshgrid(np.linspace(-0.05, 0.05, 21), np.linspace(0, 0.3, 61))
-    answer = sf.classify(np.column_stack([across.ravel(), np.zeros(across.size), up.ravel()]))
-    assert not answer.functions
-    assert answer.unsure
-    assert answer.reasons[-1] == NOTHING
+def test_hardly_a_sphere_is_as_good_as_none():
+    lost, held = np.full((200, 6), np.nan, np.float32), np.zeros((200, 6), np.float32)
+    few = np.vstack([lost[:197], held[:3]])
+    assert nothing_settled({0.01: lost, 0.03: few})
+    assert not nothing_settled({0.01: lost, 0.03: held})
 
 
 def test_whole_objects_are_told_as_before():

@@ -14,9 +14,10 @@ from ...clouds.cloud import Cloud, placed
 from ...settling.drops import settled_centers
 from ...settling.settling import Settled, settle
 from ..function_model import FunctionModel
+from .words import FEW
 
 GROUP = "spherefunc.completions"
-NOTHING = "nothing settled on it; it looks like one view of an object, whose far side and bottom the sensor did not see"
+NOTHING = "hardly anything settled on it; it looks like one view of an object, whose far side and bottom the sensor did not see"
 COMPLETED = "it looks like one view of an object, so it was completed as objects of a scan are, and told by their model"
 _SQUARE, _SPACINGS = 0.005, 1.5  # metres, and of the points: side of the squares that an underside is looked for in
 _LOW, _LOW_SHARE = 0.015, 0.1  # metres, and of the height: what is no higher is of the underside
@@ -24,8 +25,8 @@ _UNDERSIDE = 0.5  # of the outline's area, from which on an object's underside w
 
 
 def nothing_settled(settled: Settled) -> bool:
-    """Return whether no sphere of any radius stayed."""
-    return not any(len(settled_centers(rows)) for rows in settled.values())
+    """Return whether hardly a sphere of all radii together stayed."""
+    return sum(len(settled_centers(rows)) for rows in settled.values()) < FEW
 
 
 def looks_like_one_view(cloud: Cloud) -> bool:
