@@ -81,3 +81,17 @@ def test_the_order_of_points_does_not_matter(points):
     shuffled = points[np.random.default_rng(0).permutation(len(points))]
     # The plane is fitted to means of cells, whose sums are exact; only their last bits may differ.
     assert np.allclose(level(points).T_level_scan, level(shuffled).T_level_scan, atol=1e-9)
+
+
+def test_a_floor_that_curls_is_levelled_by_the_walls_too():
+    # A sensor's far floor rises: 6 degrees over the strip that is seen, beside walls that are upright.
+    strip = sheet([-0.6, 2.0, 0.0], [1.2, 0, 0], [0, 1.0, np.tan(np.radians(6.0))])
+    walls = np.vstack([sheet([-2, 4, 0], [4, 0, 0], [0, 0, 2.2]), sheet([-2, 0.5, 0], [0, 3.5, 0], [0, 0, 2.2])])
+    top = moved(sheet_at(1.4, 0.8, 0.72), 1.0, 2.6)
+    # The plane through the strip alone is 6 degrees off.
+    assert angle_deg(level(np.vstack([strip, walls, top])).up, [0, 0, 1]) < 1.5
+
+
+def test_an_origin_on_the_floor_is_no_camera(points):
+    ahead = points - [points[:, 0].mean(), points[:, 1].min() - 4.0, 0.0]
+    assert level(ahead).source == "floor"

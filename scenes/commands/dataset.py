@@ -30,11 +30,15 @@ def rooms(
     views: Views = "3",
     noise: Noise = 1.0,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
+    proposed: Annotated[
+        bool, typer.Option("--proposed", help="Objects as recognition meets them: its proposals, useless ones too.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
 
+    from ..recognition.examples import proposed_examples
     from ..virtual_rooms.folder import RoomFolder
     from ..virtual_rooms.furnishing import furnish
     from ..virtual_rooms.partial_views import partial_views
@@ -44,7 +48,10 @@ def rooms(
     folder = RoomFolder(directory, dataset.name)
     for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
         scan = scan_room(room, number, noise, seed)
-        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
+        if proposed:
+            folder.write_proposed(scan, proposed_examples(scan.points, scan.labels))
+        else:
+            folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
     manifest = folder.close()
     about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
     print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")

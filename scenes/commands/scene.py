@@ -41,15 +41,24 @@ def scene(
     min_cluster_size: Annotated[int, typer.Option(help="Voxels that an object has at least.")] = 60,
     max_cluster_size: Annotated[int | None, typer.Option(help="Voxels that an object has at most.")] = None,
     leaf_size: Annotated[str, typer.Option(help="Side of the voxels that thin the scan.")] = "1cm",
+    proposals: Annotated[
+        str | None, typer.Option(help="What may be an object: clusters, pools of spheres, or both (the default).")
+    ] = None,
+    method: Annotated[
+        str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; with a model learnt that way.")
+    ] = None,
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
     from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
 
     from ..recognition.completion import steps_of
+    from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
     from ..segmentation.segmentation import Segmentation
 
+    kinds = kinds_of(proposals)
+    require_method(method, model)
     classifier = model_to_ask(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
@@ -61,7 +70,12 @@ def scene(
     steps = steps_of(complete)
     scan = read_scan(file, units, intrinsics, color, depth_scale)
     warm_up_recognition(classifier)
-    room = recognise(scan, classifier, up=up, settings=settings, completion=steps)
+    if method is None:
+        room = recognise(scan, classifier, up=up, settings=settings, completion=steps, proposals=kinds)
+    else:
+        from ..recognition.paper import recognise_as_paper
+
+        room = recognise_as_paper(scan, classifier, up=up, settings=settings)
     say_remarks(scan, room)
     if out is not None:
         write_files(scan, room, out, file)
@@ -71,6 +85,15 @@ def scene(
         print_json(room_json(scan, room) | {"file": str(file)})
     else:
         print_room(scan, room)
+
+
+def require_method(method: str | None, model: Path | None):
+    """Refuse a method that is not the paper's, and the paper's with a model that is none of its own."""
+    if method not in (None, "paper"):
+        raise InputError(f"--method {method!r}: expected paper, or nothing for the default")
+    if method is not None and model is None:
+        trained = "spherefunc train household --method paper --out paper.npz"
+        raise InputError(f"--method paper: expected --model with one learnt by that method; {trained} makes one")
 
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:

@@ -15,13 +15,15 @@ from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
 from ..scans.cells import cells
+from ..scans.filling import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
-from ..segmentation.clusters import euclidean_clusters, members_of
-from ..segmentation.segmentation import Segmentation, segment
-from ..segmentation.supports import top_below
+from ..segmentation.clusters import euclidean_clusters
+from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
+from .choosing import Candidate, chosen
 from .completion import DEFAULT, complete
+from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
 from .smoothing import smoothed
 
 logger = logging.getLogger("spherefunc")
@@ -32,6 +34,7 @@ SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
 SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
 MANY = 2_000_000  # points: what has more is thinned before anything else
 FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
+FEWEST = 60  # points of an object
 FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
@@ -45,6 +48,7 @@ class SceneObject:
     box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
     fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
     functions: dict[str, Membership]
+    proposed_by: str = CLUSTERS  # or "pools"
 
     @property
     def members(self) -> frozenset[str]:
@@ -65,6 +69,7 @@ class Room:
     levelling: Levelling
     labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
     objects: list[SceneObject]
+    proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
 
     @property
@@ -93,19 +98,22 @@ def recognise(
     up: str = "auto",
     settings: Segmentation | None = None,
     completion: Sequence[str] = DEFAULT,
+    proposals: Sequence[str] = KINDS,
 ) -> Room:
     """Find the objects of a scan and tell what each is for.
 
     Parameters
     ----------
     scan : Scan
-    model : CubeClassifier
+    model : FunctionModel
         Trained on whole models, as the paper did, or on scans.
     up : str
         See `levelling.level`.
     settings : Segmentation
     completion : sequence of str
         See `completion.complete`.
+    proposals : sequence of {"clusters", "pools"}
+        See `proposals.propose`.
     """
     settings, watch = settings or Segmentation(), Stopwatch()
     fine = cells(scan.points, FINE) if len(scan) > MANY else None
@@ -115,20 +123,28 @@ def recognise(
     watch.lap("floor")
     points = levelling.to_level(seen)
     camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
-    labels = segment(points, settings, noise=levelling.noise, camera=camera)
+    dense = filled(points, settings.leaf_size)
+    watch.lap("filling")
+    labels = segment(dense, settings, noise=levelling.noise, camera=camera)
     watch.lap("clusters")
-    objects = recognise_objects(points, labels, model, completion=completion, watch=watch)
-    labels = labels if fine is None else labels[fine.cell_of]
-    return Room(levelling=levelling, labels=labels, objects=objects, stages=watch.seconds)
+    scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
+    proposed = propose(scene, model.simulator, proposals, seed=model.seed)
+    watch.lap("pools")
+    candidates = judged(dense, proposed, model, completion, watch)
+    objects = chosen(candidates, FEWEST)
+    labels = labels_of(objects, labels)[: len(points)]
+    watch.lap("choice")
+    return Room(
+        levelling=levelling,
+        labels=labels if fine is None else labels[fine.cell_of],
+        objects=[scene_object(number, dense, one) for number, one in enumerate(objects)],
+        proposals=[scene_object(number, dense, one) for number, one in enumerate(candidates)],
+        stages=watch.seconds,
+    )
 
 
 def recognise_objects(
-    points: np.ndarray,
-    labels: np.ndarray,
-    model: FunctionModel,
-    *,
-    completion: Sequence[str] = DEFAULT,
-    watch: Stopwatch | None = None,
+    points: np.ndarray, labels: np.ndarray, model: FunctionModel, *, completion: Sequence[str] = DEFAULT
 ) -> list[SceneObject]:
     """Tell what each object of a segmented scan is for.
 
@@ -139,38 +155,66 @@ def recognise_objects(
         The object of each point, numbered from 0; below, of none.
     model, completion
         See `recognise`.
-    watch : Stopwatch, optional
+    """
+    candidates = judged(points, cluster_proposals(points, labels), model, completion, Stopwatch())
+    return [scene_object(number, points, one) for number, one in enumerate(candidates)]
+
+
+def judged(
+    points: np.ndarray,
+    proposals: Sequence[Proposal],
+    model: FunctionModel,
+    completion: Sequence[str],
+    watch: Stopwatch,
+) -> list[Candidate]:
+    """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    watch : Stopwatch
         Receives the seconds of each step.
     """
-    watch = watch or Stopwatch()
-    parts = [points[members] for members in members_of(labels)]
-    supports = support_heights(parts)
-    watch.lap("supports")
-    clouds = [object_cloud(part, completion, support) for part, support in zip(parts, supports, strict=True)]
+    clouds = [object_cloud(points[one.members], completion, one.support) for one in proposals]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
     functions = model.memberships_of(settled, any_heading=True)
     watch.lap("classification")
-    return [scene_object(k, parts[k], supports[k], clouds[k][1], functions[k]) for k in range(len(parts))]
+    candidates = []
+    for place, (proposal, told) in enumerate(zip(proposals, functions, strict=True)):
+        if is_fragment(points[proposal.members], clouds[place][1], proposal.support):
+            told = {name: replace(membership, member=False) for name, membership in told.items()}
+        candidates.append(Candidate(proposal=proposal, functions=told, place=place))
+    return candidates
 
 
-def scene_object(
-    number: int, points: np.ndarray, support: float, box: Box, functions: dict[str, Membership]
-) -> SceneObject:
-    """Return an object; a fragment is for nothing, whatever the few spheres on it look like."""
-    fragment = bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
-    if fragment:
-        functions = {name: replace(membership, member=False) for name, membership in functions.items()}
+def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
+    """Return whether points (N, 3) are a part of something that is not seen whole: small, and carried by nothing."""
+    return bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
+
+
+def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> SceneObject:
+    """Return an object of a scene's points (N, 3)."""
+    own, support = points[candidate.proposal.members], candidate.proposal.support
+    box = bounding_box(own)
     return SceneObject(
-        id=number, points=points, support=support, box=box.lowered(support), fragment=fragment, functions=functions
+        id=number,
+        points=own,
+        support=support,
+        box=box.lowered(support),
+        fragment=is_fragment(own, box, support),
+        functions=candidate.functions,
+        proposed_by=candidate.proposal.by,
     )
 
 
-def support_heights(parts: list[np.ndarray]) -> list[float]:
-    """Return the height that each object stands on, metres: the top of what is right below it, else the floor's 0."""
-    lows, highs = (np.array([end(part, axis=0) for part in parts]).reshape(-1, 3) for end in (np.min, np.max))
-    return [top_below(k, parts, lows, highs) for k in range(len(parts))]
+def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
+    """Return the object of each point (N,) int32; what was a cluster and is no object any more is left over."""
+    numbered = np.where(labels >= 0, LEFT_OVER, labels).astype(np.int32)
+    for number, one in enumerate(objects):
+        numbered[one.proposal.members] = number
+    return numbered
 
 
 def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:

@@ -19,6 +19,8 @@ _NEAREST = 0.1  # metres: no depth camera sees nearer, while a world frame's ori
 TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
 _ALIGNED = np.cos(np.radians(7.0))  # patches whose normals differ by less face the same way
 _ACROSS = np.sin(np.radians(7.0))
+_FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
+_DISAGREES = 1.5  # degrees by which floor and everything else may differ before they are fitted together
 _VERTICAL_SHARE = 0.5  # what a vertical patch counts beside a level one: it fixes gravity by one angle only
 _TRIED = 600  # patches whose normals are tried as up
 _FEWEST = 5  # level patches without which gravity is not seen
@@ -118,12 +120,46 @@ def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np
     return level_area + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1), level_area
 
 
-def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Return the mean of the normals (P, 3) around an up (3,), narrowing down."""
-    for degrees in (8, 5, 4):
-        near = normals @ up > np.cos(np.radians(degrees))
-        if near.sum() < _FEWEST:
+def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
+    """Return the up (3,) near another that level normals lie along and upright ones across, in least squares by area.
+
+    Parameters
+    ----------
+    normals : (P, 3) float64, unit vectors, of either sign
+    areas : (P,) float64, square metres
+    up : (3,) float64
+    floor : (3,) float64, optional
+        The normal of a floor as long as the square root of its area in metres.
+    """
+    floor = np.zeros(3) if floor is None else floor
+    for degrees in _FITTED:
+        cosine = np.abs(normals @ up)
+        level, upright = cosine > np.cos(np.radians(degrees)), cosine < np.sin(np.radians(degrees))
+        if level.sum() < _FEWEST:
             break
-        up = (normals[near] * areas[near, None]).sum(axis=0)
-        up = up / np.linalg.norm(up)
+        weights = areas * (_VERTICAL_SHARE * upright - level)
+        spread = (normals * weights[:, None]).T @ normals - np.outer(floor, floor)
+        fitted = np.linalg.eigh(spread)[1][:, 0]
+        up = fitted * np.sign(fitted @ up)
     return up
+
+
+def joint_up(patches: Patches, seen: np.ndarray, floor: np.ndarray, floor_area: float) -> np.ndarray:
+    """Return the up (3,) that fits a floor, other level surfaces and walls together.
+
+    A plane through a floor's points is truer than its patches, unless the floor is small, far or thick: then tops and
+    walls tell better. Level normals are to lie along the up, upright ones across it, in least squares by area.
+
+    Parameters
+    ----------
+    patches : Patches
+    seen : (3,) float64
+        The up that most surfaces agree with.
+    floor : (3,) float64
+        The normal of the plane through the floor's points.
+    floor_area : float
+        What the floor counts, square metres.
+    """
+    if seen @ floor > np.cos(np.radians(_DISAGREES)):
+        return floor
+    return refined_up(patches.normals, patches.areas, seen, floor * np.sqrt(floor_area))

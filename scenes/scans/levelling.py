@@ -9,7 +9,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .gravity import axis_up, camera_frame, facing_normals, seen_gravity
+from .gravity import axis_up, camera_frame, facing_normals, joint_up, seen_gravity
 from .patches import Patches, find_patches, patch_side
 
 _LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
@@ -23,6 +23,7 @@ _FIT = 0.04  # metres around a plane within which points are fitted
 _THINNED = 0.02  # metres: cells of which each counts once in a fit
 _TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
 _STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
+_LOWEST_CAMERA = 0.15  # metres above the ground: an origin that is lower was put there, and is no camera
 _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 
 
@@ -93,8 +94,13 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
     height, area = plane
     fixed = up != "auto"
     upward, height, noise = fitted_plane(points, upward, height, fixed)
+    if seen is not None:
+        joint = joint_up(patches, seen, upward, area)
+        height, upward = height_along(joint, points, upward, height), joint
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
+    if camera is not None and camera @ upward - height < _LOWEST_CAMERA:
+        camera = None
     source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
     return Levelling(
         T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
@@ -154,6 +160,12 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     offset = points[near] @ up - height
     inside = np.abs(offset) < _FIT
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
+
+
+def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: float) -> float:
+    """Return the height along another up (3,) of the points at a height along one, metres."""
+    inside = np.abs(points @ up - height) < _FIT
+    return float(np.median(points[inside] @ joint)) if inside.any() else height
 
 
 def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:

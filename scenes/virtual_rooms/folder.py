@@ -17,6 +17,7 @@ from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_csv
 
+from ..recognition.examples import Example
 from .furnishing import FLOOR, PlacedObject
 from .scans import VirtualScan
 
@@ -53,6 +54,18 @@ class RoomFolder:
         for number, points in zip(scan.seen(), clouds, strict=True):
             self.write_object(f"{name}_{number + FIRST_OBJECT:02d}", scan.room.objects[number], points)
         self.scans.append(f"{name}.ply")
+
+    def write_proposed(self, scan: VirtualScan, examples: Iterable[Example]):
+        """Write what recognition proposes in one scan: objects, and what is none."""
+        for number, example in enumerate(examples):
+            name = f"{scan.room.name}_{example.by}_{number:03d}"
+            write_labelled(self.directory / "objects" / f"{name}.ply", example.cloud.points)
+            placed = None if example.number is None else scan.room.objects[example.number].item
+            functions = frozenset() if placed is None else placed.functions
+            also = "" if placed is None else ";".join(sorted(placed.also))
+            category = "proposal" if placed is None else placed.category
+            self.rows.append((f"{name}.ply", label_text(functions), also, category, self.group))
+        self.scans.append(f"{scan.room.name}.ply")
 
     def write_object(self, name: str, placed: PlacedObject, points: np.ndarray):
         """Write what a scan holds of one object, for training on partial views."""

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -52,13 +53,16 @@ def classify(
     """Say what each object is for."""
     from ..formats.writing import require_place
     from ..learning.model_file import model_to_ask
+    from ..learning.reasons.answer import model_of_views
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
+    from .one_view import told_as_view
 
     if table is not None:
         require_place(table)
     classifier = model_to_ask(model, backend)
     classifier = classifier if function is None else classifier.only(function)
+    of_views = model_of_views(classifier, model, function)
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
         from .any_pose import classify_any_pose
@@ -72,7 +76,8 @@ def classify(
             failures.add(outcome)
             rows[index] = {"file": str(names[index]), "error": " ".join(str(outcome).split())}
         else:
-            rows[index] = scored(names[index], *outcome, classifier, explain)
+            row = scored(names[index], *outcome, classifier, explain)
+            rows[index] = told_as_view(row, outcome[0], tasks[index][1], partial(scored, explain=explain), of_views)
     if table is not None:
         write_rows(rows, classifier.functions_, table)
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)

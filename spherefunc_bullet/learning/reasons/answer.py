@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
@@ -13,10 +13,12 @@ from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...quantities import BY_FILE
 from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
+from ...simulator import make_simulator
 from ..function_model import FunctionModel
-from ..model_file import model_to_ask
+from ..model_file import model_to_ask, shipped_model
 from ..profiles.doubts import doubts
 from ..profiles.profile_model import ProfileModel
+from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, settled_on_completed
 from .words import sentences
 
 if TYPE_CHECKING:
@@ -117,7 +119,8 @@ def classify(
     """
     asked = model_to_ask(model, backend)
     asked = asked if function is None else asked.only(function)
-    told = partial(answer_of, classifier=asked, explain=explain, cache=cache)
+    of_views = model_of_views(asked, model, function)
+    told = partial(answer_of, classifier=asked, explain=explain, cache=cache, of_views=of_views)
     several = holds_several(anything)
     clouds = [
         as_cloud(thing, units=units, up=up, name=f"object {number}" if several else None)
@@ -127,12 +130,48 @@ def classify(
     return answers if several else answers[0]
 
 
-def answer_of(cloud: Cloud, classifier: FunctionModel, *, explain: bool = True, cache: bool = False) -> Answer:
-    """Return what one cloud is for."""
+def model_of_views(
+    asked: FunctionModel, given: str | Path | FunctionModel | None, function: str | None = None
+) -> Callable[[], FunctionModel]:
+    """Return what gets the model that tells single views: the one that was given, else the one that ships for scans."""
+
+    def model() -> FunctionModel:
+        if given is not None:
+            return asked
+        backend = make_simulator(asked.simulator).name
+        shipped = model_to_ask(shipped_model(backend, scans=True), backend)
+        return shipped if function is None else shipped.only(function)
+
+    return model
+
+
+def answer_of(
+    cloud: Cloud,
+    classifier: FunctionModel,
+    *,
+    explain: bool = True,
+    cache: bool = False,
+    of_views: Callable[[], FunctionModel] | None = None,
+) -> Answer:
+    """Return what one cloud is for; one view that is for nothing is completed, and what ``of_views`` gives is asked."""
     drop = settle_kept if cache else settle
     how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
     settled = classifier.settled_by(partial(drop, cloud, *how))
-    return answered(cloud.name, settled, classifier, explain=explain)
+    answer = answered(cloud.name, settled, classifier, explain=explain)
+    if answer.functions or not looks_like_one_view(cloud):
+        return answer
+    model = classifier if of_views is None else of_views()
+    completed = settled_on_completed(cloud, model)
+    if completed is not None:
+        whole = answered(cloud.name, completed, model, explain=explain)
+        if whole.functions or nothing_settled(settled):
+            return doubted(whole, COMPLETED)
+    return doubted(answer, NOTHING) if nothing_settled(settled) else answer
+
+
+def doubted(answer: Answer, doubt: str) -> Answer:
+    """Return an answer that is unsure for a reason more."""
+    return replace(answer, unsure=True, reasons=(*answer.reasons, doubt))
 
 
 def answered(name: str, settled: Settled, classifier: FunctionModel, *, explain: bool = True) -> Answer:

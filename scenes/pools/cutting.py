@@ -1,0 +1,93 @@
+"""What belongs to a pool, cut out of the scene: its surface, what it stands on, and what rises from its edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..segmentation.clusters import euclidean_clusters, members_of
+from .surfaces import CELL, Pool
+
+_CLOSED = 0.12  # metres: gaps in a surface, where things stand on it or nothing was measured
+_MARGIN = 0.04  # metres around the surface that are cut out with it
+_TOP = 0.03  # metres above the surface that still belong to it
+_REACH = 0.08  # metres around it in which a back or an arm rises
+_BACK = 0.75  # metres: the highest back
+_GAP = 0.10  # metres above the surface at which a back begins at the latest
+_APART = 0.03  # metres between parts of what rises
+_SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
+_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
+_INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Footprint:
+    """A part of the ground, as squares of `CELL`."""
+
+    corner: np.ndarray  # (2,) int64, square of the mask's first element
+    mask: np.ndarray  # (X, Y) bool
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (N, 3) lie above or below it, (N,) bool."""
+        place = np.floor(points[:, :2] / CELL).astype(np.int64) - self.corner
+        known = ((place >= 0) & (place < self.mask.shape)).all(axis=1)
+        inside = np.zeros(len(points), bool)
+        inside[known] = self.mask[tuple(place[known].T)]
+        return inside
+
+    def grown(self, distance: float) -> Footprint:
+        """Return it with all squares within a distance in metres."""
+        from scipy.ndimage import distance_transform_edt
+
+        return Footprint(corner=self.corner, mask=distance_transform_edt(~self.mask) * CELL <= distance)
+
+    def shrunk(self, distance: float) -> Footprint:
+        """Return it without the squares within a distance in metres of its edge."""
+        from scipy.ndimage import distance_transform_edt
+
+        return Footprint(corner=self.corner, mask=distance_transform_edt(self.mask) * CELL > distance)
+
+
+def footprint_of(pool: Pool) -> Footprint:
+    """Return the ground below a pool's surface, gaps closed."""
+    from scipy.ndimage import binary_fill_holes
+
+    border = int(np.ceil((_CLOSED + _REACH) / CELL)) + 2
+    corner = pool.squares.min(axis=0) - border
+    mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
+    mask[tuple((pool.squares - corner).T)] = True
+    closed = Footprint(corner=corner, mask=mask).grown(_CLOSED).shrunk(_CLOSED)
+    return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
+
+
+def cut_out(points: np.ndarray, pool: Pool) -> np.ndarray:
+    """Return which points are a pool's object, (N,) bool.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of the scene without ground and walls.
+    pool : Pool
+    """
+    ground = footprint_of(pool)
+    own = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
+    if pool.area >= _TABLE_AREA and pool.height >= _TABLE_HEIGHT:
+        return own
+    rising = np.flatnonzero(
+        ground.grown(_REACH).holds(points) & ~own
+        & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
+    )
+    middle = ground.shrunk(_INSIDE)
+    for members in members_of(euclidean_clusters(points[rising], _APART)):
+        if is_back(points[rising[members]], pool, middle):
+            own[rising[members]] = True
+    return own
+
+
+def is_back(part: np.ndarray, pool: Pool, middle: Footprint) -> bool:
+    """Return whether what rises (P, 3) around a pool is a back or an arm, and not a thing that stands on it."""
+    if part[:, 2].min() > pool.height + _GAP:
+        return False
+    squares = np.unique(np.floor(part[:, :2] / CELL).astype(np.int64), axis=0)
+    return bool(len(squares) * CELL**2 < _SLENDER * pool.area + 0.02 and middle.holds(part).mean() < 0.5)

@@ -1,0 +1,114 @@
+"""What carries a pool: the level surface that spheres rest on, also where nothing can fall on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scans.cells import cells
+from ..segmentation.clusters import euclidean_clusters, members_of
+
+CELL = 0.02  # metres: side of the squares that surfaces are told in
+_LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
+_STEP = 0.035  # metres of height between them: a cushion's swelling, less than a shelf's lip
+_BAND = 0.035  # metres around the spheres' feet in which their surface lies
+_UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
+_AROUND = 0.14  # metres above and below within which that is looked at
+_APART = 0.045  # metres between squares of one surface
+_FEWEST = 3  # spheres that make a pool
+_LEAST = 0.035  # square metres: of a seat's surface that is seen
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pool:
+    """Spheres that rest together, and the surface below them."""
+
+    height: float  # metres, of the surface
+    centers: np.ndarray  # (S, 3) float64, metres, level frame
+    squares: np.ndarray  # (K, 2) int64, of the surface seen from above, in steps of `CELL`
+
+    @property
+    def area(self) -> float:
+        """Of the surface that is seen, square metres."""
+        return len(self.squares) * CELL**2
+
+
+def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:
+    """Return the pools of spheres of a radius in metres, the largest surface first.
+
+    Spheres are of one pool where a chain of neighbours of one height connects them. Surfaces reach on below what is
+    above them, as a seat does under a table: they are followed through the points, not through the spheres.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    centers : (S, 3) float64, metres
+        Where spheres rest.
+    """
+    feet = centers - [0, 0, radius]
+    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _STEP]
+    pools = [
+        pool
+        for members in members_of(euclidean_clusters(stretched, 1.0))
+        if len(members) >= _FEWEST
+        for pool in pools_at(points, centers[members], feet[members])
+    ]
+    return without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
+
+
+def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
+    """Return the pools that a chain of spheres (S, 3), whose feet are given as well, is: one for each surface."""
+    low, high = np.percentile(feet[:, 2], [10, 90]) + [-_BAND, _BAND]
+    squares, heights = level_squares(points[near_feet(points, feet)], low, high)
+    if not len(squares):
+        return []
+    surface_of = euclidean_clusters(np.column_stack([squares * CELL, np.zeros(len(squares))]), _APART)
+    own = surface_under(feet, squares, surface_of)
+    return [
+        Pool(height=float(np.median(heights[members])), centers=centers[own == k], squares=squares[members])
+        for k, members in enumerate(members_of(surface_of))
+        if np.count_nonzero(own == k) >= _FEWEST and len(members) * CELL**2 >= _LEAST
+    ]
+
+
+def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
+    low, high = feet.min(axis=0) - [1, 1, _AROUND], feet.max(axis=0) + [1, 1, _AROUND]
+    return ((points >= low) & (points <= high)).all(axis=1)
+
+
+def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the squares (K, 2) that hold points (N, 3) between two heights and are no part of a wall; their heights.
+
+    A square whose points reach far above and below is upright, unless the band's own points are most of them.
+    """
+    if not len(points):
+        return np.empty((0, 2), np.int64), np.empty(0)
+    columns = cells(points * [1, 1, 0], CELL)
+    inside = (points[:, 2] >= low) & (points[:, 2] <= high)
+    count = np.bincount(columns.cell_of, inside, len(columns.keys))
+    near = (points[:, 2] > low - _UPRIGHT) & (points[:, 2] < high + _UPRIGHT)
+    others = np.bincount(columns.cell_of, near & ~inside, len(columns.keys))
+    mean = np.bincount(columns.cell_of, points[:, 2] * inside, len(columns.keys)) / np.maximum(count, 1)
+    level = (count > 0) & (others < 1.5 * count + 2)
+    return columns.indices[level, :2], mean[level]
+
+
+def surface_under(feet: np.ndarray, squares: np.ndarray, surface_of: np.ndarray) -> np.ndarray:
+    """Return the surface (S,) under each sphere's foot (S, 3), -1 where there is none."""
+    from scipy.spatial import cKDTree
+
+    distance, nearest = cKDTree((squares + 0.5) * CELL).query(feet[:, :2])
+    return np.where(distance < 2 * CELL, surface_of[nearest], -1)
+
+
+def without_doubles(pools: list[Pool]) -> list[Pool]:
+    """Return pools, the largest first, without those whose surface is mostly another's at nearly the same height."""
+    kept: list[Pool] = []
+    for pool in pools:
+        keys = set(map(tuple, pool.squares.tolist()))
+        same = (other for other in kept if abs(other.height - pool.height) < _BAND)
+        if all(len(keys & set(map(tuple, other.squares.tolist()))) < 0.5 * len(keys) for other in same):
+            kept.append(pool)
+    return kept

@@ -1,0 +1,80 @@
+"""Things on a top: what stands on a surface that carries a pool, or on the ground where that is a table's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scans.cells import cells
+from ..segmentation.clusters import euclidean_clusters, members_of
+from .cutting import footprint_of
+from .surfaces import Pool
+
+_FINE = 0.005  # metres: voxels of what stands on a top
+_OVER = 0.012  # metres above a top at which things begin
+_TALLEST = 0.35  # metres: of what is looked at
+_AROUND = 0.03  # metres beyond a top's edge
+_SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
+_FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
+_APART = (0.01, 0.02)  # metres between things, the sensor being near or far
+_LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no thing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Top:
+    """A nearly level surface, and what stands on it."""
+
+    plane: np.ndarray  # (3,) of its height a x + b y + c, metres
+    points: np.ndarray  # (N, 3) float64, metres, level frame, of what stands on it
+    indices: np.ndarray  # (N,) int64, of these points in the scene
+
+    def height_at(self, points: np.ndarray) -> np.ndarray:
+        """Return the plane's heights (N,) below points (N, 3), metres."""
+        return points[:, :2] @ self.plane[:2] + self.plane[2]
+
+
+def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
+    """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
+    near = footprint_of(pool).grown(_AROUND).holds(points)
+    own = near & (np.abs(points[:, 2] - pool.height) < _SLAB)
+    return top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
+
+
+def ground_top(points: np.ndarray) -> Top:
+    """Return the ground z = 0, where that is a table's top, with what stands on it."""
+    return top_at(points, np.arange(len(points)), np.zeros(3))
+
+
+def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
+    """Return the top of a plane (3,) with those of the chosen points that stand on it."""
+    top = Top(plane=plane, points=points[chosen], indices=chosen)
+    above = top.points[:, 2] - top.height_at(top.points)
+    over = (above > _OVER) & (above < _TALLEST)
+    return Top(plane=plane, points=top.points[over], indices=chosen[over])
+
+
+def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
+    """Return the plane (3,) through the points (N, 3) of a nearly level surface, those far from it left out."""
+    plane = np.array([0.0, 0.0, height])
+    for reach in _FITS:
+        inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
+        if inside.sum() < _LEAST:
+            return plane
+        rows = np.column_stack([points[inside, :2], np.ones(inside.sum())])
+        plane = np.linalg.lstsq(rows, points[inside, 2], rcond=None)[0]
+    return plane
+
+
+def things_on(top: Top) -> list[np.ndarray]:
+    """Return the members of each thing that stands on a top, indices of the scene's points, by both tolerances."""
+    if not len(top.points):
+        return []
+    fine = cells(top.points, _FINE)
+    found = [
+        members
+        for apart in _APART
+        for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])
+        if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])
+    ]
+    return [top.indices[members] for members in found if np.ptp(top.points[members], axis=0).max() < _TALLEST]

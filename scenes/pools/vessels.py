@@ -1,0 +1,138 @@
+"""What holds: places where small spheres rest with a wall around them, above tops that carry things.
+
+A vessel's rim is one surface around the pool: pushed along the ground in most directions a sphere meets it, at about
+the same distance. Where the sensor did not see the far wall, less than half may lack.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.simulator import Simulator
+
+from ..scans.cells import cells
+from ..segmentation.clusters import euclidean_clusters, members_of
+from .resting import resting_places
+from .things import Top
+
+RADIUS = 0.012  # metres, of the spheres
+_DENSITY, _RUNS = 400, 6  # spheres on a square metre, and runs: about ten in a mug
+_FINE = 0.004  # metres: voxels of what stands on a top
+_SHEET = 0.006  # metres between points of the sheet that stands for the top
+_DIRECTIONS = 24
+_WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
+_RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
+_ENCLOSED = 0.6  # of the directions that meet a wall
+_JOINED = 0.03  # metres between spheres of one pool
+_WALL = 0.015  # metres: of a wall's thickness, and of a rim's curl
+_RAISED = 0.03  # metres above the top from which on a pool's floor is a vessel's own, not the top
+_BOTTOM = 0.01  # metres: of its floor's thickness
+_CONNECTED = 0.02  # metres between the points of one rim
+_ROUND = 1.5  # times the usual distance to the wall: what is farther is an opening
+_FEWEST = 2  # spheres of a pool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VesselPool:
+    """Small spheres that rest together with a wall around them."""
+
+    center: np.ndarray  # (3,) metres, level frame: of the spheres' feet
+    support: float  # metres, level frame: what the vessel stands on
+    walls: np.ndarray  # (D,) metres to the wall in each direction
+    rim: float  # metres, level frame: the wall's height
+
+
+def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list[VesselPool]:
+    """Return the pools of small spheres on a top that walls hold, the one of most spheres first."""
+    if len(top.points) < 10:
+        return []
+    flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
+    things = cells(flat, _FINE).means
+    corner = things.min(axis=0)
+    moved = things - [*corner[:2], 0]
+    centers = resting_places(
+        np.vstack([moved, sheet_below(moved)]), simulator, RADIUS, density=_DENSITY, runs=_RUNS, seed=seed
+    )
+    feet = centers - [0, 0, RADIUS]
+    walls, rims = surroundings(moved, feet)
+    enclosed = np.flatnonzero(np.isfinite(walls).mean(axis=1) >= _ENCLOSED)
+    pools = []
+    for members in members_of(euclidean_clusters(feet[enclosed], _JOINED)):
+        if len(members) >= _FEWEST:
+            pools.append((len(members), pool_of(feet[enclosed[members]] + [*corner[:2], 0], top, flat)))
+    return [pool for _, pool in sorted(pools, key=lambda pair: -pair[0]) if pool is not None]
+
+
+def sheet_below(points: np.ndarray) -> np.ndarray:
+    """Return a lattice (M, 3) on the ground below points (N, 3): the bottom that a scan of a deep vessel lacks."""
+    high = points.max(axis=0)
+    x, y = (np.arange(0, high[axis] + _SHEET, _SHEET) for axis in range(2))
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.column_stack([places, np.full(len(places), 1e-4)])
+
+
+def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far the wall is in each direction from spheres' feet (S, 3), and how high it ends there.
+
+    Returns
+    -------
+    (S, D) and (S, D) float64, metres
+        Infinite, and 0, where none is near.
+    """
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(points[:, :2])
+    walls, rims = np.full((len(feet), _DIRECTIONS), np.inf), np.zeros((len(feet), _DIRECTIONS))
+    for k, near in enumerate(tree.query_ball_point(feet[:, :2], _WIDEST)):
+        own = points[near]
+        rise = own[:, 2] - feet[k, 2]
+        own = own[(rise > _RISES[0]) & (rise < _RISES[1])]
+        way = own[:, :2] - feet[k, :2]
+        sector = sectors(way)
+        np.minimum.at(walls[k], sector, np.linalg.norm(way, axis=1))
+        np.maximum.at(rims[k], sector, own[:, 2])
+    return walls, rims
+
+
+def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None:
+    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no one wall surrounds its middle."""
+    middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
+    walls, rims = surroundings(rim_around(things, middle), middle[None])
+    seen = np.isfinite(walls[0])
+    if seen.mean() < _ENCLOSED:
+        return None
+    usual, rim = float(np.median(walls[0][seen])), float(np.median(rims[0][seen]))
+    level = float(middle[:2] @ top.plane[:2] + top.plane[2])
+    own_floor = middle[2] > _RAISED
+    return VesselPool(
+        center=np.append(middle[:2], level + middle[2]),
+        support=level + (middle[2] - _BOTTOM if own_floor else 0.0),
+        walls=np.where(seen, np.minimum(walls[0], _ROUND * usual), usual),
+        rim=level + rim,
+    )
+
+
+def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Return those of the points (N, 3) that are the one connected surface around most of a pool's middle (3,).
+
+    Two things that stand close leave a gap that spheres stay in, but neither goes around it.
+    """
+    way = points - middle
+    near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]
+    parts = [near[members] for members in members_of(euclidean_clusters(near, _CONNECTED))]
+    return max(parts, key=lambda part: len(np.unique(sectors(part[:, :2] - middle[:2]))), default=near)
+
+
+def sectors(ways: np.ndarray) -> np.ndarray:
+    """Return the direction (N,) of level ways (N, 2), of `_DIRECTIONS`."""
+    return (np.arctan2(ways[:, 1], ways[:, 0]) / (2 * np.pi) * _DIRECTIONS).astype(int) % _DIRECTIONS
+
+
+def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
+    """Return which points (N, 3) are a vessel's: its wall, and what the wall surrounds, (N,) bool."""
+    way = points[:, :2] - pool.center[:2]
+    sector = sectors(way)
+    inside = np.linalg.norm(way, axis=1) < pool.walls[sector] + _WALL
+    return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + _WALL)

@@ -1,0 +1,84 @@
+"""Training examples as recognition meets them: proposals of a scan whose truth is known, the useless ones too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.simulator import Simulator
+
+from ..scans.filling import filled
+from ..scans.levelling import level
+from ..segmentation.segmentation import Segmentation, segment
+from .completion import DEFAULT
+from .proposals import KINDS, Scene, propose
+from .recognition import is_fragment, object_cloud
+
+_OBJECT = 0.4  # intersection over union from which on a proposal is an object
+_PART = 0.25  # from here to there it is disputed, and no example
+_FEWEST = 20  # points of the scan in an example
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Example:
+    """A proposal as the spheres meet it, and the object that it is."""
+
+    cloud: Cloud
+    number: int | None  # of the object; None where it is none: a shelf, a part, several things at once
+    by: str  # what proposed it
+
+
+def proposed_examples(
+    points: np.ndarray,
+    truth: np.ndarray,
+    simulator: str | Simulator = "fast",
+    *,
+    kinds: Sequence[str] = KINDS,
+    completion: Sequence[str] = DEFAULT,
+) -> Iterator[Example]:
+    """Yield the proposals of a scan, completed as recognition completes them.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+    truth : (N,) int
+        The object of each point from 0, or below 0 for none.
+    simulator, kinds
+        See `propose`.
+    completion
+        See `complete`.
+    """
+    levelling, settings = level(points), Segmentation()
+    dense = filled(levelling.to_level(points), settings.leaf_size)
+    labels = segment(dense, settings, noise=levelling.noise)
+    scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
+    sizes = np.bincount(truth[truth >= 0])
+    for proposal in propose(scene, simulator, kinds):
+        seen = proposal.members[proposal.members < len(points)]
+        number, shared = best_object(truth[seen], sizes)
+        if len(seen) < _FEWEST or _PART <= shared < _OBJECT:
+            continue
+        own = dense[proposal.members]
+        cloud, box = object_cloud(own, completion, proposal.support)
+        if not is_fragment(own, box, proposal.support):
+            yield Example(cloud=cloud, number=number if shared >= _OBJECT else None, by=proposal.by)
+
+
+def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:
+    """Return the object that points of objects (K,) overlap most, and their intersection over union.
+
+    Parameters
+    ----------
+    truth : (K,) int
+    sizes : (T,) int
+        The points of each object in the scan.
+    """
+    if not len(sizes):
+        return -1, 0.0
+    shared = np.bincount(truth[truth >= 0], minlength=len(sizes))
+    overlaps = shared / np.maximum(len(truth) + sizes - shared, 1)
+    best = int(np.argmax(overlaps))
+    return best, float(overlaps[best])

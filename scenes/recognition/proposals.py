@@ -1,0 +1,170 @@
+"""What may be an object: clusters of what stands apart, and what belongs to pools of spheres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.simulator import Simulator
+
+from ..pools.cutting import cut_out
+from ..pools.resting import resting_places
+from ..pools.surfaces import level_pools
+from ..pools.things import Top, ground_top, things_on, top_of_pool
+from ..pools.vessels import cut_vessel, vessel_pools
+from ..scans.cells import cells
+from ..segmentation.clusters import members_of
+from ..segmentation.segmentation import FLOOR, WALL
+from ..segmentation.supports import top_below
+
+CLUSTERS, POOLS = "clusters", "pools"
+KINDS = (CLUSTERS, POOLS)
+_RADIUS = 0.04  # metres, of the spheres that find seats and tops
+_DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
+_VOXEL = 0.01  # metres: the scene as these spheres see it
+_LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
+_REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
+_TOP = 0.1  # square metres: the least that things stand on
+_BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
+_FEWEST = 30  # points of a proposal
+_SAME = 0.8  # of the points that two proposals share, for one to be enough
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Proposal:
+    """Points that may be an object."""
+
+    by: str  # "clusters" or "pools"
+    members: np.ndarray  # (K,) int64, ascending, of the scene's points
+    support: float  # the height that it stands on, metres
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scene:
+    """A levelled scan that has fallen into floor, walls and clusters."""
+
+    points: np.ndarray  # (N, 3) float64, metres, level frame
+    labels: np.ndarray  # (N,) int, as `segment` gives them
+    on_table: bool = False  # whether z = 0 is a table's top
+
+
+def kinds_of(text: str | None) -> tuple[str, ...]:
+    """Return the kinds of proposals of a comma-separated list, the default ones without a list.
+
+    Raises
+    ------
+    InputError
+        If one of them is none.
+
+    Examples
+    --------
+    >>> kinds_of("pools"), kinds_of(None)
+    (('pools',), ('clusters', 'pools'))
+    """
+    if text is None:
+        return KINDS
+    kinds = tuple(part.strip() for part in text.split(","))
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown:
+        raise InputError(f"--proposals {unknown[0]!r}: expected some of {', '.join(KINDS)}")
+    return kinds
+
+
+def propose(
+    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0
+) -> list[Proposal]:
+    """Return what may be an object, clusters in the order of their labels first.
+
+    Parameters
+    ----------
+    scene : Scene
+    simulator : str or Simulator
+        Whose spheres find the pools.
+    kinds : sequence of {"clusters", "pools"}
+    seed : int
+        Of the drops.
+    """
+    proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
+    if POOLS in kinds:
+        proposed += [new for new in pool_proposals(scene, simulator, seed) if is_new(new, proposed)]
+    return proposed
+
+
+def is_new(proposal: Proposal, others: Sequence[Proposal]) -> bool:
+    """Return whether no other proposal has nearly the same points."""
+    low, high = _SAME * len(proposal.members), len(proposal.members) / _SAME
+    return not any(
+        shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members))
+        for other in others
+        if low <= len(other.members) <= high
+    )
+
+
+def shared_points(one: Proposal, other: Proposal) -> int:
+    """Return how many points two proposals share."""
+    small, large = sorted((one.members, other.members), key=len)
+    if not len(small) or small[0] > large[-1] or large[0] > small[-1]:
+        return 0
+    place = np.minimum(np.searchsorted(large, small), len(large) - 1)
+    return int(np.count_nonzero(large[place] == small))
+
+
+def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
+    """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
+    members = members_of(labels)
+    supports = support_heights([points[own] for own in members])
+    return [
+        Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)
+    ]
+
+
+def support_heights(parts: list[np.ndarray]) -> list[float]:
+    """Return the height that each object stands on, metres: the top of what is right below it, else the floor's 0."""
+    lows, highs = (np.array([end(part, axis=0) for part in parts]).reshape(-1, 3) for end in (np.min, np.max))
+    return [top_below(k, parts, lows, highs) for k in range(len(parts))]
+
+
+def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[Proposal]:
+    """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
+    solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
+    thinned = cells(scene.points[solid], _VOXEL)
+    centers = resting_places(thinned.means, simulator, _RADIUS, density=_DENSITY, runs=_RUNS, seed=seed)
+    own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
+    voxels = cells(scene.points[own], _VOXEL)
+    pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
+    proposed = []
+    for pool in pools:
+        members = own[cut_out(voxels.means, pool)[voxels.cell_of]]
+        proposed.append(Proposal(by=POOLS, members=members, support=0.0))
+    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
+    tops += [ground_top(scene.points[own])] if scene.on_table else []
+    for top in tops:
+        proposed += on_top(scene.points, own, top, simulator, seed)
+    return [proposal for proposal in proposed if len(proposal.members) >= _FEWEST]
+
+
+def on_top(
+    points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int
+) -> list[Proposal]:
+    """Return the things that stand on a top, and the vessels in those of them that are more than one thing.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    own : (M,) int64
+        Which of them the top's indices mean.
+    """
+    proposed = []
+    for members in things_on(top):
+        thing = points[own[members]]
+        support = float(np.median(top.height_at(thing)))
+        proposed.append(Proposal(by=POOLS, members=own[members], support=support))
+        if np.ptp(thing[:, :2], axis=0).max() > _BLOB:
+            alone = Top(plane=top.plane, points=thing, indices=members)
+            for pool in vessel_pools(alone, simulator, seed=seed):
+                inside = own[members[cut_vessel(thing, pool)]]
+                proposed.append(Proposal(by=POOLS, members=inside, support=pool.support))
+    return proposed

@@ -1,0 +1,59 @@
+"""Overlapping proposals: which become objects, and whose points are whose."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.scenes.recognition.choosing import Candidate, chosen
+from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
+
+
+def candidate(place: int, by: str, members: range, **scores: float) -> Candidate:
+    told = {
+        name: Membership(member=scores.get(name, 0.0) > 0.5, score=scores.get(name, 0.0), radius=0.02)
+        for name in ("cup", "sittable", "table")
+    }
+    proposal = Proposal(by=by, members=np.arange(members.start, members.stop), support=0.0)
+    return Candidate(proposal=proposal, functions=told, place=place)
+
+
+def claims(candidates: list[Candidate]) -> list[tuple[str, int]]:
+    return [(min(one.claimed, default="none"), len(one.proposal.members)) for one in chosen(candidates, 10)]
+
+
+def test_the_surer_of_two_claims_of_one_thing_stays():
+    two = [candidate(0, CLUSTERS, range(0, 100), table=0.6), candidate(1, POOLS, range(20, 110), sittable=0.8)]
+    assert claims(two) == [("sittable", 90)]
+
+
+def test_a_blob_gives_way_to_the_pools_in_it():
+    blob = candidate(0, CLUSTERS, range(0, 1000), table=0.55)
+    pools = [candidate(1, POOLS, range(0, 500), table=0.9), candidate(2, POOLS, range(500, 700), sittable=0.8)]
+    assert claims([blob, *pools]) == [("table", 500), ("sittable", 200)]
+
+
+def test_a_cup_on_a_table_keeps_its_points_and_the_table_its_own():
+    table, cup = candidate(0, CLUSTERS, range(0, 1000), table=0.7), candidate(1, POOLS, range(900, 960), cup=0.6)
+    assert claims([table, cup]) == [("table", 940), ("cup", 60)]
+
+
+def test_a_pool_in_a_cluster_that_it_mostly_is_takes_the_cluster_s_points():
+    cluster, pool = candidate(0, CLUSTERS, range(0, 100), table=0.45), candidate(1, POOLS, range(0, 70), table=0.7)
+    assert claims([cluster, pool]) == [("table", 100)]
+
+
+def test_clusters_without_a_function_stay_objects_and_pools_do_not():
+    plain = [candidate(0, CLUSTERS, range(0, 100)), candidate(1, POOLS, range(200, 300))]
+    assert claims(plain) == [("none", 100)]
+
+
+def test_what_claims_leave_too_little_of_is_no_object():
+    cluster, pool = candidate(0, CLUSTERS, range(0, 100)), candidate(1, POOLS, range(0, 45), cup=0.9)
+    assert claims([cluster, pool]) == [("none", 55), ("cup", 45)]
+    assert claims([cluster, candidate(1, POOLS, range(0, 95), cup=0.9)]) == [("cup", 100)]
+
+
+def test_shared_points_are_counted():
+    one, other = (Proposal(by=POOLS, members=np.array(own), support=0.0) for own in ([1, 4, 9], [0, 4, 9, 12]))
+    assert shared_points(one, other) == shared_points(other, one) == 2

@@ -1,0 +1,145 @@
+"""Pools: spheres on a whole scene, what they rest on, and what is cut out for them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from clouds import level as sheet_at
+from clouds import mug, sheet
+from room_shapes import moved, room, square_table
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.scenes.pools.cutting import cut_out, footprint_of
+from spherefunc_bullet.scenes.pools.resting import resting_places
+from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools
+from spherefunc_bullet.scenes.pools.things import ground_top, things_on, top_of_pool
+from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
+from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
+
+RADIUS = 0.04
+
+
+def chair(x: float, y: float) -> np.ndarray:
+    """Return a seat on legs with a back along its far edge."""
+    seat, back = square_table(0.42, 0.42, 0.45), sheet([-0.21, 0.2, 0.45], [0.42, 0, 0], [0, 0, 0.45])
+    return moved(np.vstack([seat, back]), x, y)
+
+
+def pushed_chair() -> np.ndarray:
+    """Return a table with a chair whose seat is half below it and whose back stands at its edge."""
+    return np.vstack([square_table(1.4, 0.8, 0.74), chair(0.0, 0.42)])
+
+
+def pools_of(points: np.ndarray):
+    centers = resting_places(points, "fast", RADIUS, density=40, runs=4)
+    return level_pools(points, centers, RADIUS)
+
+
+@pytest.mark.parametrize("backend", ["fast", "bullet"])
+def test_spheres_rest_on_tops_alone_and_not_on_each_other(backend):
+    points = square_table(1.2, 0.8, 0.72)[::2]
+    centers = resting_places(points, backend, RADIUS, density=30, runs=2)
+    assert len(centers) > 20
+    # Of 30 on a square metre, half of those that rolled off an edge are gone; none lies higher than the top.
+    assert np.abs(centers[:, 2] - RADIUS - 0.72).max() < 0.01
+
+
+def test_the_same_seed_drops_the_same_spheres():
+    points = square_table(0.8, 0.8, 0.5)[::4]
+    one, same, other = (resting_places(points, "fast", RADIUS, density=20, runs=2, seed=seed) for seed in (1, 1, 5))
+    assert np.array_equal(one, same)
+    assert not np.array_equal(one, other)
+
+
+def test_nothing_to_rest_on_is_no_error():
+    assert resting_places(np.empty((0, 3)), "fast", RADIUS, density=20, runs=1).shape == (0, 3)
+    assert level_pools(np.empty((0, 3)), np.empty((0, 3)), RADIUS) == []
+
+
+def test_a_table_and_a_chair_pushed_under_it_are_two_pools():
+    table, seat = pools_of(pushed_chair())
+    assert table.height == pytest.approx(0.74, abs=0.01)
+    assert table.area == pytest.approx(1.4 * 0.8, rel=0.15)
+    assert seat.height == pytest.approx(0.45, abs=0.01)
+    # What lies below the table, where no sphere falls, is of the seat all the same.
+    assert seat.area > 0.75 * 0.42**2
+
+
+def test_a_chair_is_cut_out_with_legs_and_back_and_without_the_table():
+    points = pushed_chair()
+    table, seat = pools_of(points)
+    own = points[cut_out(points, seat)]
+    assert own[:, 2].max() > 0.85
+    assert own[:, 2].min() < 0.05
+    assert np.ptp(own[:, 0]) < 0.6
+    top = points[cut_out(points, table)]
+    assert top[:, 2].max() < 0.78
+    assert np.ptp(top[:, 0]) == pytest.approx(1.4, abs=0.03)
+
+
+def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
+    points = sheet_at(1.0, 0.8, 0.7)
+    shadow = (np.abs(points[:, :2]) < 0.05).all(axis=1)
+    (pool,) = pools_of(points[~shadow])
+    ground = footprint_of(pool)
+    assert ground.holds(np.array([[0.0, 0.0, 0.0]]))[0]
+    assert ground.mask.sum() * CELL**2 == pytest.approx(0.8, rel=0.1)
+
+
+def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
+    points = np.vstack([square_table(1.0, 0.8, 0.5), moved(mug().points, 0.2, 0.1, 0.5)])
+    (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
+    things = things_on(top_of_pool(points, pool))
+    assert len(things) == 2  # by two tolerances
+    for members in things:
+        assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
+        # But its bottom, and the centimetre above the top that may be the top's.
+        assert len(members) == pytest.approx((mug().points[:, 2] > 0.012).sum(), rel=0.02)
+
+
+def test_a_vessel_that_touches_a_tin_is_told_from_it_by_its_rim():
+    cup = mug().points
+    width = np.ptp(cup[:, 0])
+    tin = moved(np.vstack([sheet_at(0.1, 0.1, 0.12), *sides(0.1, 0.12)]), 0.05 + width / 2, 0.0)
+    points = np.vstack([cup, tin])
+    top = ground_top(points)
+    pool = vessel_pools(top, "fast")[0]
+    assert pool.center[:2] == pytest.approx([0.0, 0.0], abs=0.015)
+    inside = cut_vessel(points, pool)
+    assert inside[: len(cup)].mean() > 0.7
+    assert inside[len(cup) :].mean() < 0.2
+
+
+def sides(width: float, height: float) -> list[np.ndarray]:
+    """Return the four walls of a box."""
+    half = width / 2
+    starts = [([-half, -half, 0], [width, 0, 0]), ([-half, half, 0], [width, 0, 0])]
+    starts += [([-half, -half, 0], [0, width, 0]), ([half, -half, 0], [0, width, 0])]
+    return [sheet(at, along, [0, 0, height]) for at, along in starts]
+
+
+def test_a_level_plate_between_two_boxes_is_no_vessel():
+    boxes = [moved(np.vstack([sheet_at(0.1, 0.1, 0.1), *sides(0.1, 0.1)]), x, 0.0) for x in (-0.08, 0.08)]
+    assert not vessel_pools(ground_top(np.vstack(boxes)), "fast")
+
+
+def test_pools_propose_what_clusters_do_not():
+    points, truth = room()
+    labels = np.where(truth == -1, -1, np.where(truth == -2, -2, 0))  # one cluster: all runs together
+    proposed = propose(Scene(points=points, labels=labels), "fast")
+    best = [
+        max(
+            np.count_nonzero(truth[one.members] == number)
+            / (len(one.members) + np.count_nonzero(truth == number) - np.count_nonzero(truth[one.members] == number))
+            for one in proposed
+            if one.by == POOLS
+        )
+        for number in (0, 1, 3)  # table, stool, mug
+    ]
+    assert min(best) > 0.6
+
+
+@pytest.mark.parametrize("kinds", ["pool", "clusters,", "all"])
+def test_unknown_kinds_of_proposals_are_refused(kinds):
+    with pytest.raises(InputError, match="--proposals"):
+        kinds_of(kinds)
