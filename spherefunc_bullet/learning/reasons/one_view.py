@@ -19,7 +19,8 @@ from ..profiles.doubts import FEW
 
 GROUP = "spherefunc.completions"
 NOTHING = (
-    "hardly anything settled on it; it looks like one view of an object, whose far side and bottom the sensor did not see"
+    "hardly anything settled on it; it looks like one view of an object, "
+    "whose far side and bottom the sensor did not see"
 )
 COMPLETED = "it looks like one view of an object, so it was completed as objects of a scan are, and told by their model"
 _SQUARE, _SPACINGS = 0.005, 1.5  # metres, and of the points: side of the squares that an underside is looked for in
