@@ -11,7 +11,6 @@ from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
-from spherefunc_bullet.learning.profiles.doubts import doubts
 from spherefunc_bullet.learning.profiles.forest import forest_of
 from spherefunc_bullet.learning.reasons.words import deciding, nearest, sentences
 from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
@@ -125,14 +124,14 @@ def test_reasons_name_what_was_met(model):
     decided = deciding(model, settled, "cup")
     assert decided and decided[0]["share"] > 0 and {row["radius"] for row in decided} <= set(model.radii)
     assert nearest(model, settled)[0]["functions"] == ["cup"]
-    assert not [doubt for doubt in doubts(model, settled, scores) if "unlike" in doubt]
+    assert not [doubt for doubt in model.doubts(settled, scores) if "unlike" in doubt]
 
 
 def test_what_is_like_nothing_learnt_is_unsure(model):
     strange = settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, model.length)
     scores = model.score_settled([strange])[0].tolist()
-    assert any("unlike all" in doubt for doubt in doubts(model, strange, scores))
-    assert any("hair's breadth" in doubt for doubt in doubts(model, strange, [0.55, 0.0, 0.0]))
+    assert any("unlike all" in doubt for doubt in model.doubts(strange, scores))
+    assert any("hair's breadth" in doubt for doubt in model.doubts(strange, [0.55, 0.0, 0.0]))
 
 
 def test_what_is_sure_after_the_first_drops_is_dropped_on_no_more(model):

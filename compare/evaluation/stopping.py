@@ -22,7 +22,6 @@ from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import PROFILE
-from spherefunc_bullet.learning.profiles.doubts import doubts
 from spherefunc_bullet.learning.validation import THRESHOLD, quality
 from spherefunc_bullet.settling.drops import EARLY_DROPS, first_drops
 
@@ -67,7 +66,7 @@ def asked_of(
     few = [first_drops(one, model.early_drops) for one in tested]
     early = model.early_.score_settled(few)
     said = zip(few, early.tolist(), strict=True)
-    doubtful = np.array([bool(doubts(model.early_, one, scores)) for one, scores in said])
+    doubtful = np.array([bool(model.early_.doubts(one, scores)) for one, scores in said])
     return Asked(rows=split.test, early=early, late=model.score_settled(tested), doubtful=doubtful)
 
 

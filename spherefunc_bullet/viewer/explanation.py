@@ -11,7 +11,6 @@ from ..clouds.cloud import Cloud
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
-from ..learning.profiles.doubts import doubts
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.reasons.words import Deciding, deciding, nearest, sentences, unit_of, with_unit
 from ..learning.validation import THRESHOLD
@@ -46,7 +45,7 @@ def words_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, s
     """Return the section of a classifier by resting profiles: sentences, and what decided each function."""
     values = list(scores.values())
     said = sentences(classifier, settled, values)
-    unsure = doubts(classifier, settled, values)
+    unsure = classifier.doubts(settled, values)
     sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in unsure)
     near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(classifier, settled))
     tables = ""

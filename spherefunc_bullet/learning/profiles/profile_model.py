@@ -8,19 +8,20 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from ...settling.drops import Length
+from ...settling.drops import Length, settled_count
 from ...settling.settling import Settled
 from ...simulator import Simulator
 from ..function_model import FunctionModel
 from .calibration import Kin, Line, calibrated
-from .doubts import doubts
 from .forest import Forest
-from .quantities import NAMES, profiles_over
+from .quantities import NAMES, profiles_over, rank_distances
 
 if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
+HAIR = 0.1  # score either side of the threshold that is no answer
+FEW = 5  # settled spheres of all radii together from which much can be told
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
@@ -94,7 +95,26 @@ class ProfileModel(FunctionModel):
     def sure_of(self, settled: Settled) -> bool:
         """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
         scores = self.score_settled([settled])[0]
-        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not doubts(self, settled, scores.tolist())
+        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(settled, scores.tolist())
+
+    def doubts(self, settled: Settled, scores: Sequence[float]) -> list[str]:
+        """Return why the answer is unsure, each a sentence; none where it is sure."""
+        found = [
+            f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
+            for name, score in zip(self.functions_, scores, strict=True)
+            if abs(score - 0.5) < HAIR
+        ]
+        stayed = sum(settled_count(settled, radius) for radius in self.radii)
+        dropped = sum(len(settled.get(radius, ())) for radius in self.radii)
+        if stayed < FEW:
+            return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
+        away = float(rank_distances(self.profiles([settled]), self.profiles_).min())
+        if away > self.familiar_:
+            found.append(
+                f"unlike all {len(self.names_)} training objects: {away:.2f} from the nearest, where "
+                f"{self.familiar_:.2f} is far for one of them"
+            )
+        return found
 
     def reader_of(self, settled: Settled) -> ProfileModel:
         """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""

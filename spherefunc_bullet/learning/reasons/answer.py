@@ -16,7 +16,6 @@ from ...settling.settling import Settled, settle
 from ...simulator import make_simulator
 from ..function_model import FunctionModel
 from ..model_file import model_to_ask, shipped_model
-from ..profiles.doubts import doubts
 from ..profiles.profile_model import ProfileModel
 from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, settled_on_completed
 from .words import sentences
@@ -195,4 +194,4 @@ def worded(
     if not isinstance(classifier, ProfileModel):
         return [], []
     reader = classifier.reader_of(settled)
-    return sentences(reader, settled, scores) if explain else [], doubts(reader, settled, scores)
+    return sentences(reader, settled, scores) if explain else [], reader.doubts(settled, scores)

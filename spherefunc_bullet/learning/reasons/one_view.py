@@ -15,7 +15,7 @@ from ...clouds.cloud import Cloud, placed
 from ...settling.drops import settled_centers
 from ...settling.settling import Settled, settle
 from ..function_model import FunctionModel
-from ..profiles.doubts import FEW
+from ..profiles.profile_model import FEW
 
 GROUP = "spherefunc.completions"
 NOTHING = (
