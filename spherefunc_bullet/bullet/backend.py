@@ -42,7 +42,7 @@ class BulletSimulator(Physics):
     # auto: where the object came as one the mesh, for a stated number of drops and for large objects; else voxel. Or
     # voxel, compound, mesh.
     shape: str = "auto"
-    large: int = 400_000  # points beyond which `auto` takes the mesh: a surface between them takes 0.8 GiB and seconds
+    large: int = 400_000  # points beyond which `auto` takes the mesh: a surface between them takes 0.7 GiB and seconds
     voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
 
     name = "bullet"
