@@ -26,8 +26,9 @@ FILES := 10000
 fuzz: setup  ## damaged files of every format, FILES of them, for every reader
 	@$(BIN)/python tests/fuzzing.py --files $(FILES)
 
-bench: setup  ## the simulators' speed, beside a naive PyBullet script
+bench: setup  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
+	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.engine_share
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from importlib.util import find_spec
 
+import numpy as np
 import pytest
 
-from spherefunc_bullet.compare.bench import answers, backends, engine_share
+from spherefunc_bullet.compare.bench import answers, backends, engine_share, peers
+from spherefunc_bullet.compare.bench.bench import apart
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
 
@@ -37,3 +39,18 @@ def test_the_engine_s_share_is_of_all_the_time_of_a_run(tmp_path):
     parts = (shares.surface, shares.loading, shares.stepping, shares.rest)
     assert shares.drops == 20 and min(parts) > 0
     assert float(shares.row[-1]) == pytest.approx(shares.stepping / sum(parts), abs=0.006)  # two decimals
+
+
+def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
+    path, r = tmp_path / "plate.ply", peers.RADIUS
+    box(0.2, 0.2, 0.02).export(path)  # its top lies at 0.02
+    centers = np.array([[0, 0, 0.02 + r], [0, 1.5 * r, 0.02 + r], [0.05, 0, 0.02 + 0.8 * r], [-0.05, 0, 0.02 + 2 * r]])
+    run = peers.measured("mine", path, centers, 10, 2.0)
+    assert run.in_spheres == pytest.approx(0.5, abs=1e-3) and run.in_object == pytest.approx(0.2, abs=1e-3)
+    assert run.hanging == 1 and run.row(2.5)[3:5] == ["5", "2.0"]
+
+
+@pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
+def test_the_naive_script_drops_as_many_as_asked():
+    run = apart(peers.naive_run, peers.peer_mug(), 12)  # it closes standard output to PyBullet
+    assert run.drops == 12 and 0 < run.settled < 12 and run.seconds > 0

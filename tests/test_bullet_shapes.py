@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.bullet import flights as flights_module
+from spherefunc_bullet.bullet.backend import BulletSimulator
 from spherefunc_bullet.bullet.collision.triangulation import faces_between, point_cells, span_faces
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
@@ -24,6 +25,8 @@ from spherefunc_bullet.bullet.flights import (
 )
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
+from spherefunc_bullet.scenes.household.parts.solids import box
+from spherefunc_bullet.simulator import DropSettings
 
 FLAT = 0.02  # radii, the tolerance that shapes are made with
 
@@ -512,3 +515,18 @@ def thick_cup() -> Cloud:
             a, b, c, d = 48 * k + i, 48 * k + j, 48 * (k + 1) + j, 48 * (k + 1) + i
             faces += [[a, b, c], [a, c, d]]
     return cloud_from_mesh(vertices, faces, "thick cup")
+
+
+# Which of the shapes
+
+
+def test_large_objects_and_few_drops_take_the_mesh_that_there_is():
+    plate = box(0.2, 0.2, 0.02)
+    meshed = cloud_from_mesh(plate.vertices, plate.faces, "plate")
+    points = Cloud(meshed.points, "points")
+    full, few = DropSettings(radius=0.01), DropSettings(radius=0.01, max_drops=200)
+    kinds = [BulletSimulator().kind_for(cloud, settings) for cloud in (meshed, points) for settings in (full, few)]
+    assert kinds == ["voxel", "mesh", "voxel", "voxel"]
+    small = BulletSimulator(large=len(meshed) - 1)
+    assert small.kind_for(meshed, full) == "mesh" and small.kind_for(points, full) == "voxel"
+    assert BulletSimulator(large=1, shape="voxel").kind_for(meshed, few) == "voxel"

@@ -1,4 +1,4 @@
-"""The simulators' speed on one core, beside a naive PyBullet script.
+"""The simulators' speed on one core.
 
     python -m spherefunc_bullet.compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from multiprocessing import get_context
@@ -17,13 +17,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
 
-from spherefunc_bullet.console import print_json, print_table, progress, say
+from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.quantities import format_length, parse_length
 
 from ..machine import machine, usable_backends
 from .answers import print_answers
-from .peer import NaiveRun, peer_mug, run_naively
+from .peer import peer_mug
 from .timing import Case, Growth, StageTiming, Timing, time_growth, time_simulation, time_stages
 
 Made = TypeVar("Made")
@@ -40,7 +40,6 @@ PLAIN_TABLE = "table of 1.2 x 0.8 m"
 STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
 PEER_RADIUS = parse_length("5mm")
 TABLE_RADIUS = parse_length("1cm")
-PEER_SECONDS = 30.0
 
 
 def cases(backend: str, table: Path, quick: bool) -> list[Case]:
@@ -78,16 +77,6 @@ def use_one_core():
         os.environ[name] = "1"
     if hasattr(os, "sched_setaffinity"):  # Linux; elsewhere the variables have to do
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-
-
-def measure_peer() -> NaiveRun | None:
-    """Return what the naive script does on PyBullet's mug, or None where PyBullet is not installed."""
-    mug = peer_mug()
-    if mug is None:
-        say("The naive PyBullet script is left out: PyBullet is not installed (pip install spherefunc-bullet[bullet]).")
-        return None
-    say(f"Running the naive PyBullet script for up to {PEER_SECONDS:g} s …")
-    return apart(run_naively, mug, PEER_RADIUS, PEER_SECONDS)
 
 
 def print_timings(timings: Iterable[Timing], backend: str):
@@ -131,19 +120,6 @@ def print_growth(growth: Growth, backend: str):
     )
 
 
-def print_peer(peer: NaiveRun, ours: Mapping[str, Timing]):
-    """Print the naive script beside the same mesh in the backends."""
-    naive, end = peer.drops / peer.seconds, "to the miss limit" if peer.finished else "stopped by the clock"
-    start = ["naive PyBullet script", f"{peer.drops:,}", f"{peer.settled:,}"]
-    rows = [[*start, f"{peer.seconds:.1f}", f"{naive:,.1f}", "1", end]]
-    for backend, timing in ours.items():
-        rate = timing.drops / timing.best
-        start = [backend, f"{timing.drops:,}", f"{timing.settled:,}"]
-        rows.append([*start, f"{timing.best:.4f}", f"{rate:,.0f}", f"{rate / naive:,.0f}", "to the miss limit"])
-    head = [f"the same mug, r = {format_length(PEER_RADIUS)}", "drops", "settled", "seconds", "drops/s", "times naive"]
-    print_table("\nThe peer", [*head, "ended"], rows)
-
-
 @dataclass(frozen=True, kw_only=True)
 class BackendBench:
     """What was measured of one backend."""
@@ -174,7 +150,7 @@ def measure(chosen: list[Case], backend: str, repeats: int) -> BackendBench:
 def main():
     """Measure and print."""
     parser = argparse.ArgumentParser("python -m spherefunc_bullet.compare.bench", description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="one run of each, without the sofa and the peer")
+    parser.add_argument("--quick", action="store_true", help="one run of each, without the sofa")
     parser.add_argument("--backends", default="fast,bullet", help="which simulators are measured")
     parser.add_argument("--file", type=Path, help="measure this file instead")
     parser.add_argument("--radius", default="5mm", help="of the spheres on --file")
@@ -190,16 +166,13 @@ def main():
             if options.file is not None:
                 chosen = [Case(title=options.file.name, path=options.file, radius=parse_length(options.radius))]
             measured[backend] = measure(chosen, backend, repeats)
-    peer = None if options.quick or options.file is not None else measure_peer()
     if options.json:
         backends = {name: asdict(of_backend) for name, of_backend in measured.items()}
         about = {"machine": machine(), "repeats": repeats, "backends": backends}
-        print_json(about | {"peer": None if peer is None else asdict(peer)})
+        print_json(about)
         return
     for name, of_backend in measured.items():
         of_backend.print(name)
-    if peer is not None:
-        print_peer(peer, {name: of_backend.simulation[0] for name, of_backend in measured.items()})
     if options.file is None:
         print_answers()
     print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

@@ -84,9 +84,9 @@ def print_shares(cases: Iterable[Case]):
     for case, drops in [*((case, None) for case in cases), *((case, DROPS) for case in few)]:
         settings = DropSettings(radius=case.radius, max_drops=drops, miss_limit=drops or 50)
         rows.append([case.title, format_length(case.radius), *shares_of(case.path, settings).row])
-    head = ["object", "radius", "drops", "surface ms", "into the engine ms", "stepSimulation ms"]
+    head = ["object", "radius", "drops", "surface ms", "loading ms", "stepSimulation ms", "rest of the drops ms"]
     title = "\nWhere bullet's time goes, processor time; stepSimulation's share"
-    print_table(title, [*head, "rest of the drops ms", "of the drops", "of all"], rows)
+    print_table(title, [*head, "share of the drops", "of all"], rows)
 
 
 def main():

@@ -44,13 +44,15 @@ class NaiveRun:
     """What came of the script, as far as it got."""
 
     drops: int
-    settled: int
+    centers: np.ndarray  # (S, 3) metres, where spheres settled
+    ends: np.ndarray  # (S, 3) metres, where they are in the end: mass 0 alone does not hold them
     seconds: float
-    finished: bool  # by the miss limit; otherwise the time was up
 
 
-def run_naively(path: Path, radius: float, seconds: float, miss_limit: int = 50, seed: int = 0) -> NaiveRun:
-    """Drop spheres of a radius in metres on a mesh until the miss limit, or until so many seconds are over.
+def run_naively(
+    path: Path, radius: float, seconds: float, miss_limit: int = 50, most: int | None = None, seed: int = 0
+) -> NaiveRun:
+    """Drop spheres of a radius in metres on a mesh until the miss limit, or until so many seconds or drops are over.
 
     For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
     """
@@ -66,19 +68,23 @@ def run_naively(path: Path, radius: float, seconds: float, miss_limit: int = 50,
     sphere = client.createCollisionShape(p.GEOM_SPHERE, radius=radius)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     columns, top = np.random.default_rng(seed), high[2]
-    drops = settled = misses = 0  # misses in a row
+    drops, misses, centers, settled = 0, 0, [], []  # misses in a row
     started, spent = time.perf_counter(), 0.0
-    while misses < miss_limit and spent < seconds:
+    while misses < miss_limit and spent < seconds and drops != most:
         x, y = columns.uniform(low[:2], high[:2])
-        height = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
+        center = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
         drops += 1
-        if height is None:
+        if center is None:
             misses += 1
         else:
-            misses, settled, top = 0, settled + 1, max(top, height + radius)
+            misses, top = 0, max(top, center[2] + radius)
+            centers.append(center)
+            settled.append(client.getBodyUniqueId(client.getNumBodies() - 1))
         spent = time.perf_counter() - started
+    ends = [client.getBasePositionAndOrientation(body)[0] for body in settled]
     client.disconnect()
-    return NaiveRun(drops=drops, settled=settled, seconds=spent, finished=misses >= miss_limit)
+    centers, ends = (np.array(places, float).reshape(-1, 3) for places in (centers, ends))
+    return NaiveRun(drops=drops, centers=centers, ends=ends, seconds=spent)
 
 
 def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
@@ -93,18 +99,20 @@ def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
     client.createMultiBody(0, shape)
 
 
-def drop_naively(client: BulletClient, sphere: int, start: Sequence[float], radius: float) -> float | None:
-    """Return the height in metres at which one sphere comes to rest, or None if it misses or never does."""
+def drop_naively(
+    client: BulletClient, sphere: int, start: Sequence[float], radius: float
+) -> tuple[float, float, float] | None:
+    """Return where one sphere comes to rest, metres, or None if it misses or never does."""
     body = client.createMultiBody(MASS, sphere, basePosition=start)
     slow = 0
     for _ in range(MAX_STEPS):
         client.stepSimulation()
-        height = client.getBasePositionAndOrientation(body)[0][2]
+        center = client.getBasePositionAndOrientation(body)[0]
         slow = slow + 1 if np.linalg.norm(client.getBaseVelocity(body)[0]) < SLOW else 0
-        if height < radius:
+        if center[2] < radius:
             break
         if slow == SLOW_STEPS:
             client.changeDynamics(body, -1, mass=0)
-            return height
+            return center
     client.removeBody(body)
     return None

@@ -39,8 +39,10 @@ class BulletSimulator(Physics):
         If PyBullet is not installed, or a setting is out of its range.
     """
 
-    # auto: the mesh for a stated number of drops, where the object came as one; else voxel. Or voxel, compound, mesh.
+    # auto: where the object came as one the mesh, for a stated number of drops and for large objects; else voxel. Or
+    # voxel, compound, mesh.
     shape: str = "auto"
+    large: int = 400_000  # points beyond which `auto` takes the mesh: a surface between them takes 0.7 GiB and seconds
     voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
 
     name = "bullet"
@@ -52,6 +54,8 @@ class BulletSimulator(Physics):
         engine_version()
         if self.shape not in SHAPES:
             raise InputError(f"backend 'bullet': shape {self.shape!r}: expected one of {', '.join(SHAPES)}")
+        if self.large < 1:
+            raise InputError(f"backend 'bullet': large: expected at least 1 point, got {self.large}")
         if self.voxel_size is not None and not self.voxel_size > 0:
             raise InputError(f"backend 'bullet': voxel_size: expected more than 0 metres, got {self.voxel_size}")
 
@@ -63,10 +67,14 @@ class BulletSimulator(Physics):
         return asdict(self)
 
     def kind_for(self, cloud: Cloud, settings: DropSettings) -> str:
-        """Return the kind of collision shape of a run: few drops do not pay for a surface that there is already."""
+        """Return the kind of collision shape of a run.
+
+        Few drops do not pay for a surface that there is already, and on a large object no number of them does.
+        """
         if self.shape != "auto":
             return self.shape
-        return "voxel" if settings.max_drops is None or cloud.mesh is None else "mesh"
+        meshed = cloud.mesh is not None and (settings.max_drops is not None or len(cloud) > self.large)
+        return "mesh" if meshed else "voxel"
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
