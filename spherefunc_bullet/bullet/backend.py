@@ -130,7 +130,7 @@ class BulletSimulator(Physics):
         kept = None
         if len(centers):
             shape = collision_shape(cloud, radius, "voxel" if cloud.mesh is None else "mesh", self.voxel_size)
-            with World(carrying_physics(self, settings)) as world:
+            with World(carrying_physics(self, settings, len(centers))) as world:
                 world.add_object(shape)
                 kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
         seconds = time.perf_counter() - started
