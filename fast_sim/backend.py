@@ -94,14 +94,10 @@ class FastSimulator:
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Return by statics whether a cloud's object stands (see `TellsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
-        from spherefunc_bullet.simulator.statics.standing import evenly_chosen, stand, stand_result
+        from spherefunc_bullet.simulator.statics.standing import stand, stood
 
-        started = time.perf_counter()
-        body, places = body_of(cloud, settings.matter), evenly_chosen(places, settings.most_places)
-        bodies = [body, *(body.loaded(settings.load, place) for place in places)]
-        stands = [stand(one, settings) for one in bodies]
-        seconds = time.perf_counter() - started
-        return stand_result(body, stands, places, seconds, provenance_of(self, settings, seed))
+        body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
+        return stood(body, places, settings, lambda bodies: [stand(one, settings) for one in bodies], provenance)
 
 
 class DropRun:

@@ -12,7 +12,7 @@ from things import slab_on_posts
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
+from spherefunc_bullet.scenes.impairment.sawn import needed_legs, sawn_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
@@ -89,6 +89,24 @@ def test_a_ball_rolls_and_a_cylinder_on_its_side_rolls(simulator):
     lying.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))
     for mesh in (trimesh.creation.icosphere(3, 0.1), lying):
         assert simulator.stands(cloud_of(mesh), StandSettings(), NOWHERE).stance is Stance.ROLLS
+
+
+def test_a_chair_that_came_leaning_is_loaded_as_it_stands(simulator):
+    """Its feet are level with each other, but the file has it turned by 2 degrees, on two of them."""
+    mesh = slab_on_posts(0.5, 0.5, 0.45)
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(np.radians(2), [1, 0, 0]))
+    cloud = cloud_of(mesh)
+    result = simulator.stands(cloud, StandSettings(load=75.0, most_places=20), resting_places(cloud))
+    assert result.stance is Stance.ROCKS and result.tilt_deg == pytest.approx(2, abs=0.1)
+    assert result.margin == pytest.approx(0.225, abs=0.003)  # the posts' outer edges are 2.5 cm from the top's
+    over_feet = (np.abs(result.places[:, :2]) < 0.2).all(axis=1)
+    assert over_feet.sum() > 10 and result.carries[over_feet].all()
+
+
+def test_a_leg_that_nothing_depends_on_is_not_sawn():
+    feet = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.0], [0.5, 0.5]])
+    assert needed_legs(feet, np.arange(1, 7), 6) == [1, 2, 3, 4]
+    assert needed_legs(feet[:4], np.arange(1, 5), 4) == [1, 2, 3, 4]
 
 
 def test_a_short_leg_rocks(simulator):

@@ -14,6 +14,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
@@ -26,6 +27,8 @@ from .tasks import Score, Verdict, asked, evenly, score_of
 
 PERSON = 75.0  # kg
 SHARE = 0.8  # of the places, at least, carry the load of what is sound: with a leg gone, some two thirds do
+LEVEL_DEG = 5.0  # a slope that still counts as flat, as for `fast`: spheres stay on it
+INSET = 0.05  # metres from the edge at which a weight acts, at least: half the width of what is put there
 BAND = 0.1  # metres above and below the middle of all places: the seat or the top, not a back or a shelf
 FUNCTIONS = ("sittable", "table")
 PLACES = 60
@@ -37,11 +40,13 @@ class StandAnswer:
 
     kind: str
     stance: Stance
+    tilt_deg: float  # to which it comes to rest
     carries: np.ndarray  # (P,) bool
 
     @property
     def sound(self) -> bool:
-        return self.stance is Stance.STANDS and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
+        level = self.stance in (Stance.STANDS, Stance.ROCKS) and self.tilt_deg < LEVEL_DEG
+        return level and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
 
 def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
@@ -56,9 +61,20 @@ def stood_one(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> S
     """Return how one thing stands under its load."""
     load = PERSON if function == "sittable" else body_of(cloud, Matter()).mass
     places = resting_places(cloud)
-    places = places[np.abs(places[:, 2] - np.median(places[:, 2])) < BAND] if len(places) else places
-    result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), places, 0)
-    return StandAnswer(kind=kind, stance=result.stance, carries=result.carries)
+    result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), loaded_places(places), 0)
+    return StandAnswer(kind=kind, stance=result.stance, tilt_deg=result.tilt_deg, carries=result.carries)
+
+
+def loaded_places(places: np.ndarray) -> np.ndarray:
+    """Return those of places (P, 3) on the seat or the top at which the weight of what is put there can act.
+
+    What is put down has a width, and hardly anybody sits on the very edge.
+    """
+    if not len(places):
+        return places
+    level = places[np.abs(places[:, 2] - np.median(places[:, 2])) < BAND]
+    within = outline_of(level[:, :2], 0.0).inside(level[:, :2]) >= INSET
+    return level[within] if within.any() else level
 
 
 @dataclass(frozen=True, kw_only=True)

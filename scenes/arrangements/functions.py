@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -17,18 +18,19 @@ from .placing import PlacedThing
 
 def functions_alone(thing: PlacedThing, model: FunctionModel) -> dict[str, Membership]:
     """Return what a thing is for by itself, as `classify` says it."""
-    settled = settle(thing.own, model.simulator, model.chosen_radii(), model.seed, model.length)
-    return model.memberships_of([settled])[0]
+    drop = partial(settle, thing.own, model.simulator, model.chosen_radii(), model.seed)
+    return model.memberships_of([model.settled_by(drop)])[0]
 
 
 def functions_among(things: Sequence[PlacedThing], number: int, model: FunctionModel) -> dict[str, Membership]:
     """Return what one of some things is for where they stand together."""
     simulator = make_simulator(model.simulator)
-    settled: Settled = {
-        radius: drops_for(things, number, simulator, radius, model.seed, model.length)
-        for radius in model.chosen_radii()
-    }
-    return model.memberships_of([settled])[0]
+
+    def drop(length: Length) -> Settled:
+        radii = model.chosen_radii()
+        return {radius: drops_for(things, number, simulator, radius, model.seed, length) for radius in radii}
+
+    return model.memberships_of([model.settled_by(drop)])[0]
 
 
 def drops_for(

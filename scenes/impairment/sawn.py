@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import trimesh
 from scipy import ndimage
+from scipy.spatial import ConvexHull, QhullError
 
 from .impairments import Impairment, useless
 from .poses import level_direction
@@ -18,11 +19,16 @@ from .surfaces import Surface
 CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn
 FEWEST = 3  # legs
 WIDEST = 0.15  # of the footprint's box, one leg at most: more is a body
+FOOT = 0.02  # of the level's height: what is lower is on the ground
+NEEDED = 0.25  # of the outline of all feet, what goes with a leg that counts
 ASKEW_DEG = (5.0, 10.0)
 
 
 def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-    """Saw one leg off, as high as legs are apart from each other."""
+    """Saw one leg off, as high as legs are apart from each other, and one without which it has less to stand on.
+
+    A sofa that has lost one of eight feet, or a desk that stands on panels besides, is as sound as before.
+    """
     level, surface = specimen.level, specimen.surface
     if level is None or surface.is_cloud:
         return None
@@ -31,9 +37,30 @@ def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None
         parts, count = ndimage.label(np.isfinite(level.grid.tops(surface.centres[low])), structure=np.ones((3, 3)))
         sizes = np.bincount(parts.ravel())[1:]
         if count >= FEWEST and sizes.max() <= WIDEST * np.prod(surface.size[:2]) / level.grid.cell**2:
-            leg = 1 + int(rng.integers(count))
+            feet = surface.centres[surface.centres[:, 2] < max(FOOT * level.height, level.grid.cell)]
+            needed = needed_legs(feet[:, :2], parts[level.grid.cells_of(feet)], count)
+            if not len(needed):
+                return None
+            leg = needed[int(rng.integers(len(needed)))]
             return surface.without(low & (parts[level.grid.cells_of(surface.centres)] == leg))
     return None
+
+
+def needed_legs(feet: np.ndarray, legs: np.ndarray, count: int) -> list[int]:
+    """Return which of the legs 1 to ``count`` take a good part of the support away with them.
+
+    By the outline alone: of feet (N, 2), metres, each of one of the legs (N,).
+    """
+    whole = outline_area(feet)
+    return [leg for leg in range(1, count + 1) if outline_area(feet[legs != leg]) <= (1 - NEEDED) * whole]
+
+
+def outline_area(places: np.ndarray) -> float:
+    """Return the area within the convex outline of places (N, 2), square metres; 0 of a line."""
+    try:
+        return float(ConvexHull(places).volume)
+    except (QhullError, ValueError):
+        return 0.0
 
 
 def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
@@ -42,7 +69,7 @@ def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | No
     if specimen.level is None or surface.is_cloud:
         return None
     slope, toward = np.radians(rng.uniform(*ASKEW_DEG)), level_direction(rng.uniform(0, 2 * np.pi))
-    feet = surface.vertices[surface.vertices[:, 2] < 0.02 * specimen.level.height]
+    feet = surface.vertices[surface.vertices[:, 2] < FOOT * specimen.level.height]
     normal = np.array([*(-np.sin(slope) * toward), np.cos(slope)])
     spared = feet[(feet[:, :2] @ toward).argmin()]
     vertices, faces = surface.mesh()

@@ -120,14 +120,11 @@ class BulletSimulator(Physics):
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Let an object go where it stands, and under a load at each place (see `TellsStance.stands`)."""
         from ..simulator.statics.body import body_of
-        from ..simulator.statics.standing import evenly_chosen, stand_result
+        from ..simulator.statics.standing import stood
         from .bodies.standing import let_go
 
-        started = time.perf_counter()
-        body, places = body_of(cloud, settings.matter), evenly_chosen(places, settings.most_places)
-        stands = let_go([body, *(body.loaded(settings.load, place) for place in places)], settings)
-        seconds = time.perf_counter() - started
-        return stand_result(body, stands, places, seconds, provenance_of(self, settings, seed))
+        body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
+        return stood(body, places, settings, lambda bodies: let_go(bodies, settings), provenance)
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
@@ -141,7 +138,7 @@ class BulletSimulator(Physics):
         kept = None
         if len(centers):
             shape = collision_shape(cloud, radius, "voxel" if cloud.mesh is None else "mesh", self.voxel_size)
-            with World(carrying_physics(self, settings)) as world:
+            with World(carrying_physics(self, settings, len(centers))) as world:
                 world.add_object(shape)
                 kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
         seconds = time.perf_counter() - started

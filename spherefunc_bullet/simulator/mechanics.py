@@ -119,7 +119,7 @@ class StandResult:
     mass: float  # kg
     margin: float  # metres from where its weight acts to the nearest edge it would tip over; below 0 beyond it
     places: np.ndarray  # (P, 3) where the load was set, metres, the cloud's frame
-    carries: np.ndarray  # (P,) bool: it keeps its pose under the load
+    carries: np.ndarray  # (P,) bool: under the load it keeps the pose in which it stands alone
     tipping_load: np.ndarray  # (P,) kg at which it tips by statics, infinite where no load does
     notes: tuple[str, ...]
     seconds: float

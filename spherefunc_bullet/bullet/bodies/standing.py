@@ -34,5 +34,5 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
 def stand_of(rests: Rests, k: int, facets: Facets, settings: StandSettings) -> Stand:
     """Return what became of one body."""
     if not rests.rested[k]:
-        return Stand(stance=Stance.MOVES, tilt_deg=np.nan)
+        return Stand(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan))
     return stance_at(facets, rests.down[k], settings)

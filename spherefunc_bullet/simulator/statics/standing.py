@@ -6,7 +6,8 @@ the support polygon, and rolls over an edge of it otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,7 @@ from scipy.spatial import ConvexHull, QhullError
 from ..mechanics import Stance, StandResult, StandSettings
 from .body import Body
 from .facets import Facets, facets_of
+from .poses import turned_down
 
 DOWN = np.array([[0.0, 0.0, -1.0]])
 LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
@@ -28,6 +30,12 @@ class Stand:
 
     stance: Stance
     tilt_deg: float
+    down: np.ndarray  # (3,) direction of the body that points down in the end; unknown: NaN
+
+    @property
+    def turn(self) -> np.ndarray:
+        """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
+        return turned_down(self.down) if self.stance in (Stance.STANDS, Stance.ROCKS) else np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +60,13 @@ def stand(body: Body, settings: StandSettings) -> Stand:
 def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> Stand:
     """Return how a body stands that has come to rest with a direction (3,) down."""
     tilt = float(np.degrees(np.arccos(np.clip(-down[2], -1, 1))))
-    if wanders(facets, int(facets.nearest(down[None])[0]), settings.rocking_deg):
-        return Stand(stance=Stance.ROLLS, tilt_deg=tilt)
+    rest = int(facets.nearest(down[None])[0])
+    down = facets.normals[rest]
+    if wanders(facets, rest, settings.rocking_deg):
+        return Stand(stance=Stance.ROLLS, tilt_deg=tilt, down=down)
     leans = tilt > settings.tilt_deg
     stance = Stance.TIPS if tilt > settings.rocking_deg else Stance.ROCKS if leans else Stance.STANDS
-    return Stand(stance=stance, tilt_deg=tilt)
+    return Stand(stance=stance, tilt_deg=tilt, down=down)
 
 
 def wanders(facets: Facets, rest: int, far_deg: float) -> bool:
@@ -110,20 +120,34 @@ def evenly_chosen(places: np.ndarray, most: int) -> np.ndarray:
     return places if len(places) <= most else places[np.arange(most) * len(places) // most]
 
 
-def stand_result(
-    body: Body, stands: Sequence[Stand], places: np.ndarray, seconds: float, provenance: dict[str, Any]
+LetGo = Callable[[Sequence[Body]], list[Stand]]  # what becomes of bodies that are put on the ground, each by itself
+
+
+def stood(
+    body: Body, places: np.ndarray, settings: StandSettings, let_go: LetGo, provenance: dict[str, Any]
 ) -> StandResult:
-    """Return what is known of a body from how it stands alone, first, and with a load at each place (P, 3)."""
-    alone, loaded = stands[0], stands[1:]
+    """Return how a body stands alone, and then, in the pose in which it has come to rest, with a load at each place.
+
+    Who puts a chair with uneven legs down puts it on three of them; it is loaded as it then stands.
+
+    Parameters
+    ----------
+    places : (P, 3) float64, metres, the body's frame as it came
+    """
+    started, places = time.perf_counter(), evenly_chosen(places, settings.most_places)
+    [alone] = let_go([body])
+    resting, at = body.turned(alone.turn), places @ alone.turn.T
+    loaded = let_go([resting.loaded(settings.load, place) for place in at]) if len(at) else []
+    stays = alone.stance in (Stance.STANDS, Stance.ROCKS)
     return StandResult(
         stance=alone.stance,
         tilt_deg=alone.tilt_deg,
         mass=body.mass,
-        margin=margin(body),
+        margin=margin(resting),
         places=places,
-        carries=np.array([one.stance is Stance.STANDS for one in loaded], bool),
-        tipping_load=tipping_loads(body, places),
+        carries=np.array([stays and one.stance is Stance.STANDS for one in loaded], bool),
+        tipping_load=tipping_loads(resting, at),
         notes=body.notes,
-        seconds=seconds,
+        seconds=time.perf_counter() - started,
         provenance=provenance,
     )
