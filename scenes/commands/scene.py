@@ -162,5 +162,7 @@ def print_room(scan: Scan, room: Room):
         columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
         print_table(f"{scan.name}: what objects are for (scores; above 0.5 it is)", columns, table)
     print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
+    for item in room.inferred:
+        print(f"inferred, not counted: {item.function}, since {item.reason}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
     print(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")
