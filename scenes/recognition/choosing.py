@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,8 +38,7 @@ class Candidate:
 
     def taking(self, members: np.ndarray) -> Candidate:
         """Return it with other points."""
-        own = Proposal(by=self.proposal.by, members=members, support=self.proposal.support)
-        return Candidate(proposal=own, functions=self.functions, place=self.place)
+        return Candidate(proposal=replace(self.proposal, members=members), functions=self.functions, place=self.place)
 
 
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:

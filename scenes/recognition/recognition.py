@@ -14,6 +14,8 @@ from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
+from ..pools.levelling import levelled
+from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..scans.filling import filled
 from ..scans.levelling import level
@@ -22,7 +24,7 @@ from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import euclidean_clusters
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
 from .choosing import Candidate, chosen
-from .completion import DEFAULT, complete
+from .completion import DEFAULT, TOP, complete
 from .inferring import inferred_seats
 from .proposals import KINDS, Proposal, Scene, cluster_proposals, propose
 from .room import Room, SceneObject
@@ -135,7 +137,7 @@ def judged(
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    clouds = [object_cloud(points[one.members], completion, one.support) for one in proposals]
+    clouds = [object_cloud(points[one.members], completion, one.support, one.pool) for one in proposals]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
@@ -177,11 +179,15 @@ def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
     return numbered
 
 
-def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
+def object_cloud(
+    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None
+) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
     spacing = value_for_size(SPACINGS, box.size.max())
-    whole = complete(cells(points, spacing).means if spacing else points, completion, support=support)
+    seen = cells(points, spacing).means if spacing else points
+    even = levelled(seen, pool) if pool is not None and TOP in completion else seen
+    whole = complete(even, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
     return Cloud(own, "object"), box
 
