@@ -34,7 +34,7 @@ def scene(
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
     depth_scale: Annotated[float, typer.Option(help="A depth image's steps to the metre, of whole numbers.")] = 1000.0,
     complete: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
+        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
     ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
     large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
