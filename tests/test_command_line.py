@@ -319,7 +319,8 @@ def test_classify_simulates_a_file_once(call, trained, data, tmp_path):
     first = json.loads(call(*ask).stdout)[0]
     kept = sorted((tmp_path / "cache" / "settled").rglob("*.npz"))
     again = json.loads(call(*ask).stdout)[0]
-    assert kept == sorted((tmp_path / "cache" / "settled").rglob("*.npz")) and len(kept) == 2
+    assert kept == sorted((tmp_path / "cache" / "settled").rglob("*.npz"))
+    assert len(kept) == 2 * 2  # at either radius the first drops, and all: who has learnt six objects is never sure
     assert first["functions"] == again["functions"] and first["reasons"] == again["reasons"]
 
 

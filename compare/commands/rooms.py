@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,16 @@ def rooms(
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 12,
     views: Annotated[str, typer.Option(help="Scans of each room: fused views, or whole surfaces.")] = "whole,1,2,3,5",
     noise: Annotated[str, typer.Option(help="Noise of the views, in times a Kinect's, such as 0,1,2.")] = "1",
+    lived_in: Annotated[
+        str | None,
+        typer.Option(
+            "--lived-in",
+            help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, "
+            "stacks, shelves, beds, sills, gaps, piles, clutter.",
+        ),
+    ] = None,
+    fused: Annotated[str | None, typer.Option(help="Fuse scans to one point in cells of this side.")] = None,
+    points: Annotated[int | None, typer.Option(help="Thin scans to at most so many points.")] = None,
     examples: Annotated[
         str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
     ] = "both-large",
@@ -51,6 +62,8 @@ def rooms(
     from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.scenes.recognition.completion import steps_of
     from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
+    from spherefunc_bullet.scenes.virtual_rooms.lived_in import parse_lived_in
+    from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
     from spherefunc_bullet.simulator import make_simulator
 
     from ..rooms.training import Training, two_folds, whole_fold
@@ -65,6 +78,8 @@ def rooms(
         settings=Segmentation(cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)),
         completion=steps,
         cut_out=cut_out,
+        lived_in=parse_lived_in(lived_in),
+        resolution=Resolution(leaf=parse_length(fused) if fused else None, points=points),
     )
     training = Training(
         simulator=make_simulator(backend),
@@ -83,6 +98,8 @@ def rooms(
         "tolerance": trial.settings.cluster_tolerance,
         "large_tolerance": trial.settings.large_tolerance,
         "completion": list(steps),
+        "lived_in": asdict(trial.lived_in),
+        "resolution": asdict(trial.resolution),
         "seed": seed,
     }
     show(about, [total.row(condition) for condition, total in counts.items()], report, json)
@@ -106,9 +123,10 @@ def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | Non
 def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
     """Print how many objects were found."""
     steps = "+".join(about["completion"]) or "none"
+    kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
     print_table(
         f"Rooms of {about['data']}, {about['backend']}, learnt from {about['model']}; completion {steps}, tolerance "
-        f"{100 * about['tolerance']:g} cm. Objects at IoU 0.5",
+        f"{100 * about['tolerance']:g} cm{f'; {kinds} of the rooms' if kinds else ''}. Objects at IoU 0.5",
         ["scan", "noise", "rooms", "points", "objects", "hidden", "found", "recall", "precision"],
         [
             [row["views"], f"{row['noise']:g}", str(row["rooms"]), f"{row['points'] // row['rooms']:,}"]

@@ -16,8 +16,9 @@ from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom, furnish
-from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
+from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
+from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
 from spherefunc_bullet.settling.records import Dropping, simulate_objects
 
 from .scores import (
@@ -55,6 +56,8 @@ class RoomTrial:
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
     cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
+    lived_in: LivedIn = field(default_factory=LivedIn)
+    resolution: Resolution = AS_SEEN
 
 
 class FunctionRow(CountsRow):
@@ -189,7 +192,9 @@ def run_trial(
 def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, ConditionCounts]:
     """Return what comes of one room under each condition."""
     return {
-        condition: scan_counts(scan_room(room, condition.views, condition.noise, trial.seed), fold, trial)
+        condition: scan_counts(
+            scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution), fold, trial
+        )
         for condition in trial.conditions
     }
 
@@ -199,7 +204,8 @@ def furnished_rooms(
 ) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
-        for room in furnish(fold.dataset, count, seed=trial.seed, failed=failed):
+        rooms = furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in)
+        for room in rooms:
             yield room, fold
 
 

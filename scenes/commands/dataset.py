@@ -20,6 +20,16 @@ Data = Annotated[str, typer.Argument(help="A folder, a manifest.csv, or the name
 Directory = Annotated[Path, typer.Argument(help="Folder for the objects and their manifest.csv.")]
 Views = Annotated[str, typer.Option(help="Kinect views that are fused, such as 3; or whole: all surfaces.")]
 Noise = Annotated[float, typer.Option(min=0, help="Times a Kinect's noise; 0: none, and no pixel is lost.")]
+LivedInText = Annotated[
+    str | None,
+    typer.Option(
+        "--lived-in",
+        help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, stacks, "
+        "shelves, beds, sills, gaps, piles, clutter.",
+    ),
+]
+Fused = Annotated[str | None, typer.Option(help="Fuse a scan to one point in cells of this side, such as 2.5cm.")]
+Points = Annotated[int | None, typer.Option(help="Thin a scan to at most so many points.")]
 
 
 @app.command()
@@ -29,6 +39,9 @@ def rooms(
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 10,
     views: Views = "3",
     noise: Noise = 1.0,
+    lived_in: LivedInText = None,
+    fused: Fused = None,
+    points: Points = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
     proposed: Annotated[
         bool, typer.Option("--proposed", help="Objects as recognition meets them: its proposals, useless ones too.")
@@ -37,17 +50,20 @@ def rooms(
 ) -> None:
     """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.quantities import parse_length
 
     from ..recognition.examples import proposed_examples
     from ..virtual_rooms.folder import RoomFolder
-    from ..virtual_rooms.furnishing import furnish
+    from ..virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
     from ..virtual_rooms.partial_views import partial_views
-    from ..virtual_rooms.scans import parse_views, scan_room
+    from ..virtual_rooms.scans import Resolution, parse_views, scan_room
 
-    failures, number, dataset = Failures(), parse_views(views), open_dataset(data)
+    failures, number, disorder = Failures(), parse_views(views), parse_lived_in(lived_in)
+    resolution, dataset = Resolution(leaf=parse_length(fused) if fused else None, points=points), open_dataset(data)
     folder = RoomFolder(directory, dataset.name)
-    for room in progress(furnish(dataset, count, seed=seed, failed=failures.add), count, "scanning rooms"):
-        scan = scan_room(room, number, noise, seed)
+    rooms = furnish_lived_in(dataset, count, seed=seed, failed=failures.add, lived_in=disorder)
+    for room in progress(rooms, count, "scanning rooms"):
+        scan = scan_room(room, number, noise, seed, resolution)
         if proposed:
             folder.write_proposed(scan, proposed_examples(scan.points, scan.labels))
         else:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def scene(
-    file: Annotated[Path, typer.Argument(help="A point cloud, a fused mesh, or a depth image.")],
+    file: Annotated[Path, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="The backend whose shipped model to use.")] = None,
     out: Annotated[
@@ -33,6 +33,8 @@ def scene(
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
     depth_scale: Annotated[float, typer.Option(help="A depth image's steps to the metre, of whole numbers.")] = 1000.0,
+    topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
+    time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
     complete: Annotated[
         str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
     ] = None,
@@ -68,14 +70,15 @@ def scene(
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
     steps = steps_of(complete)
-    scan = read_scan(file, units, intrinsics, color, depth_scale)
+    bag = bag_scan(file, topic, time, (intrinsics, color))
+    scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
     warm_up_recognition(classifier)
     if method is None:
-        room = recognise(scan, classifier, up=up, settings=settings, completion=steps, proposals=kinds)
+        room = recognise(scan, classifier, up=up_of(scan, up), settings=settings, completion=steps, proposals=kinds)
     else:
         from ..recognition.paper import recognise_as_paper
 
-        room = recognise_as_paper(scan, classifier, up=up, settings=settings)
+        room = recognise_as_paper(scan, classifier, up=up_of(scan, up), settings=settings)
     say_remarks(scan, room)
     if out is not None:
         write_files(scan, room, out, file)
@@ -94,6 +97,25 @@ def require_method(method: str | None, model: Path | None):
     if method is not None and model is None:
         trained = "spherefunc train household --method paper --out paper.npz"
         raise InputError(f"--method paper: expected --model with one learnt by that method; {trained} makes one")
+
+
+def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Path | None, ...]) -> Scan | None:
+    """Return the scan of a bag's cloud, None if the file is no bag."""
+    from ..ros.bag import is_bag, load_bag
+
+    if is_bag(file):
+        if any(others):
+            raise InputError(f"--intrinsics, --color: expected with a depth image, got the bag {file.name}")
+        return load_bag(file, topic=topic, time=time or 0.0, report=say)
+    for option, value in (("--topic", topic), ("--time", time)):
+        if value is not None:
+            raise InputError(f"{option}: expected with a bag of ROS 1 or 2, got {file.name}")
+    return None
+
+
+def up_of(scan: Scan, up: str) -> str:
+    """Return which way up a scan is: as asked for, or as its frame is known to be."""
+    return "z" if up == "auto" and scan.level_frame is not None else up
 
 
 def read_scan(file: Path, units: str, intrinsics: Path | None, color: Path | None, depth_scale: float) -> Scan:

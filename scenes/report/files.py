@@ -19,12 +19,13 @@ _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function,
 
 
 def room_json(scan: Scan, room: Room) -> dict[str, object]:
-    """Return what was found, for JSON; all of it in metres and in the scan's own frame."""
+    """Return what was found, for JSON; all of it in metres and in the scan's own frame, or the one named."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
         "file": scan.name,
         "points": len(scan),
         "dropped": scan.dropped,
+        **({} if scan.level_frame is None else {"frame": scan.level_frame}),
         "floor": {
             "normal": levelling.up.round(6).tolist(),
             "height": round(levelling.height, 4),

@@ -30,6 +30,7 @@ class Scan:
     points: np.ndarray  # (N, 3) float64, metres, finite
     colors: np.ndarray | None = None  # (N, 3) uint8
     dropped: int = 0  # points that were not finite: where the sensor saw nothing
+    level_frame: str | None = None  # name of the points' frame, where that is known to have z up
 
     def __len__(self) -> int:
         return len(self.points)
@@ -42,6 +43,7 @@ def scan_from_points(
     colors: np.ndarray | None = None,
     units: str = "m",
     report: Report | None = None,
+    level_frame: str | None = None,
 ) -> Scan:
     """Return the scan of points, without those that are not finite.
 
@@ -55,6 +57,8 @@ def scan_from_points(
         ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and reports that.
     report : callable, optional
         Takes one line of text for each guess; by default nobody is told.
+    level_frame : str, optional
+        Name of the points' frame, where that is known to have z up.
 
     Raises
     ------
@@ -76,6 +80,7 @@ def scan_from_points(
         points=in_metres(points, units, name, report or (lambda line: None)),
         colors=colors,
         dropped=int(len(seen) - seen.sum()),
+        level_frame=level_frame,
     )
 
 

@@ -18,11 +18,12 @@ from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_csv
 
 from ..recognition.examples import Example
-from .furnishing import FLOOR, PlacedObject
+from .furnishing import FLOOR, WALL, PlacedObject
 from .scans import VirtualScan
 
 FILE_LABELS = {"wall": 0, "floor": 1}
 FIRST_OBJECT = 2
+SHELL = {FLOOR: "floor", WALL: "wall"}  # what things stand on or hang on that is no object
 INSTANCES = ("label", "name", "function_label", "also", "category", "standing_on", "points", "seen")
 
 
@@ -92,7 +93,7 @@ def instance_rows(scan: VirtualScan) -> Iterator[tuple[str | int, ...]]:
     for number, placed in enumerate(scan.room.objects):
         item = placed.item
         about = (number + FIRST_OBJECT, item.path.stem, label_text(item.functions), ";".join(sorted(item.also)))
-        support = "floor" if placed.support == FLOOR else placed.support + FIRST_OBJECT
+        support = SHELL.get(placed.support, placed.support + FIRST_OBJECT)
         yield (*about, item.category, support, int(counts[number]), int(number in seen))
 
 

@@ -143,7 +143,12 @@ def extents(item: DatasetObject) -> np.ndarray:
 
 
 def furnish(
-    dataset: Dataset, count: int, *, seed: int = 0, failed: Callable[[InputError], None]
+    dataset: Dataset,
+    count: int,
+    *,
+    seed: int = 0,
+    failed: Callable[[InputError], None],
+    stock: Stock | None = None,
 ) -> Iterator[VirtualRoom]:
     """Yield rooms furnished at random; every object stands in one before any stands in a second.
 
@@ -153,13 +158,15 @@ def furnish(
         Meshes in metres, z up.
     failed : callable
         Is given the error of each file that cannot be used.
+    stock : Stock, optional
+        Of the data set, where it is known already.
 
     Raises
     ------
     InputError
         If no object of the data set can stand in a room.
     """
-    stock = take_stock(dataset, failed)
+    stock = take_stock(dataset, failed) if stock is None else stock
     rng = np.random.default_rng(seed)
     decks = {name: Deck(items, rng) for name, items in sorted(stock.large.items())}
     tables = [decks.pop(TABLE)] if TABLE in decks else []

@@ -8,6 +8,8 @@ import numpy as np
 
 CELL = 0.02  # metres, of the grids that footprints are drawn on
 LEVEL = 0.005  # metres: what a top may vary by and still carry a cup
+BOARD = 0.6  # of a shelf's footprint, that each of its boards fills at least
+THICK = 0.05  # metres: the thickest board
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +40,39 @@ class Ground:
         self.stamp(own, place)
         return np.append(self.corner + (place + 0.5) * CELL, self.height)
 
+    def place_at_wall(
+        self, points: np.ndarray, outward: np.ndarray, gap: float, rng: np.random.Generator
+    ) -> np.ndarray | None:
+        """Return a free place (3,) for an object that touches one end of the ground, and take it; None if none is.
+
+        Parameters
+        ----------
+        points, gap
+            See `place`.
+        outward : (2,) int
+            Towards the end: 1 or -1 along x or along y, 0 along the other.
+        """
+        own = footprint(points[:, :2])
+        free = fits(self.blocked, own) & fits(self.taken, widened(own, gap), outside=False)
+        places = np.argwhere(free)
+        if not len(places):
+            return None
+        reach = places @ outward
+        at_end = places[reach == reach.max()]
+        half = (np.array(own.shape) // 2) @ np.abs(outward)
+        end = (self.taken.shape @ np.abs(outward) - 1 - half) if outward.sum() > 0 else -half
+        if reach.max() < end:
+            return None
+        place = at_end[rng.integers(len(at_end))]
+        self.stamp(own, place)
+        return np.append(self.corner + (place + 0.5) * CELL, self.height)
+
+    def take(self, points: np.ndarray):
+        """Take the cells below points (N, 3) or (N, 2) of what stands there, in the ground's own frame."""
+        cells = np.floor((points[:, :2] - self.corner) / CELL).astype(int)
+        cells = cells[((cells >= 0) & (cells < self.taken.shape)).all(axis=1)]
+        self.taken[tuple(cells.T)] = True
+
     def stamp(self, own: np.ndarray, place: np.ndarray):
         """Take the cells of a footprint."""
         half = np.array(own.shape) // 2
@@ -51,13 +86,15 @@ def floor_of(width: float, depth: float) -> Ground:
     return Ground(np.zeros(2), 0.0, np.zeros(shape, bool), np.zeros(shape, bool))
 
 
-def top_of(points: np.ndarray) -> Ground:
+def top_of(points: np.ndarray, tolerance: float = LEVEL) -> Ground:
     """Return the largest level top of an object that stands in a room, seen from above.
 
     Parameters
     ----------
     points : (N, 3) float64, metres
         In the room's frame, no farther from each other than a cell.
+    tolerance : float, metres
+        What it may vary by.
     """
     corner = points[:, :2].min(axis=0)
     cells = ((points[:, :2] - corner) / CELL).astype(int)
@@ -65,7 +102,7 @@ def top_of(points: np.ndarray) -> Ground:
     np.maximum.at(heights, tuple(cells.T), points[:, 2])
     steps = np.round(heights[np.isfinite(heights)] / LEVEL).astype(int)
     height = np.argmax(np.bincount(steps)) * LEVEL
-    level = np.abs(heights - height) <= LEVEL
+    level = np.abs(heights - height) <= tolerance
     return Ground(corner, float(heights[level].max()), ~level, np.zeros(level.shape, bool))
 
 
@@ -86,10 +123,38 @@ def widened(own: np.ndarray, gap: float) -> np.ndarray:
     return distance_transform_edt(~padded) * CELL <= gap
 
 
-def fits(occupied: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Return the cells at which a footprint's middle may stand so that it lies on no occupied cell, nor outside."""
+def fits(occupied: np.ndarray, own: np.ndarray, outside: bool = True) -> np.ndarray:
+    """Return the cells at which a footprint's middle may stand so that it lies on no occupied cell.
+
+    Parameters
+    ----------
+    outside : bool
+        Whether all beyond the ground's ends is occupied.
+    """
     from scipy.signal import correlate
 
-    padded = np.pad(occupied, [(side // 2, side // 2) for side in own.shape], constant_values=True)
+    padded = np.pad(occupied, [(side // 2, side // 2) for side in own.shape], constant_values=outside)
     overlap = correlate(padded.astype(np.float32), own.astype(np.float32), mode="valid", method="fft")
     return overlap < 0.5
+
+
+def boards_of(points: np.ndarray) -> list[Ground]:
+    """Return the level boards of a shelf (N, 3) in a room's frame, from the lowest, whatever lies above them.
+
+    Of a board's two faces the upper one counts.
+    """
+    corner = points[:, :2].min(axis=0)
+    cells = ((points[:, :2] - corner) / CELL).astype(int)
+    shape = cells.max(axis=0) + 1
+    steps = np.round(points[:, 2] / LEVEL).astype(int)
+    boards: list[Ground] = []
+    for step in np.unique(steps):
+        level = np.zeros(shape, bool)
+        level[tuple(cells[steps == step].T)] = True
+        if level.mean() < BOARD:
+            continue
+        height = float(points[steps == step, 2].max())
+        if boards and height - boards[-1].height < THICK:
+            boards.pop()
+        boards.append(Ground(corner, height, ~level, np.zeros(shape, bool)))
+    return boards

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
+from ..scans.cells import cells
 from .furnishing import FLOOR, VirtualRoom, shell_meshes
 from .kinect import Kinect, Surfaces, look_at, photograph
 
@@ -22,6 +23,45 @@ MIN_SHARE = 0.1  # nor one of which less than this share of the surface has a po
 NEAR = 0.02  # metres; looked at in
 PROBES = 2_000  # places of the surface
 WHOLE = "whole"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resolution:
+    """How dense a scan is; as it comes from the sensors, unless it is fused or thinned."""
+
+    leaf: float | None = None  # metres, side of the cells that each hold one point, the mean, as in a fused scan
+    points: int | None = None  # at most, chosen at random
+
+    def __post_init__(self):
+        if self.leaf is not None and not 0.001 <= self.leaf <= 0.2:
+            raise InputError(f"--fused {self.leaf:g}: expected a length from 1 mm to 20 cm")
+        if self.points is not None and self.points < MIN_POINTS:
+            raise InputError(f"--points {self.points}: expected at least {MIN_POINTS}")
+
+    def of(self, scan: VirtualScan, rng: np.random.Generator) -> VirtualScan:
+        """Return a scan in this resolution."""
+        if self.leaf is not None:
+            scan = fused(scan, self.leaf)
+        if self.points is not None and self.points < len(scan.points):
+            chosen = np.sort(rng.permutation(len(scan.points))[: self.points])
+            scan = replace(scan, points=scan.points[chosen], labels=scan.labels[chosen])
+        return scan
+
+
+AS_SEEN = Resolution()
+
+
+def fused(scan: VirtualScan, leaf: float) -> VirtualScan:
+    """Return a scan with one point in each cell of a side in metres: the mean, and the owner of most of its points.
+
+    As a fused scan's it is sparser and less noisy than what the views saw, and takes the edges off.
+    """
+    grid = cells(scan.points, leaf)
+    owners, owner = np.unique(scan.labels, return_inverse=True)
+    pairs, counts = np.unique(grid.cell_of * len(owners) + owner.ravel(), return_counts=True)
+    order = np.lexsort((-counts, pairs // len(owners)))
+    first = order[np.unique(pairs[order] // len(owners), return_index=True)[1]]
+    return replace(scan, points=grid.means, labels=owners[pairs[first] % len(owners)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +149,15 @@ def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
     return len(np.unique(labels[labels > FLOOR]))
 
 
-def scan_room(room: VirtualRoom, views: int | None, noise: float, seed: int) -> VirtualScan:
+def scan_room(
+    room: VirtualRoom, views: int | None, noise: float, seed: int, resolution: Resolution = AS_SEEN
+) -> VirtualScan:
     """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
-    if views is None:
-        return whole_scan(room)
     number = int(room.name.rpartition("_")[2])
-    rng = np.random.default_rng([seed, number, views])
-    return seen_scan(room, views, Kinect(noise=noise, dropouts=noise > 0), rng)
+    rng = np.random.default_rng([seed, number, views or 0])
+    if views is None:
+        return resolution.of(whole_scan(room), rng)
+    return resolution.of(seen_scan(room, views, Kinect(noise=noise, dropouts=noise > 0), rng), rng)
 
 
 def parse_views(text: str) -> int | None:

@@ -76,8 +76,10 @@ def classify(
             failures.add(outcome)
             rows[index] = {"file": str(names[index]), "error": " ".join(str(outcome).split())}
         else:
-            row = scored(names[index], *outcome, classifier, explain)
-            rows[index] = told_as_view(row, outcome[0], tasks[index][1], partial(scored, explain=explain), of_views)
+            settled, seconds, one_view = outcome
+            row = scored(names[index], settled, seconds, classifier, explain)
+            again = partial(scored, explain=explain)
+            rows[index] = told_as_view(row, settled, tasks[index][1], again, of_views) if one_view else row
     if table is not None:
         write_rows(rows, classifier.functions_, table)
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
@@ -109,7 +111,8 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified(file: Path, classifier: FunctionModel, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
-    return scored(file, *settled_file(file, dropping_of(classifier, up, units), classifier), classifier, explain)
+    settled, seconds, _ = settled_file(file, dropping_of(classifier, up, units), classifier)
+    return scored(file, settled, seconds, classifier, explain)
 
 
 def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
@@ -125,13 +128,20 @@ def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
     )
 
 
-def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> tuple[Settled, float]:
-    """Return what became of as many drops on one file's object as its answer needs, and the seconds."""
-    from ..settling.records import settling_of
+def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> tuple[Settled, float, bool]:
+    """Return what became of as many drops on one file's object as its answer needs, the seconds, and if it is one view.
+
+    The last is asked only where the object is for nothing.
+    """
+    from ..learning.reasons.one_view import looks_like_one_view
+    from ..settling.records import KeptFile
 
     started = time.perf_counter()
-    settled = classifier.settled_by(settling_of(file, dropping, report=say))
-    return settled, time.perf_counter() - started
+    kept = KeptFile(file, dropping, report=say)
+    settled = classifier.settled_by(kept.runs)
+    for_nothing = not any(told.member for told in classifier.memberships_of([settled])[0].values())
+    one_view = for_nothing and kept.tells("one_view", looks_like_one_view)
+    return settled, time.perf_counter() - started, one_view
 
 
 def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionModel, explain: bool) -> Row:

@@ -6,13 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..learning.reasons.one_view import (
-    COMPLETED,
-    NOTHING,
-    looks_like_one_view,
-    nothing_settled,
-    settled_on_completed,
-)
+from ..learning.reasons.one_view import COMPLETED, NOTHING, nothing_settled, settled_on_completed
 
 if TYPE_CHECKING:
     from ..learning.function_model import FunctionModel
@@ -29,7 +23,7 @@ def told_as_view(
     scored: Callable[..., Row],
     of_views: Callable[[], FunctionModel],
 ) -> Row:
-    """Return a file's row, or, where it is for nothing and looks like one view, that of the object completed.
+    """Return the row of a file that is for nothing and looks like one view, or that of the object completed.
 
     Parameters
     ----------
@@ -38,13 +32,8 @@ def told_as_view(
     of_views : callable
         Returns the model for single views.
     """
-    if any(told["member"] for told in row["functions"].values()):
-        return row
-    cloud, file, lost = dropping.cloud(Path(row["file"])), Path(row["file"]), nothing_settled(settled)
-    if not looks_like_one_view(cloud):
-        return row
-    model = of_views()
-    completed = settled_on_completed(cloud, model)
+    file, lost, model = Path(row["file"]), nothing_settled(settled), of_views()
+    completed = settled_on_completed(dropping.cloud(file), model)
     if completed is not None:
         whole = scored(file, completed, row["seconds"], model)
         if lost or any(told["member"] for told in whole["functions"].values()):

@@ -170,19 +170,32 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     )
 
 
-def settling_of(path: Path, dropping: Dropping, report: Report | None = None) -> Callable[[Length], Settled]:
-    """Return what makes runs of some length on a file's object, from the cache where it has them; see `object_record`.
+class KeptFile:
+    """A file's object and what is kept of it by content: the file is read once at most, and only for what is not kept.
 
-    The file is read once at most. ``report`` is told what looks odd about it, or was guessed, whether it is read again
-    or not.
+    Parameters
+    ----------
+    report : callable, optional
+        Is told what looks odd about the file, or was guessed, whether it is read again or not.
     """
-    content, name = dropping.content_hash(path), one_line(Path(path).name)
-    lines: list[str] = []
-    cloud = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name))))
-    remarks = computed_once(entry_path("remarks", content), lambda: cloud() and {"lines": np.array(lines, str)})
-    for line in remarks["lines"].tolist() if report else []:
-        report(name + line)
-    return lambda length: kept_runs(content, cloud, replace(dropping, length=length))
+
+    def __init__(self, path: Path, dropping: Dropping, report: Report | None = None):
+        self.path, self.dropping = path, dropping
+        self.content, name, lines = dropping.content_hash(path), one_line(Path(path).name), []
+        self.cloud = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name))))
+        entry = entry_path("remarks", self.content)
+        remarks = computed_once(entry, lambda: self.cloud() and {"lines": np.array(lines, str)})
+        for line in remarks["lines"].tolist() if report else []:
+            report(name + line)
+
+    def runs(self, length: Length) -> Settled:
+        """Return where spheres settle in runs of some length."""
+        return kept_runs(self.content, self.cloud, replace(self.dropping, length=length))
+
+    def tells(self, name: str, tell: Callable[[Cloud], bool]) -> bool:
+        """Return what ``tell``, which is known by a name, says of the cloud."""
+        kept = computed_once(entry_path(name, self.content), lambda: {"told": np.array(tell(self.cloud()))})
+        return bool(kept["told"])
 
 
 def settle_kept(

@@ -1,0 +1,88 @@
+"""A ROS 2 node: takes clouds, finds what can be sat on, drunk from and put things on, publishes boxes as markers.
+
+    pip install spherefunc-bullet            # into the environment that has ROS 2
+    python3 functional_objects.py --ros-args -r cloud:=/camera/depth/points -p level_frame:=base_link
+
+It answers the newest cloud and drops what comes meanwhile. Where /tf leads from the cloud's frame to ``level_frame``
+the cloud is turned into that, whose z is taken as up; else gravity is found in the cloud itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_marker
+from spherefunc_bullet.scenes.ros.frames import matrix_of
+from spherefunc_bullet.scenes.ros.point_cloud2 import PointCloud2, points_of
+
+DELETE_ALL = 3  # of visualization_msgs/Marker: what was drawn before
+
+
+def level_points(cloud: PointCloud2, transform: object | None) -> tuple[np.ndarray, str]:
+    """Return a cloud's points (N, 3), in the level frame where a transform leads there, and which way is up."""
+    points = points_of(cloud)
+    if transform is None:
+        return points, "auto"
+    T_level_cloud = matrix_of(transform)
+    return points @ T_level_cloud[:3, :3].T + T_level_cloud[:3, 3], "z"
+
+
+def markers_of(points: np.ndarray, up: str, header: object, new_marker: type) -> list:
+    """Return markers of what is found in points (N, 3): first one that clears those of the cloud before."""
+    cleared = new_marker()
+    cleared.header, cleared.action = header, DELETE_ALL
+    markers = [cleared]
+    for number, box in enumerate(boxes_of(sf.find_objects(points, units="m", up=up))):
+        markers.append(fill_marker(new_marker(), box, number))
+        markers[-1].header = header
+    return markers
+
+
+def main():
+    """Run the node until it is stopped."""
+    import rclpy
+    from rclpy.node import Node
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    from sensor_msgs.msg import PointCloud2 as Cloud
+    from tf2_ros import Buffer, TransformException, TransformListener
+    from visualization_msgs.msg import Marker, MarkerArray
+
+    class FunctionalObjects(Node):
+        def __init__(self):
+            super().__init__("functional_objects")
+            self.level_frame = self.declare_parameter("level_frame", "").value
+            self.frames = Buffer()
+            self.listener = TransformListener(self.frames, self)
+            self.publisher = self.create_publisher(MarkerArray, "functional_objects", 1)
+            newest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+            self.create_subscription(Cloud, "cloud", self.answer, newest)
+
+        def transform_of(self, header):
+            if not self.level_frame:
+                return None
+            try:
+                known = self.frames.lookup_transform(self.level_frame, header.frame_id, header.stamp)
+            except TransformException as error:
+                self.get_logger().warning(f"no way to {self.level_frame}, so gravity is looked for: {error}")
+                return None
+            return known.transform
+
+        def answer(self, cloud):
+            transform = self.transform_of(cloud.header)
+            try:
+                points, up = level_points(cloud, transform)
+                if transform is not None:
+                    cloud.header.frame_id = self.level_frame
+                markers = markers_of(points, up, cloud.header, Marker)
+            except sf.InputError as error:
+                self.get_logger().warning(str(error))
+                return
+            self.publisher.publish(MarkerArray(markers=markers))
+
+    rclpy.init()
+    rclpy.spin(FunctionalObjects())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""What was found, as boxes with a pose: what ``visualization_msgs/Marker`` and ``vision_msgs/Detection3D`` ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..recognition.objects import FoundObject
+
+COLOURS = {"sittable": (0.0, 0.75, 0.84), "table": (0.88, 0.0, 0.75), "cup": (0.96, 0.59, 0.0)}  # as in pictures
+OTHER = (0.4, 0.4, 0.4)
+OPACITY = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundBox:
+    """The box of one object that has a function, in the frame of the cloud."""
+
+    function: str  # the one of the best score
+    score: float
+    position: tuple[float, float, float]  # of the middle, metres
+    orientation: tuple[float, float, float, float]  # quaternion x, y, z, w
+    size: tuple[float, float, float]  # metres, along the box's own axes
+    colour: tuple[float, float, float]  # 0 to 1
+
+
+def boxes_of(objects: Sequence[FoundObject]) -> list[FoundBox]:
+    """Return the boxes of all objects that have a function, in their order."""
+    return [box_of(item) for item in objects if item.functions]
+
+
+def box_of(item: FoundObject) -> FoundBox:
+    """Return an object's box; its pose comes from its corners, which hold in tilted frames as well."""
+    from scipy.spatial.transform import Rotation
+
+    sides = item.corners[[1, 3, 4]] - item.corners[0]
+    size = np.linalg.norm(sides, axis=1)
+    axes = sides / np.maximum(size, 1e-9)[:, None]
+    function = max(item.functions, key=lambda name: (item.scores[name], name))
+    return FoundBox(
+        function=function,
+        score=item.scores[function],
+        position=tuple(item.corners.mean(axis=0).tolist()),
+        orientation=tuple(Rotation.from_matrix(axes.T).as_quat().tolist()),
+        size=tuple(size.tolist()),
+        colour=COLOURS.get(function, OTHER),
+    )
+
+
+def fill_marker(marker: Any, box: FoundBox, number: int) -> Any:
+    """Set a ``visualization_msgs/Marker``, whose header is the caller's, to a box; return it."""
+    marker.ns, marker.id, marker.type, marker.action = box.function, number, 1, 0  # a cube, added or changed
+    place, turn = marker.pose.position, marker.pose.orientation
+    place.x, place.y, place.z = box.position
+    turn.x, turn.y, turn.z, turn.w = box.orientation
+    marker.scale.x, marker.scale.y, marker.scale.z = box.size
+    marker.color.r, marker.color.g, marker.color.b = box.colour
+    marker.color.a = OPACITY
+    marker.text = f"{box.function} {box.score:.2f}"
+    return marker

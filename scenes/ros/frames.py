@@ -1,0 +1,88 @@
+"""Frames of ``/tf`` and ``/tf_static``: from a sensor's own to one whose z points up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+# Frames that stand level by convention (REP 105, and 120 for humanoids), the first known one is taken.
+LEVEL = ("map", "odom", "world", "base_footprint", "base_link", "base")
+_DEEPEST = 100  # frames from a sensor to the root: what is deeper goes in a circle
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Edge:
+    """How a frame lies in its parent at a time."""
+
+    parent: str
+    stamp: float  # seconds; minus infinity for what never changes
+    T_parent_child: np.ndarray  # (4, 4)
+
+
+@dataclass
+class FrameTree:
+    """The frames that were told of, each with what was said of it over time."""
+
+    edges: dict[str, list[Edge]] = field(default_factory=dict)  # by child
+
+    def add(self, transforms: Iterable[Any], static: bool = False):
+        """Add the transforms of a ``tf2_msgs/TFMessage``."""
+        for transform in transforms:
+            edge = Edge(
+                parent=plain(transform.header.frame_id),
+                stamp=-np.inf if static else seconds(transform.header.stamp),
+                T_parent_child=matrix_of(transform.transform),
+            )
+            self.edges.setdefault(plain(transform.child_frame_id), []).append(edge)
+
+    def edge_at(self, child: str, stamp: float) -> Edge | None:
+        """Return what was said of a frame nearest to a time, None if nothing was."""
+        known = self.edges.get(child, ())
+        return min(known, key=lambda edge: 0.0 if np.isinf(edge.stamp) else abs(edge.stamp - stamp), default=None)
+
+    def to_level(self, frame: str, stamp: float) -> tuple[str, np.ndarray] | None:
+        """Return the name of a level frame above another, and the transform (4, 4) to it; None if none is known.
+
+        Between two times that something was said of a frame the nearer one is taken, without interpolation.
+        """
+        frame, T, found = plain(frame), np.eye(4), {}
+        for _ in range(_DEEPEST):
+            found.setdefault(frame.rpartition("/")[2], (frame, T))
+            edge = self.edge_at(frame, stamp)
+            if edge is None:
+                break
+            frame, T = edge.parent, edge.T_parent_child @ T
+        return next((found[name] for name in LEVEL if name in found), None)
+
+
+def plain(frame: str) -> str:
+    """Return a frame's name without the leading slash that ROS 1 allowed."""
+    return frame.lstrip("/")
+
+
+def seconds(stamp: Any) -> float:
+    """Return a ``builtin_interfaces/Time`` as seconds; ROS 1 and 2 name its parts otherwise.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> seconds(SimpleNamespace(sec=2, nanosec=500_000_000)), seconds(SimpleNamespace(secs=2, nsecs=0))
+    (2.5, 2.0)
+    """
+    whole = stamp.sec if hasattr(stamp, "sec") else stamp.secs
+    rest = stamp.nanosec if hasattr(stamp, "nanosec") else stamp.nsecs
+    return float(whole) + 1e-9 * float(rest)
+
+
+def matrix_of(transform: Any) -> np.ndarray:
+    """Return a ``geometry_msgs/Transform`` as a matrix (4, 4)."""
+    from scipy.spatial.transform import Rotation
+
+    turn, shift = transform.rotation, transform.translation
+    T = np.eye(4)
+    T[:3, :3] = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+    T[:3, 3] = [shift.x, shift.y, shift.z]
+    return T

@@ -1,0 +1,95 @@
+"""``sensor_msgs/PointCloud2`` as arrays: the same whether rclpy, rospy or `rosbags` made the message."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+# ``sensor_msgs/PointField``: the numbers of its types, and numpy's names of them without the order of bytes.
+DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+COLOUR_FIELDS = ("rgb", "rgba")  # 0xAARRGGBB in four bytes, whatever type they are called
+
+
+class PointField(Protocol):
+    """``sensor_msgs/PointField``."""
+
+    name: str
+    offset: int  # bytes
+    datatype: int
+    count: int
+
+
+class PointCloud2(Protocol):
+    """``sensor_msgs/PointCloud2``."""
+
+    header: Any  # stamp and frame_id
+    height: int
+    width: int
+    fields: Sequence[PointField]
+    is_bigendian: bool
+    point_step: int  # bytes
+    row_step: int
+    data: Any  # bytes, or an array of them
+
+
+def records_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
+    """Return a message's points as records (N,) with its fields, row after row.
+
+    Raises
+    ------
+    InputError
+        If the message does not hold what it says: it is cut off, or its fields do not fit into a point.
+    """
+    order = ">" if message.is_bigendian else "<"
+    fields = [field for field in message.fields if field.datatype in DATATYPES]
+    layout = {
+        "names": [field.name for field in fields],
+        "formats": [order + DATATYPES[field.datatype] for field in fields],
+        "offsets": [int(field.offset) for field in fields],
+        "itemsize": int(message.point_step),
+    }
+    data, count = np.frombuffer(memoryview(message.data), np.uint8), int(message.height) * int(message.width)
+    row = int(message.row_step) if message.height > 1 else int(message.width) * int(message.point_step)
+    if row * int(message.height) > len(data) or int(message.width) * int(message.point_step) > row:
+        wanted = f"{message.height} x {message.width} points of {message.point_step} bytes"
+        raise InputError(f"{name}: expected {wanted}, got {len(data)} bytes; is the message cut off?")
+    try:
+        dtype = np.dtype(layout)
+    except ValueError as error:
+        raise InputError(f"{name}: expected fields within {message.point_step} bytes a point; {error}") from error
+    rows = data[: row * int(message.height)].reshape(int(message.height), row)
+    packed = np.ascontiguousarray(rows[:, : int(message.width) * int(message.point_step)])
+    return packed.view(dtype).reshape(count)
+
+
+def points_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
+    """Return a message's points (N, 3) float64 in its frame, metres; NaN where the sensor saw nothing.
+
+    Raises
+    ------
+    InputError
+        If it has no x, y and z, or is damaged.
+    """
+    names = {field.name for field in message.fields}
+    if not {"x", "y", "z"} <= names:
+        raise InputError(f"{name}: expected the fields x, y and z, got {', '.join(sorted(names)) or 'none'}")
+    records = records_of(message, name)
+    return np.column_stack([records[axis].astype(np.float64) for axis in "xyz"])
+
+
+def colours_of(message: PointCloud2, name: str = "cloud") -> np.ndarray | None:
+    """Return a message's colours (N, 3) uint8; None without any."""
+    colour = next((field.name for field in message.fields if field.name in COLOUR_FIELDS), None)
+    if colour is None:
+        return None
+    packed = np.ascontiguousarray(records_of(message, name)[colour])
+    if packed.dtype.itemsize != 4:
+        return None
+    bits = packed.view(packed.dtype.newbyteorder("=").str.replace("f", "u").replace("i", "u"))
+    if packed.dtype.byteorder == ">":
+        bits = bits.byteswap()
+    return np.column_stack([bits >> 16 & 255, bits >> 8 & 255, bits & 255]).astype(np.uint8)
