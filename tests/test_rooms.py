@@ -198,7 +198,7 @@ def test_a_large_object_is_thinned_and_a_small_one_is_not():
 def test_steps_are_read():
     assert steps_of("none") == ()
     assert steps_of(None) == DEFAULT
-    with pytest.raises(InputError, match="expected some of smooth, bottom, sides, mirror"):
+    with pytest.raises(InputError, match="expected some of smooth, top, bottom, sides, mirror"):
         steps_of("bottom,magic")
 
 

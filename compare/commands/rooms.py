@@ -43,7 +43,7 @@ def rooms(
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
     completion: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
+        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
     ] = None,
     cut_out: Annotated[
         bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")

@@ -66,7 +66,7 @@ def main(
     data: Annotated[Path, typer.Argument(help="Folder of scans, with NAME_boxes.csv or NAME_instances.csv.")],
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str, typer.Option(help="Whose shipped model to use.")] = "fast",
-    complete: Annotated[str | None, typer.Option(help="Some of smooth,bottom,sides,mirror; or none.")] = None,
+    complete: Annotated[str | None, typer.Option(help="Some of smooth,top,bottom,sides,mirror; or none.")] = None,
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",

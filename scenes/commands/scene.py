@@ -36,7 +36,7 @@ def scene(
     topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
     time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
     complete: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,bottom,sides,mirror; or none.")
+        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
     ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
     large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
@@ -184,5 +184,7 @@ def print_room(scan: Scan, room: Room):
         columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
         print_table(f"{scan.name}: what objects are for (scores; above 0.5 it is)", columns, table)
     print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
+    for item in room.inferred:
+        print(f"inferred, not counted: {item.function}, since {item.reason}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
     print(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .proposals import CLUSTERS, Proposal, shared_points
 
 _SAME = 0.35  # intersection over union from which on two claims are of one thing
 _WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
+_NEARLY = 0.1  # of score: what differs by less is as sure
 _LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
 _WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
 
@@ -37,8 +38,7 @@ class Candidate:
 
     def taking(self, members: np.ndarray) -> Candidate:
         """Return it with other points."""
-        own = Proposal(by=self.proposal.by, members=members, support=self.proposal.support)
-        return Candidate(proposal=own, functions=self.functions, place=self.place)
+        return Candidate(proposal=replace(self.proposal, members=members), functions=self.functions, place=self.place)
 
 
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
@@ -54,7 +54,7 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
         Points that an object keeps at least.
     """
     claims: list[Candidate] = []
-    for candidate in sorted((one for one in candidates if one.claimed), key=lambda one: (-one.score, one.place)):
+    for candidate in sorted((one for one in candidates if one.claimed), key=precedence):
         if not any(is_same(candidate, other) for other in claims):
             claims.append(candidate)
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
@@ -62,6 +62,14 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     rest = [one for one in clusters if not one.claimed and free_share(one, claims) >= _LEFT]
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return parted([*claims, *rest], least)
+
+
+def precedence(one: Candidate) -> tuple[int, bool, int, int]:
+    """Return what claims of one thing are ordered by: nearly equal scores leave it to pools, and to the larger one.
+
+    A cluster may hold more than what carries its pool, or half of it.
+    """
+    return -round(one.score / _NEARLY), one.proposal.by == CLUSTERS, -len(one.proposal.members), one.place
 
 
 def is_same(one: Candidate, other: Candidate) -> bool:

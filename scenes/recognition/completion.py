@@ -11,8 +11,9 @@ from spherefunc_bullet.errors import InputError
 from ..segmentation.box import bounding_box
 from .smoothing import smoothed
 
-STEPS = ("smooth", "bottom", "sides", "mirror")
-DEFAULT = ("smooth", "bottom", "mirror")
+TOP = "top"  # done where the pool is known that an object carries, see `pools.levelling`
+STEPS = ("smooth", "top", "bottom", "sides", "mirror")
+DEFAULT = ("smooth", "top", "bottom", "mirror")
 _SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
 _VESSEL = 0.5  # metres: what is larger holds no drink
@@ -54,7 +55,7 @@ def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: flo
     ----------
     points : (N, 3) float64, metres, level frame
         Of one object.
-    steps : sequence of {"smooth", "bottom", "sides", "mirror"}
+    steps : sequence of {"smooth", "top", "bottom", "sides", "mirror"}
         ``smooth`` takes the sensor's scatter off what is small enough to be a vessel, which it would fill;
         ``bottom`` closes the foot of what stands on the support with a flat sheet, as the paper suggests for cups;
         ``sides`` continues upright outlines down to the support; ``mirror`` adds a large object's mirror images

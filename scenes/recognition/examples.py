@@ -62,7 +62,7 @@ def proposed_examples(
         if len(seen) < _FEWEST or _PART <= shared < _OBJECT:
             continue
         own = dense[proposal.members]
-        cloud, box = object_cloud(own, completion, proposal.support)
+        cloud, box = object_cloud(own, completion, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
             yield Example(cloud=cloud, number=number if shared >= _OBJECT else None, by=proposal.by)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import cut_out
 from ..pools.resting import resting_places
-from ..pools.surfaces import level_pools
+from ..pools.surfaces import Pool, level_pools
 from ..pools.things import Top, ground_top, things_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
@@ -40,6 +40,7 @@ class Proposal:
     by: str  # "clusters" or "pools"
     members: np.ndarray  # (K,) int64, ascending, of the scene's points
     support: float  # the height that it stands on, metres
+    pool: Pool | None = None  # of large spheres, that it carries
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,19 +89,23 @@ def propose(
         Of the drops.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
-    if POOLS in kinds:
-        proposed += [new for new in pool_proposals(scene, simulator, seed) if is_new(new, proposed)]
+    for new in pool_proposals(scene, simulator, seed) if POOLS in kinds else []:
+        same = same_proposal(new, proposed)
+        if same is None:
+            proposed.append(new)
+        elif new.pool is not None and proposed[same].pool is None:
+            proposed[same] = replace(proposed[same], pool=new.pool)
     return proposed
 
 
-def is_new(proposal: Proposal, others: Sequence[Proposal]) -> bool:
-    """Return whether no other proposal has nearly the same points."""
+def same_proposal(proposal: Proposal, others: Sequence[Proposal]) -> int | None:
+    """Return which other proposal has nearly the same points; None if none has."""
     low, high = _SAME * len(proposal.members), len(proposal.members) / _SAME
-    return not any(
-        shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members))
-        for other in others
-        if low <= len(other.members) <= high
-    )
+    for k, other in enumerate(others):
+        if low <= len(other.members) <= high:
+            if shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members)):
+                return k
+    return None
 
 
 def shared_points(one: Proposal, other: Proposal) -> int:
@@ -138,7 +143,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[
     proposed = []
     for pool in pools:
         members = own[cut_out(voxels.means, pool)[voxels.cell_of]]
-        proposed.append(Proposal(by=POOLS, members=members, support=0.0))
+        proposed.append(Proposal(by=POOLS, members=members, support=0.0, pool=pool))
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
+from ..pools.levelling import levelled
+from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..scans.filling import filled
-from ..scans.levelling import Levelling, level
+from ..scans.levelling import level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import euclidean_clusters
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
 from .choosing import Candidate, chosen
-from .completion import DEFAULT, complete
-from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
+from .completion import DEFAULT, TOP, complete
+from .inferring import inferred_seats
+from .proposals import KINDS, Proposal, Scene, cluster_proposals, propose
+from .room import Room, SceneObject
 from .smoothing import smoothed
 
 logger = logging.getLogger("spherefunc")
@@ -36,52 +40,6 @@ MANY = 2_000_000  # points: what has more is thinned before anything else
 FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
 FEWEST = 60  # points of an object
 FLOATS = 0.10  # metres above its support: what begins higher does not stand
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SceneObject:
-    """One object of a room."""
-
-    id: int  # its label in `Room.labels`
-    points: np.ndarray  # (N, 3) float64, metres, level frame; of a scan of many points, thinned
-    support: float  # the height it stands on, metres
-    box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
-    fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
-    functions: dict[str, Membership]
-    proposed_by: str = CLUSTERS  # or "pools"
-
-    @property
-    def members(self) -> frozenset[str]:
-        """The functions that it has."""
-        return frozenset(name for name, membership in self.functions.items() if membership.member)
-
-    @property
-    def main_function(self) -> str | None:
-        """The function of the best score that it has, None for none."""
-        scores = {name: membership.score for name, membership in self.functions.items() if membership.member}
-        return max(scores, key=scores.get) if scores else None
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Room:
-    """What was found in a scan."""
-
-    levelling: Levelling
-    labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
-    objects: list[SceneObject]
-    proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
-    stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
-
-    @property
-    def function_names(self) -> list[str]:
-        """The functions that objects were asked for; none without objects."""
-        return list(self.objects[0].functions) if self.objects else []
-
-    def box_in_scan(self, box: Box) -> Box:
-        """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""
-        center = self.levelling.to_scan(box.center[None])[0]
-        x = box.axes[0] @ self.levelling.T_level_scan[:3, :3]
-        return Box(center=center, size=box.size, yaw=float(np.arctan2(x[1], x[0])))
 
 
 def compile_kernels():
@@ -132,13 +90,17 @@ def recognise(
     watch.lap("pools")
     candidates = judged(dense, proposed, model, completion, watch)
     objects = chosen(candidates, FEWEST)
-    labels = labels_of(objects, labels)[: len(points)]
+    labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
+    inferred = inferred_seats(dense, labels, items)
+    watch.lap("inferring")
+    labels = labels[: len(points)]
     return Room(
         levelling=levelling,
         labels=labels if fine is None else labels[fine.cell_of],
-        objects=[scene_object(number, dense, one) for number, one in enumerate(objects)],
+        objects=items,
         proposals=[scene_object(number, dense, one) for number, one in enumerate(candidates)],
+        inferred=inferred,
         stages=watch.seconds,
     )
 
@@ -175,7 +137,7 @@ def judged(
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    clouds = [object_cloud(points[one.members], completion, one.support) for one in proposals]
+    clouds = [object_cloud(points[one.members], completion, one.support, one.pool) for one in proposals]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
@@ -217,11 +179,15 @@ def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
     return numbered
 
 
-def object_cloud(points: np.ndarray, completion: Sequence[str], support: float) -> tuple[Cloud, Box]:
+def object_cloud(
+    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None
+) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = bounding_box(points)
     spacing = value_for_size(SPACINGS, box.size.max())
-    whole = complete(cells(points, spacing).means if spacing else points, completion, support=support)
+    seen = cells(points, spacing).means if spacing else points
+    even = levelled(seen, pool) if pool is not None and TOP in completion else seen
+    whole = complete(even, completion, support=support)
     own = (whole - [*box.center[:2], support]) @ box.axes.T
     return Cloud(own, "object"), box
 

@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
 
-from ..recognition.recognition import Room, SceneObject
+from ..recognition.room import Inferred, Room, SceneObject
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 
@@ -35,8 +35,21 @@ def room_json(scan: Scan, room: Room) -> dict[str, object]:
         "up": levelling.up.round(6).tolist(),
         "T_level_scan": levelling.T_level_scan.round(6).tolist(),
         "objects": [object_json(item, room, int(counts[item.id])) for item in room.objects],
+        "inferred": [inferred_json(item, room) for item in room.inferred],
         "stages": {name: round(seconds, 4) for name, seconds in room.stages.items()},
         "seconds": round(sum(room.stages.values()), 3),
+    }
+
+
+def inferred_json(item: Inferred, room: Room) -> dict[str, object]:
+    """Return for JSON what was not seen, but has its place."""
+    corners = room.levelling.to_scan(item.box.corners)
+    return {
+        "function": item.function,
+        "table": item.table,
+        "size": item.box.size.round(4).tolist(),
+        "corners": corners.round(4).tolist(),
+        "reason": item.reason,
     }
 
 
@@ -56,6 +69,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         },
         "support": round(item.support, 4),
         "fragment": item.fragment,
+        "proposed_by": item.proposed_by,
         "functions": {name: asdict(membership) for name, membership in item.functions.items()},
     }
 

@@ -1,0 +1,89 @@
+"""Seats that nobody sees: a back that stands at a table's edge has a seat below the table, as far as one can tell.
+
+No sphere rests on a back, so this is no finding of the method. It is told apart, with its reason, and counts nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..scans.cells import cells
+from ..segmentation.box import Box, bounding_box
+from ..segmentation.clusters import euclidean_clusters, members_of
+from .room import Inferred, SceneObject
+
+SEAT, TABLE = "sittable", "table"  # the functions
+_VOXEL, _APART = 0.015, 0.035  # metres: of what is looked at, and between backs
+_REACH = 0.35  # metres from a table's edge at which a chair's back stands
+_BELOW, _ABOVE = 0.05, 0.55  # metres about a table's top between which its back shows
+_TALLER = 0.08  # metres by which it rises above the top at least
+_WIDTH, _THICK, _HIGH = (0.28, 0.70), 0.24, 0.12  # metres: of a back, the least and most, most, and least
+_DEPTH = 0.45  # metres: of a chair
+
+
+def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[Inferred]:
+    """Return the seats whose backs stand at the edges of tables and are of no object with a function.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    labels : (N,) int
+        The object of each point from 0, -1 the floor, -2 walls, -3 what is left over.
+    objects : sequence of SceneObject
+    """
+    of_use = np.array([bool(item.members) for item in objects] + [False])
+    free = (labels != -1) & (labels != -2) & ~of_use[np.where(labels >= 0, labels, len(objects))]
+    seats, taken = [], [item.box for item in objects if SEAT in item.members]
+    for table in (item for item in objects if TABLE in item.members):
+        for back in backs_at(points[free], table):
+            seat = seat_of(back, table)
+            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _DEPTH / 2 for other in taken):
+                taken.append(seat)
+                seats.append(Inferred(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
+    return seats
+
+
+def backs_at(points: np.ndarray, table: SceneObject) -> list[Box]:
+    """Return the boxes of the backs among points (N, 3) that rise at a table's edge."""
+    top = table.box.center[2] + table.box.size[2] / 2
+    beside = beyond_edge(points, table.box)
+    around = (beside > -_DEPTH / 2) & (beside < _REACH)
+    around &= (points[:, 2] > top - _BELOW) & (points[:, 2] < top + _ABOVE)
+    if not around.any():
+        return []
+    voxels = cells(points[around], _VOXEL).means
+    boxes = [bounding_box(voxels[own]) for own in members_of(euclidean_clusters(voxels, _APART)) if len(own) > 10]
+    return [box for box in boxes if is_back(box, top)]
+
+
+def beyond_edge(points: np.ndarray, box: Box) -> np.ndarray:
+    """Return how far points (N, 3) lie outside a box seen from above, metres, negative inside."""
+    outside = np.abs(box.to_own(points)[:, :2]) - box.size[:2] / 2
+    return np.where((outside > 0).all(axis=1), np.linalg.norm(outside, axis=1), outside.max(axis=1))
+
+
+def is_back(box: Box, top: float) -> bool:
+    """Return whether a box is upright, thin, as wide as a chair, and taller than a table's top."""
+    width, thickness, height = box.size
+    tall = box.center[2] + height / 2 > top + _TALLER
+    return bool(_WIDTH[0] <= width <= _WIDTH[1] and thickness <= min(_THICK, 0.6 * width) and height >= _HIGH and tall)
+
+
+def seat_of(back: Box, table: SceneObject) -> Box:
+    """Return the box of the chair whose back is seen: from there towards the table's middle, down to the floor."""
+    across = back.axes[1, :2]
+    toward = across if across @ (table.box.center[:2] - back.center[:2]) > 0 else -across
+    height = back.center[2] + back.size[2] / 2
+    middle = back.center[:2] + toward * (_DEPTH - back.size[1]) / 2
+    return Box(center=np.array([*middle, height / 2]), size=np.array([back.size[0], _DEPTH, height]), yaw=back.yaw)
+
+
+def reason_of(back: Box, table: SceneObject) -> str:
+    """Return why there may be a seat, in words."""
+    height = back.center[2] + back.size[2] / 2
+    return (
+        f"an upright back {100 * back.size[0]:.0f} cm wide and {100 * height:.0f} cm high stands at the edge of table "
+        f"{table.id}; its seat, below the table, was not seen"
+    )

@@ -1,0 +1,70 @@
+"""What is found in a scan: objects with their functions, and what may be there without being seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from spherefunc_bullet.learning.function_model import Membership
+
+from ..scans.levelling import Levelling
+from ..segmentation.box import Box
+from .proposals import CLUSTERS
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SceneObject:
+    """One object of a room."""
+
+    id: int  # its label in `Room.labels`
+    points: np.ndarray  # (N, 3) float64, metres, level frame; of a scan of many points, thinned
+    support: float  # the height it stands on, metres
+    box: Box  # in the level frame, down to the support: legs that are not seen are there all the same
+    fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
+    functions: dict[str, Membership]
+    proposed_by: str = CLUSTERS  # or "pools"
+
+    @property
+    def members(self) -> frozenset[str]:
+        """The functions that it has."""
+        return frozenset(name for name, membership in self.functions.items() if membership.member)
+
+    @property
+    def main_function(self) -> str | None:
+        """The function of the best score that it has, None for none."""
+        scores = {name: membership.score for name, membership in self.functions.items() if membership.member}
+        return max(scores, key=scores.get) if scores else None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Inferred:
+    """An object that was not seen, but has its place; see `inferring`."""
+
+    function: str
+    box: Box  # level frame: as deep as a chair, from the floor to the back's top
+    table: int  # the object whose edge it stands at
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Room:
+    """What was found in a scan."""
+
+    levelling: Levelling
+    labels: np.ndarray  # (N,) int32 of the scan's points: an object's id, -1 floor, -2 wall or ceiling, -3 left over
+    objects: list[SceneObject]
+    proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
+    inferred: list[Inferred] = field(default_factory=list)  # not seen, and not counted among the objects
+    stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
+
+    @property
+    def function_names(self) -> list[str]:
+        """The functions that objects were asked for; none without objects."""
+        return list(self.objects[0].functions) if self.objects else []
+
+    def box_in_scan(self, box: Box) -> Box:
+        """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""
+        center = self.levelling.to_scan(box.center[None])[0]
+        x = box.axes[0] @ self.levelling.T_level_scan[:3, :3]
+        return Box(center=center, size=box.size, yaw=float(np.arctan2(x[1], x[0])))

@@ -1,0 +1,81 @@
+"""Seats that are inferred from backs at tables: told apart, with a reason, and only where a back is one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from clouds import sheet
+from room_shapes import moved, square_table
+
+from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
+from spherefunc_bullet.scenes.recognition.room import SceneObject
+from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box
+
+TABLE = square_table(1.4, 0.8, 0.74)[::4]
+
+
+def back(x: float, y: float, width: float = 0.42, thickness: float = 0.03) -> np.ndarray:
+    """Return what shows of a chair's back above a table's top."""
+    low, high = sheet([-width / 2, 0, 0.7], [width, 0, 0], [0, 0, 0.22]), np.array([0, thickness, 0])
+    return moved(np.vstack([low, low + high]), x, y)
+
+
+def thing(number: int, points: np.ndarray, *functions: str) -> SceneObject:
+    told = {
+        name: Membership(member=name in functions, score=0.8 if name in functions else 0.1, radius=0.02)
+        for name in ("cup", "sittable", "table")
+    }
+    box = bounding_box(points).lowered(0.0)
+    return SceneObject(id=number, points=points, support=0.0, box=box, fragment=False, functions=told)
+
+
+def inferred(*others: np.ndarray, objects: tuple[SceneObject, ...] = ()):
+    points = np.vstack([TABLE, *others])
+    labels = np.repeat([0, *[-3] * len(others)], [len(TABLE), *map(len, others)])
+    return inferred_seats(points, labels, [thing(0, TABLE, "table"), *objects])
+
+
+def test_a_back_at_the_edge_infers_a_seat_below_the_table():
+    (seat,) = inferred(back(0.3, 0.5))
+    assert seat.function == "sittable"
+    assert seat.table == 0
+    # The chair reaches from its back 45 cm towards the table's middle, and down to the floor.
+    assert seat.box.center[:2] == pytest.approx([0.3, 0.53 - 0.45 / 2], abs=0.03)
+    assert seat.box.center[2] - seat.box.size[2] / 2 == pytest.approx(0.0, abs=0.01)
+    assert "table 0" in seat.reason and "not seen" in seat.reason
+
+
+def test_two_backs_are_two_seats():
+    assert len(inferred(back(-0.35, 0.5), back(0.35, 0.5))) == 2
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        back(0.0, 1.4),  # far from the table
+        back(0.0, 0.5, width=1.3),  # a screen
+        back(0.0, 0.5, width=0.1),  # a bottle
+        np.vstack([back(0.0, 0.5 + step, thickness=0.0) for step in np.arange(0, 0.36, 0.03)]),  # a box
+        back(0.0, 0.5) - [0.0, 0.0, 0.15],  # no higher than the top
+    ],
+)
+def test_what_is_no_chair_s_back_infers_nothing(other):
+    assert not inferred(other)
+
+
+def test_a_chair_that_was_found_is_not_inferred_again():
+    seen = back(0.3, 0.4)
+    found = thing(1, np.vstack([seen, seen - [0, 0.3, 0.5]]), "sittable")
+    assert not inferred(back(0.3, 0.5), objects=(found,))
+
+
+def test_no_table_no_seat():
+    points = back(0.0, 0.5)
+    assert not inferred_seats(points, np.full(len(points), -3), [])
+
+
+def test_distances_from_a_box_s_edge():
+    box = Box(center=np.zeros(3), size=np.array([2.0, 1.0, 1.0]), yaw=0.0)
+    places = np.array([[0.0, 0.0, 0.0], [1.3, 0.0, 0.0], [1.3, 0.9, 0.0]])
+    assert beyond_edge(places, box) == pytest.approx([-0.5, 0.3, 0.5])
