@@ -14,7 +14,7 @@ from ...simulator import Simulator
 from ..function_model import FunctionModel
 from .calibration import Kin, Line, calibrated
 from .forest import Forest
-from .quantities import NAMES, profiles_over, rank_distances
+from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
@@ -53,6 +53,7 @@ class ProfileModel(FunctionModel):
     kin_: Kin
     familiar_: float
     early_: ProfileModel | None = None
+    _ranks: Ranks | None = None  # of the training objects, once somebody has asked
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -94,11 +95,21 @@ class ProfileModel(FunctionModel):
 
     def sure_of(self, settled: Settled) -> bool:
         """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
-        scores = self.score_settled([settled])[0]
-        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(settled, scores.tolist())
+        profile = self.profiles([settled])
+        scores = self.score_profiles(profile)[0]
+        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(settled, scores, profile)
 
-    def doubts(self, settled: Settled, scores: Sequence[float]) -> list[str]:
-        """Return why the answer is unsure, each a sentence; none where it is sure."""
+    def distances(self, profiles: np.ndarray) -> np.ndarray:
+        """Return how far objects (A, R * Q) are from the training objects, (A, N): the mean difference of ranks."""
+        if self._ranks is None or self._ranks.learnt is not self.profiles_:
+            self._ranks = Ranks(self.profiles_)
+        return self._ranks.distances(profiles)
+
+    def doubts(self, settled: Settled, scores: Sequence[float], profile: np.ndarray | None = None) -> list[str]:
+        """Return why the answer is unsure, each a sentence; none where it is sure.
+
+        ``profile`` (1, R * Q) are the quantities, if they are known.
+        """
         found = [
             f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
             for name, score in zip(self.functions_, scores, strict=True)
@@ -108,7 +119,7 @@ class ProfileModel(FunctionModel):
         dropped = sum(len(settled.get(radius, ())) for radius in self.radii)
         if stayed < FEW:
             return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
-        away = float(rank_distances(self.profiles([settled]), self.profiles_).min())
+        away = float(self.distances(self.profiles([settled]) if profile is None else profile).min())
         if away > self.familiar_:
             found.append(
                 f"unlike all {len(self.names_)} training objects: {away:.2f} from the nearest, where "

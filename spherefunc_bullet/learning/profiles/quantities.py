@@ -165,13 +165,22 @@ def share(settled: np.ndarray, which: np.ndarray) -> float:
     return float(settled[which].mean()) if which.any() else 0.0
 
 
-def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
-    """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks.
+class Ranks:
+    """Training objects' quantities (N, D) as ranks, shares that have less of each: metres and shares count alike."""
 
-    A quantity's rank is the share of the training objects that have less of it, so that metres and shares count alike.
-    """
-    ordered = np.sort(learnt, axis=0)
-    return np.abs(ranks_among(ordered, asked)[:, None] - ranks_among(ordered, learnt)[None]).mean(axis=2)
+    def __init__(self, learnt: np.ndarray):
+        self.learnt = learnt
+        self.ordered = np.sort(learnt, axis=0)
+        self.ranks = ranks_among(self.ordered, learnt)
+
+    def distances(self, asked: np.ndarray) -> np.ndarray:
+        """Return distances (A, N) of objects by their quantities (A, D) from the training objects."""
+        return np.abs(ranks_among(self.ordered, asked)[:, None] - self.ranks[None]).mean(axis=2)
+
+
+def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
+    """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks."""
+    return Ranks(learnt).distances(asked)
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from ...quantities import format_length
 from ...settling.drops import settled_count
 from ...settling.settling import Settled
 from ..profiles.profile_model import ProfileModel
-from ..profiles.quantities import NAMES, QUANTITIES, Profile, Quantity, rank_distances
+from ..profiles.quantities import NAMES, QUANTITIES, Profile, Quantity
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
@@ -87,7 +87,7 @@ def deciding(classifier: ProfileModel, settled: Settled, name: str, count: int =
 
 def nearest(classifier: ProfileModel, settled: Settled, count: int = NEAREST) -> list[Near]:
     """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
-    distances = rank_distances(classifier.profiles([settled]), classifier.profiles_)[0]
+    distances = classifier.distances(classifier.profiles([settled]))[0]
     distances[classifier.kin_.weights < 1] = np.inf
     return [
         {
