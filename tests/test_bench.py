@@ -8,7 +8,8 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from spherefunc_bullet.compare.bench import answers, backends, engine_share, peers
+from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.compare.bench import answers, backends, engine_share, growth, peers
 from spherefunc_bullet.compare.bench.bench import apart
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
@@ -54,3 +55,11 @@ def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
 def test_the_naive_script_drops_as_many_as_asked():
     run = apart(peers.naive_run, peers.peer_mug(), 12)  # it closes standard output to PyBullet
     assert run.drops == 12 and 0 < run.settled < 12 and run.seconds > 0
+
+
+def test_the_cost_of_drops_is_of_each_stretch_of_a_run(tmp_path):
+    cloud = load_cloud(growth.write_crate(tmp_path))
+    parts = growth.stretches(cloud, "fast", 0.02, (1, 50, 200))
+    assert [(part.first, part.last) for part in parts] == [(1, 50), (50, 200)]
+    growth.draw({"fast": parts}, tmp_path / "growth.svg")
+    assert "spheres that have settled" in re.sub(r"<!--|-->", "", (tmp_path / "growth.svg").read_text())
