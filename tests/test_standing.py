@@ -11,6 +11,7 @@ from things import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.compare.mechanics.standing import loaded_places
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.impairment.sawn import needed_legs, sawn_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
@@ -107,6 +108,16 @@ def test_a_leg_that_nothing_depends_on_is_not_sawn():
     feet = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.0], [0.5, 0.5]])
     assert needed_legs(feet, np.arange(1, 7), 6) == [1, 2, 3, 4]
     assert needed_legs(feet[:4], np.arange(1, 5), 4) == [1, 2, 3, 4]
+
+
+def test_a_load_acts_within_the_edge_of_the_seat():
+    grid = np.stack(np.meshgrid(np.arange(0, 0.41, 0.01), np.arange(0, 0.41, 0.01), [0.45]), axis=-1).reshape(-1, 3)
+    shelf = grid * [1, 1, 0.3]
+    places = loaded_places(np.concatenate([grid, shelf[::3]]))
+    assert places[:, 2] == pytest.approx(0.45)
+    low, high = places[:, :2].min(), places[:, :2].max()
+    assert (low, high) == pytest.approx((0.05, 0.35), abs=0.011)  # a step of the grid
+    assert len(loaded_places(grid[:2])) == 2 and len(loaded_places(grid[:0])) == 0  # too few for an edge
 
 
 def test_a_short_leg_rocks(simulator):
