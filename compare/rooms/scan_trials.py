@@ -54,11 +54,13 @@ class Trial:
     model: FunctionModel
     settings: Segmentation
     completion: tuple[str, ...]
+    proposals: tuple[str, ...]  # "clusters", "pools", or both
     baselines: dict[str, Baseline]
 
     def recognise(self, scan: Scan) -> Room:
         """Return what is recognised in a scan."""
-        return recognise(scan, self.model, settings=self.settings, completion=self.completion)
+        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
+        return recognise(scan, self.model, **how)
 
     def told_by_baselines(self, asked: Asked) -> dict[str, Sequence[RecognisedObject]]:
         """Return what the same proposals become as every baseline tells them."""
