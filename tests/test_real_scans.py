@@ -17,10 +17,13 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.rooms.baselines import baselines, learnt_objects, shape_record
 from spherefunc_bullet.compare.rooms.causes import cause_rows
 from spherefunc_bullet.compare.rooms.matching import JudgedScan, Score, best_pairs, judged, score_of
+from spherefunc_bullet.compare.rooms.proposals import Asked
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
+from spherefunc_bullet.scenes.recognition.recognition import recognise
+from spherefunc_bullet.scenes.scans.scan import scan_from_points
 from spherefunc_bullet.scenes.segmentation.box import Box
 
 SCENES = Path(__file__).resolve().parents[2] / "shared" / "data" / "scenes"
@@ -192,6 +195,16 @@ def test_baselines_tell_what_they_have_learnt(tmp_path):
     for baseline in told.values():
         scores = dict(zip(baseline.functions, baseline.scores([mug])[0], strict=True))
         assert max(scores, key=scores.get) == "cup"
+
+
+def test_proposals_told_as_the_spheres_tell_them_become_the_same_objects():
+    scan = scan_from_points(room()[0][::2], "room")
+    asked = Asked(scan=scan, room=recognise(scan, load_model(shipped_model("fast", scans=True))))
+    again = asked.told_by([proposal.scores for proposal in asked.proposals()])
+    assert [item.functions for item in again] == [item.functions for item in asked.objects()]
+    for one, other in zip(again, asked.objects(), strict=True):
+        assert np.array_equal(one.points, other.points)
+        assert np.allclose(one.box.corners, other.box.corners)
 
 
 # The command

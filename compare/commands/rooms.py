@@ -45,6 +45,7 @@ def rooms(
     completion: Annotated[
         str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
     ] = None,
+    proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
     cut_out: Annotated[
         bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
     ] = False,
@@ -61,6 +62,7 @@ def rooms(
     from spherefunc_bullet.formats.writing import prepare_folder
     from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.scenes.recognition.completion import steps_of
+    from spherefunc_bullet.scenes.recognition.proposals import kinds_of
     from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
     from spherefunc_bullet.scenes.virtual_rooms.lived_in import parse_lived_in
     from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
@@ -78,6 +80,7 @@ def rooms(
         settings=Segmentation(cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)),
         completion=steps,
         cut_out=cut_out,
+        proposals=kinds_of(proposals),
         lived_in=parse_lived_in(lived_in),
         resolution=Resolution(leaf=parse_length(fused) if fused else None, points=points),
     )
@@ -98,6 +101,7 @@ def rooms(
         "tolerance": trial.settings.cluster_tolerance,
         "large_tolerance": trial.settings.large_tolerance,
         "completion": list(steps),
+        "proposals": list(trial.proposals),
         "lived_in": asdict(trial.lived_in),
         "resolution": asdict(trial.resolution),
         "seed": seed,

@@ -53,12 +53,12 @@ class Overlaps:
     covered: np.ndarray  # (T, P) share of an object's own points that a proposal has
 
 
-def overlaps_of(scan: JudgedScan) -> Overlaps:
+def overlaps_of(scan: JudgedScan, proposals: Sequence[RecognisedObject]) -> Overlaps:
     """Return how objects and proposals overlap."""
-    inside, covered = (np.zeros((len(scan.truth), len(scan.recognised))) for _ in range(2))
+    inside, covered = (np.zeros((len(scan.truth), len(proposals))) for _ in range(2))
     for t, true in enumerate(scan.truth):
         whole, own = true.holds(scan.points), own_points(scan, t)
-        for p, proposal in enumerate(scan.recognised):
+        for p, proposal in enumerate(proposals):
             inside[t, p] = share(proposal.points & whole, proposal.points)
             covered[t, p] = share(proposal.points & own, own)
     return Overlaps(inside=inside, covered=covered)
@@ -91,10 +91,10 @@ def cause_rows(scan: JudgedScan) -> tuple[list[CauseRow], list[CauseRow]]:
     false = [verdict for verdict in scan.verdicts if verdict.outcome == "false"]
     if not missed and not false:
         return [], []
-    overlaps = overlaps_of(scan)
+    proposed, told = overlaps_of(scan, scan.asked), overlaps_of(scan, scan.recognised)
     return (
-        [miss_row(scan, verdict, cause_of_miss(scan, verdict, overlaps)) for verdict in missed],
-        [claim_row(scan, verdict, cause_of_claim(scan, verdict, overlaps)) for verdict in false],
+        [miss_row(scan, verdict, cause_of_miss(scan, verdict, proposed)) for verdict in missed],
+        [claim_row(scan, verdict, cause_of_claim(scan, verdict, told)) for verdict in false],
     )
 
 
@@ -132,13 +132,15 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
     """Return why an object was not found: what was proposed in its place, if anything was, and what that was told."""
     t = scan.truth.index(verdict.true)
     inside, covered = overlaps.inside[t], overlaps.covered[t]
-    fits = np.array([sufficient_overlap(verdict.true, proposal) for proposal in scan.recognised])
-    if fits.max(initial=0.0) > 0:
-        best = int(np.argmax(fits))
-        if inside[best] >= _MOST:
-            return cause_of_telling(scan.recognised[best], verdict.function)
+    fits = np.array([sufficient_overlap(verdict.true, proposal) > 0 for proposal in scan.asked])
+    fitting = np.flatnonzero(fits & (inside >= _MOST)) if len(fits) else []
+    if len(fitting):
+        best = max(fitting, key=lambda p: scan.asked[p].scores[verdict.function])
+        return cause_of_telling(scan, scan.asked[best], verdict.function)
+    if fits.any():
+        best = int(np.argmax(np.where(fits, inside, -1)))
         return Cause(kind=MERGED, detail=f"one part with {others_in(scan, overlaps, best, t)}")
-    if covered.sum() < _PROPOSED:
+    if covered.max(initial=0.0) < _SOME or covered.sum() < _PROPOSED:
         return Cause(kind=NOT_PROPOSED, detail=f"its points: {whereabouts(scan, own_points(scan, t))}")
     best = int(np.argmax(covered))
     if inside[best] < _MOST:
@@ -149,11 +151,13 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
     return Cause(kind=TORN, detail=f"one part of {covered[best]:.0%} of its points, too small for its box")
 
 
-def cause_of_telling(proposal: RecognisedObject, function: str) -> Cause:
+def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
     """Return why an object that was proposed as it is was not told what it is for."""
     score = proposal.scores[function]
     if function in proposal.functions:
-        return Cause(kind=MERGED, detail="what was found there is another object")
+        if any(np.array_equal(proposal.points, item.points) for item in scan.recognised):
+            return Cause(kind=MERGED, detail="what was found there is another object")
+        return Cause(kind=MISLABELLED, detail=f"{function} {score:.2f}, but what overlaps it was surer")
     if proposal.fragment:
         return Cause(kind=TORN, detail=f"refused as a fragment, {function} {score:.2f}")
     told = ", ".join(f"{name} {proposal.scores[name]:.2f}" for name in sorted(proposal.functions)) or "nothing"

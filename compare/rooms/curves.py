@@ -29,6 +29,7 @@ class ReportHead(TypedDict):
     tolerance: float  # metres
     large_tolerance: float  # metres
     completion: list[str]
+    proposals: list[str]
     lived_in: dict[str, float]  # kind of disorder -> share of the rooms that have it
     resolution: dict[str, float | None]  # leaf in metres, points
     seed: int

@@ -150,3 +150,9 @@ class JudgedScan:
     truth: Sequence[TrueObject]
     recognised: Sequence[RecognisedObject]
     verdicts: Sequence[Verdict]
+    proposals: Sequence[RecognisedObject] = ()  # all that was asked about, overlapping ones too
+
+    @property
+    def asked(self) -> Sequence[RecognisedObject]:
+        """All that was asked about; where that is not known, what was recognised."""
+        return self.proposals or self.recognised

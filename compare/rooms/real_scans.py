@@ -16,6 +16,7 @@ from spherefunc_bullet.console import Failures, print_json, run, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import steps_of
+from spherefunc_bullet.scenes.recognition.proposals import kinds_of
 from spherefunc_bullet.scenes.recognition.recognition import compile_kernels
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 
@@ -69,6 +70,7 @@ def main(
     complete: Annotated[str | None, typer.Option(help="Some of smooth,top,bottom,sides,mirror; or none.")] = None,
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
+    proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
     points: Annotated[int | None, typer.Option(help="Take at most so many points, of scans known by boxes.")] = None,
     learnt: Annotated[str | None, typer.Option(help="Data sets that the model has learnt: adds baselines.")] = None,
@@ -88,6 +90,7 @@ def main(
         model=classifier,
         settings=Segmentation(cluster_tolerance=cluster_tolerance, large_tolerance=large_tolerance),
         completion=steps_of(complete),
+        proposals=kinds_of(proposals),
         baselines=learnt_baselines(learnt, classifier, failures.add),
     )
     shown.prepare()

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.console import say
-from spherefunc_bullet.learning.function_model import THRESHOLD, FunctionModel
+from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
@@ -19,12 +19,10 @@ from spherefunc_bullet.settling.records import ObjectRecord
 from .baselines import Baseline, shape_record
 from .causes import CauseRow, cause_rows
 from .matching import JudgedScan, ScoreRow, Verdict, judged, score_of
-from .proposals import proposal_clouds, recognised_objects, told_otherwise
+from .proposals import Asked, Scores
 from .review import Pictures
 from .scan_report import SPHERES, ScanRow, known_row, scores_by_function
 from .truth import RecognisedObject, TrueObject, true_objects
-
-Proposals = Sequence[RecognisedObject]
 
 
 @dataclass(kw_only=True)
@@ -56,27 +54,26 @@ class Trial:
     model: FunctionModel
     settings: Segmentation
     completion: tuple[str, ...]
+    proposals: tuple[str, ...]  # "clusters", "pools", or both
     baselines: dict[str, Baseline]
 
     def recognise(self, scan: Scan) -> Room:
         """Return what is recognised in a scan."""
-        return recognise(scan, self.model, settings=self.settings, completion=self.completion)
+        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
+        return recognise(scan, self.model, **how)
 
-    def told_by_baselines(self, room: Room, recognised: Proposals) -> dict[str, Proposals]:
-        """Return the same proposals as every baseline tells them."""
-        if not self.baselines or not recognised:
-            return dict.fromkeys(self.baselines, [])
-        clouds = proposal_clouds(room, self.completion)
+    def told_by_baselines(self, asked: Asked) -> dict[str, Sequence[RecognisedObject]]:
+        """Return what the same proposals become as every baseline tells them."""
+        if not self.baselines or not asked.room.proposals:
+            return dict.fromkeys(self.baselines, ())
+        clouds = asked.clouds(self.completion)
         records = [shape_record(cloud, Path(str(number))) for number, cloud in enumerate(clouds)]
-        return {name: retold(recognised, baseline, records) for name, baseline in self.baselines.items()}
+        return {name: asked.told_by(told_scores(own, records)) for name, own in self.baselines.items()}
 
 
-def retold(recognised: Proposals, baseline: Baseline, records: Sequence[ObjectRecord]) -> Proposals:
-    """Return proposals as one baseline tells them."""
-    return [
-        told_otherwise(item, dict(zip(baseline.functions, scores, strict=True)), THRESHOLD)
-        for item, scores in zip(recognised, baseline.scores(records).tolist(), strict=True)
-    ]
+def told_scores(baseline: Baseline, records: Sequence[ObjectRecord]) -> list[Scores]:
+    """Return the score of each function of each object."""
+    return [dict(zip(baseline.functions, row, strict=True)) for row in baseline.scores(records).tolist()]
 
 
 def by_function(verdicts: Sequence[Verdict]) -> dict[str, ScoreRow]:
@@ -121,8 +118,9 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
     started = time.process_time()  # of one core, whatever else is running
     room = trial.recognise(scan)
     row = scan_row(path, scan, room, time.process_time() - started)
-    recognised, verdicts = recognised_objects(scan, room), []
+    asked, verdicts = Asked(scan=scan, room=room), []
     if truth is not None:
+        recognised = asked.objects()
         verdicts = judged(truth, recognised)
         judged_scan = JudgedScan(
             name=path.name,
@@ -130,11 +128,12 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
             labels=room.labels,
             truth=truth,
             recognised=recognised,
+            proposals=asked.proposals(),
             verdicts=verdicts,
         )
         row |= known_row(verdicts)
         add_verdicts(measured, judged_scan)
-        for name, others in trial.told_by_baselines(room, recognised).items():
+        for name, others in trial.told_by_baselines(asked).items():
             measured.readings.setdefault(name, []).extend(judged(truth, others))
     measured.rows.append(row)
     pictures.write(path, scan, room, verdicts)

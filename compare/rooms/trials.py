@@ -13,6 +13,7 @@ from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
+from spherefunc_bullet.scenes.recognition.proposals import KINDS
 from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
@@ -56,6 +57,7 @@ class RoomTrial:
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
     cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
+    proposals: tuple[str, ...] = KINDS
     lived_in: LivedIn = field(default_factory=LivedIn)
     resolution: Resolution = AS_SEEN
 
@@ -226,7 +228,11 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
     room = recognise(
-        Scan(name=scan.room.name, points=scan.points), fold.model, settings=trial.settings, completion=trial.completion
+        Scan(name=scan.room.name, points=scan.points),
+        fold.model,
+        settings=trial.settings,
+        completion=trial.completion,
+        proposals=trial.proposals,
     )
     matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
 
