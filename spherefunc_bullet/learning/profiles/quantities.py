@@ -17,6 +17,7 @@ from ...settling.settling import Settled
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
+_BLOCK = 32  # rows whose distances are told at once
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 
 
@@ -171,7 +172,14 @@ def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
     A quantity's rank is the share of the training objects that have less of it, so that metres and shares count alike.
     """
     ordered = np.sort(learnt, axis=0)
-    return np.abs(ranks_among(ordered, asked)[:, None] - ranks_among(ordered, learnt)[None]).mean(axis=2)
+    rows, others = ranks_among(ordered, asked), ranks_among(ordered, learnt)
+    parts = [np.abs(some[:, None] - others[None]).mean(axis=2) for some in blocks_of(rows)]
+    return np.vstack(parts) if parts else np.empty((0, len(learnt)))
+
+
+def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
+    """Return rows (A, D) in blocks: thousands of training objects at once would fill the memory."""
+    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
