@@ -17,6 +17,7 @@ from ..pools.surfaces import Pool, level_pools
 from ..pools.things import Top, ground_top, things_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
+from ..segmentation.box import bounding_box
 from ..segmentation.clusters import members_of
 from ..segmentation.segmentation import FLOOR, WALL
 from ..segmentation.supports import top_below
@@ -30,6 +31,7 @@ _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
 _TOP = 0.1  # square metres: the least that things stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
+_NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
 _FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
@@ -170,6 +172,8 @@ def on_top(
     proposed = []
     for members in things_on(top):
         thing = points[own[members]]
+        if bounding_box(thing).size[1] < _NARROWEST:
+            continue
         support = float(np.median(top.height_at(thing)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support))
         if np.ptp(thing[:, :2], axis=0).max() > _BLOB:
