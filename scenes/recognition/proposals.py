@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import Simulator
 
@@ -16,6 +17,7 @@ from ..pools.surfaces import Pool, level_pools
 from ..pools.things import Top, ground_top, things_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
+from ..segmentation.box import bounding_box
 from ..segmentation.clusters import members_of
 from ..segmentation.segmentation import FLOOR, WALL
 from ..segmentation.supports import top_below
@@ -29,7 +31,9 @@ _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
 _TOP = 0.1  # square metres: the least that things stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
+_NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
 _FEWEST = 30  # points of a proposal
+_EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
@@ -90,7 +94,7 @@ def propose(
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
     for new in pool_proposals(scene, simulator, seed) if POOLS in kinds else []:
-        same = same_proposal(new, proposed)
+        same = same_proposal(scene.points, new, proposed)
         if same is None:
             proposed.append(new)
         elif new.pool is not None and proposed[same].pool is None:
@@ -98,12 +102,15 @@ def propose(
     return proposed
 
 
-def same_proposal(proposal: Proposal, others: Sequence[Proposal]) -> int | None:
-    """Return which other proposal has nearly the same points; None if none has."""
+def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Proposal]) -> int | None:
+    """Return which other proposal has nearly the same of the points (N, 3) and the same extent; None if none has."""
+    own = corners_of(points[proposal.members])
     low, high = _SAME * len(proposal.members), len(proposal.members) / _SAME
     for k, other in enumerate(others):
-        if low <= len(other.members) <= high:
-            if shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members)):
+        if not low <= len(other.members) <= high:
+            continue
+        if shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members)):
+            if np.abs(corners_of(points[other.members]) - own).max() < _EXTENT:
                 return k
     return None
 
@@ -165,6 +172,8 @@ def on_top(
     proposed = []
     for members in things_on(top):
         thing = points[own[members]]
+        if bounding_box(thing).size[1] < _NARROWEST:
+            continue
         support = float(np.median(top.height_at(thing)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support))
         if np.ptp(thing[:, :2], axis=0).max() > _BLOB:

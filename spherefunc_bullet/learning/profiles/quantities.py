@@ -17,6 +17,7 @@ from ...settling.settling import Settled
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
+_BLOCK = 32  # rows whose distances are told at once
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 
 
@@ -175,12 +176,19 @@ class Ranks:
 
     def distances(self, asked: np.ndarray) -> np.ndarray:
         """Return distances (A, N) of objects by their quantities (A, D) from the training objects."""
-        return np.abs(ranks_among(self.ordered, asked)[:, None] - self.ranks[None]).mean(axis=2)
+        rows = ranks_among(self.ordered, asked)
+        parts = [np.abs(some[:, None] - self.ranks[None]).mean(axis=2) for some in blocks_of(rows)]
+        return np.vstack(parts) if parts else np.empty((0, len(self.learnt)))
 
 
 def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
     """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks."""
     return Ranks(learnt).distances(asked)
+
+
+def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
+    """Return rows (A, D) in blocks: thousands of training objects at once would fill the memory."""
+    return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
