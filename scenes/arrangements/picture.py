@@ -22,6 +22,7 @@ from .together import ThingAmong, Together
 COLOURS = np.array([[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]]) / 255
 VIEW = View(size=(720, 540))
 LINE = 40  # pixels of the legend, a thing each
+SIZE = 20  # of its letters, at most
 
 
 def colour_of(number: int) -> np.ndarray:
@@ -41,7 +42,10 @@ def together_picture(found: Together, view: View = VIEW) -> Image.Image:
     for number, thing in enumerate(found.things):
         middle = image.height + LINE * number + LINE / 2
         pen.ellipse((24, middle - 10, 44, middle + 10), fill=tuple(int(255 * c) for c in colour_of(number)))
-        pen.text((60, middle), legend(thing), INK, ImageFont.load_default(20), anchor="lm")
+        words = legend(thing)
+        wide = pen.textlength(words, ImageFont.load_default(SIZE))
+        size = min(SIZE, int(SIZE * (image.width - 2 * LINE) / wide))
+        pen.text((60, middle), words, INK, ImageFont.load_default(size), anchor="lm")
     return canvas
 
 

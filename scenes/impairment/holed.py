@@ -25,6 +25,7 @@ def hole_in_wall(height: float) -> Callable[[Specimen, np.random.Generator], Sur
     """Return the change that cuts a round hole into a vessel's wall, away from a handle, at a share of its depth."""
 
     def cut(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+        """Return the surface with the hole; None where there is no cavity, or no triangles to cut."""
         cup, surface = specimen.cavity, specimen.surface
         if cup is None or surface.is_cloud:
             return None
