@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.learning.function_model import FunctionModel, Membership
 from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
@@ -23,6 +24,7 @@ from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import euclidean_clusters
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
+from .assumed_ground import holding_anywhere
 from .choosing import Candidate, chosen
 from .completion import DEFAULT, TOP, complete
 from .inferring import inferred_seats
@@ -88,7 +90,7 @@ def recognise(
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
-    candidates = judged(dense, proposed, model, completion, watch)
+    candidates = judged(dense, proposed, model, completion, watch, ground_seen=levelling.floor_seen)
     objects = chosen(candidates, FEWEST)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
@@ -128,6 +130,7 @@ def judged(
     model: FunctionModel,
     completion: Sequence[str],
     watch: Stopwatch,
+    ground_seen: bool = True,
 ) -> list[Candidate]:
     """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
 
@@ -136,12 +139,16 @@ def judged(
     points : (N, 3) float64, metres, level frame
     watch : Stopwatch
         Receives the seconds of each step.
+    ground_seen : bool
+        Whether z = 0 is a surface of the scene; else large things are told what they are wherever it may lie.
     """
     clouds = [object_cloud(points[one.members], completion, one.support, one.pool) for one in proposals]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
     functions = model.memberships_of(settled, any_heading=True)
+    if not ground_seen:
+        functions = holding_anywhere([cloud for cloud, _ in clouds], functions, partial(told_of, model=model), LARGE)
     watch.lap("classification")
     candidates = []
     for place, (proposal, told) in enumerate(zip(proposals, functions, strict=True)):
@@ -149,6 +156,11 @@ def judged(
             told = {name: replace(membership, member=False) for name, membership in told.items()}
         candidates.append(Candidate(proposal=proposal, functions=told, place=place))
     return candidates
+
+
+def told_of(clouds: Sequence[Cloud], model: FunctionModel) -> list[dict[str, Membership]]:
+    """Return what a model says of clouds."""
+    return model.memberships_of(settled_on(clouds, model), any_heading=True)
 
 
 def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:

@@ -1,0 +1,46 @@
+"""Claims where no floor is seen: only those that hold wherever the ground may lie below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.learning.function_model import Membership
+
+Told = dict[str, Membership]  # by the function's name
+_LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above the floor: legs are hidden or cut off
+
+
+def holding_anywhere(
+    clouds: Sequence[Cloud], told: Sequence[Told], asked: Callable[[Sequence[Cloud]], list[Told]], large: float
+) -> list[Told]:
+    """Return what is told of objects, without what a lower ground would make untrue of large ones.
+
+    Parameters
+    ----------
+    clouds : sequence of Cloud
+        Objects, standing on a ground that is only assumed.
+    told : sequence of dict
+        What is told of them there.
+    asked : callable
+        Tells it of other clouds.
+    large : float
+        Metres: what is smaller stands on what was seen, or is told by its own height.
+    """
+    doubted = [
+        k
+        for k, cloud in enumerate(clouds)
+        if cloud.size.max() >= large and any(membership.member for membership in told[k].values())
+    ]
+    kept = list(told)
+    for lower in _LOWER:
+        raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
+        for k, other in zip(doubted, asked(raised), strict=True):
+            kept[k] = {
+                name: replace(membership, member=membership.member and other[name].member)
+                for name, membership in kept[k].items()
+            }
+    return kept
