@@ -47,15 +47,10 @@ model: setup  ## the models that ship with the package, which learn useless and 
 		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
-scan-model: setup  ## those for scans, which learn how large objects look from one and from three sides too
-	@for views in 1 3; do \
-		$(BIN)/spherefunc dataset rooms household build/seen-$$views --rooms 24 --views $$views --seed 1000 && \
-		$(BIN)/spherefunc dataset select build/seen-$$views/objects build/large-$$views --from 50cm || exit; \
-	done
-	@for backend in fast bullet; do \
-		$(BIN)/spherefunc train household build/large-1 build/large-3 --method cubes --backend $$backend \
-			--out $(MODELS)/household-scans-$$backend.npz || exit; \
-	done
+SCAN_ROOMS := 48
+
+scan-model: setup  ## the one for scans, which learns what is proposed in lived-in virtual rooms, and whole models
+	@$(BIN)/python -m spherefunc_bullet.compare.rooms.scan_model household --rooms $(SCAN_ROOMS) --out $(MODELS)/household-scans-fast.npz
 
 clean:
 	rm -rf .venv build demo *.egg-info

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import Failures, progress, run, say
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
@@ -22,7 +23,7 @@ from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.records import Dropping, settled_of
+from spherefunc_bullet.settling.records import settle_kept
 from spherefunc_bullet.settling.settling import Settled, settle
 
 LIVED_IN = "all=0.5"  # of the rooms, for each kind of disorder
@@ -84,9 +85,9 @@ def lessons_of_rooms(
 
 def lessons_of_models(dataset: Dataset, model: FunctionClassifier) -> Iterator[Lesson]:
     """Yield what whole models teach."""
-    how = Dropping(simulator=model.simulator, radii=tuple(model.radii), seed=model.seed, length=model.length)
     for item in dataset.objects:
-        yield Lesson(name=item.path.name, functions=item.functions, settled=settled_of(item.path, how))
+        settled = settle_kept(load_cloud(item.path), model.simulator, model.radii, model.seed, model.length)
+        yield Lesson(name=item.path.name, functions=item.functions, settled=settled)
 
 
 def learn(lessons: list[Lesson], model: FunctionClassifier) -> FunctionClassifier:
