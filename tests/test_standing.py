@@ -105,9 +105,11 @@ def test_a_chair_that_came_leaning_is_loaded_as_it_stands(simulator):
 
 
 def test_a_leg_that_nothing_depends_on_is_not_sawn():
-    feet = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.0], [0.5, 0.5]])
-    assert needed_legs(feet, np.arange(1, 7), 6) == [1, 2, 3, 4]
-    assert needed_legs(feet[:4], np.arange(1, 5), 4) == [1, 2, 3, 4]
+    feet = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.75, 0.0], [0.5, 0.5]])
+    over = np.random.default_rng(0).uniform(0, 1, size=(400, 2))
+    assert needed_legs(feet, np.arange(1, 7), 6, over) == [1, 3, 4]  # the fifth foot stands in for the second
+    assert needed_legs(feet[:4], np.arange(1, 5), 4, over) == [1, 2, 3, 4]
+    assert needed_legs(feet[:4], np.arange(1, 5), 4, over[over.sum(axis=1) > 1]) == [2, 3, 4]  # nothing over the first
 
 
 def test_a_load_acts_within_the_edge_of_the_seat():

@@ -119,6 +119,16 @@ def test_what_a_backend_cannot_do_is_said_and_left_out():
     json.dumps(found)  # ready for it
 
 
+def test_a_mug_is_told_from_a_plate_by_what_it_keeps():
+    found = measured(few("mug_01", "plate_01"), {"bullet": carrier()}, ["keeping"], 1, None, Loading())
+    score = found.keeping["bullet"]
+    assert score.score.f_measure == 1.0 and score.vessels[-1] > 0.5 > score.others[-1]
+    assert [(one.kind, one.asked) for one in score.holed] == [("hole_at_25", 1), ("hole_at_50", 1), ("hole_at_75", 1)]
+    [row] = task_reports(found)["keeping"]["rows"]
+    assert row["asked"] == len(row["right"]) == 2 and all(row["right"].values())
+    assert set(json.loads(json.dumps(task_reports(found)["keeping"]))["backends"]) == {"bullet"}
+
+
 def test_data_without_furniture_have_nothing_that_stands():
     found = measured(few("mug_01"), {"fast": make_simulator("fast")}, ["standing"], 3, None, Loading())
     assert "the data have nothing to ask about" in task_reports(found)["standing"]["says"]

@@ -20,7 +20,7 @@ CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which 
 FEWEST = 3  # legs
 WIDEST = 0.15  # of the footprint's box, one leg at most: more is a body
 FOOT = 0.02  # of the level's height: what is lower is on the ground
-NEEDED = 0.25  # of the outline of all feet, what goes with a leg that counts
+NEEDED = 0.25  # of what of the seat or the top is above the outline of the feet, what is not without a leg that counts
 ASKEW_DEG = (5.0, 10.0)
 
 
@@ -38,7 +38,8 @@ def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None
         sizes = np.bincount(parts.ravel())[1:]
         if count >= FEWEST and sizes.max() <= WIDEST * np.prod(surface.size[:2]) / level.grid.cell**2:
             feet = surface.centres[surface.centres[:, 2] < max(FOOT * level.height, level.grid.cell)]
-            needed = needed_legs(feet[:, :2], parts[level.grid.cells_of(feet)], count)
+            over = level.grid.places(level.flat)
+            needed = needed_legs(feet[:, :2], parts[level.grid.cells_of(feet)], count, over)
             if not len(needed):
                 return None
             leg = needed[int(rng.integers(len(needed)))]
@@ -46,21 +47,23 @@ def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     return None
 
 
-def needed_legs(feet: np.ndarray, legs: np.ndarray, count: int) -> list[int]:
-    """Return which of the legs 1 to ``count`` take a good part of the support away with them.
+def needed_legs(feet: np.ndarray, legs: np.ndarray, count: int, over: np.ndarray) -> list[int]:
+    """Return which of the legs 1 to ``count`` take the support away from a good part of the seat or the top.
 
-    By the outline alone: of feet (N, 2), metres, each of one of the legs (N,).
+    By outlines alone: of feet (N, 2), metres, each of one of the legs (N,), and places (P, 2) of the level.
     """
-    whole = outline_area(feet)
-    return [leg for leg in range(1, count + 1) if outline_area(feet[legs != leg]) <= (1 - NEEDED) * whole]
+    whole = within_outline(over, feet)
+    lost = {leg: whole & ~within_outline(over, feet[legs != leg]) for leg in range(1, count + 1)}
+    return [leg for leg, gone in lost.items() if whole.any() and gone.sum() >= NEEDED * whole.sum()]
 
 
-def outline_area(places: np.ndarray) -> float:
-    """Return the area within the convex outline of places (N, 2), square metres; 0 of a line."""
+def within_outline(places: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Return which places (P, 2) are within the convex outline of feet (N, 2), (P,) bool; none where that is a line."""
     try:
-        return float(ConvexHull(places).volume)
+        sides = ConvexHull(feet).equations
     except (QhullError, ValueError):
-        return 0.0
+        return np.zeros(len(places), bool)
+    return (places @ sides[:, :2].T + sides[:, 2] <= 0).all(axis=1)
 
 
 def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
