@@ -27,8 +27,8 @@ from spherefunc_bullet.simulator import DropSettings, make_simulator
 from ..machine import usable_backends
 
 STOPS = {  # settled spheres, and their radius: a crate holds 160,000 of 5 mm, and 20,000 of 1 cm
-    "fast": ("5mm", (1, 1_000, 3_000, 10_000, 30_000, 100_000)),
-    "bullet": ("1cm", (1, 100, 300, 1_000, 3_000, 10_000)),
+    "fast": ("5mm", (1_000, 3_000, 10_000, 30_000, 100_000)),
+    "bullet": ("1cm", (100, 300, 1_000, 3_000, 10_000)),
 }
 
 
