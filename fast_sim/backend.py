@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
@@ -28,6 +29,7 @@ class FastSimulator:
     A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere.
     """
 
+    cores: int = 1  # that one object's drops are shared among; the same bits on any number of them
     flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
     # What the paper leaves open (§III-A); `spherefunc evaluate --alternatives` measures the other readings.
     columns: str = "box"  # over which spheres begin: the object's, or the "points": squares of 5 mm that hold some
@@ -40,6 +42,8 @@ class FastSimulator:
     def __post_init__(self):
         require_one_of("columns", self.columns, ("box", "points"))
         require_one_of("inside", self.inside, ("centre", "sphere"))
+        if not 1 <= self.cores <= (os.cpu_count() or 1):
+            raise InputError(f"backend 'fast': cores: expected 1 to {os.cpu_count()}, got {self.cores}")
         if self.stalled_steps < 0:
             raise InputError(f"backend 'fast': stalled_steps: expected 0 or more, got {self.stalled_steps}")
 
@@ -47,7 +51,7 @@ class FastSimulator:
         return {"flat_angle_deg": self.flat_angle_deg} | {
             field.name: getattr(self, field.name)
             for field in fields(self)
-            if getattr(self, field.name) != field.default
+            if field.name != "cores" and getattr(self, field.name) != field.default
         }
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
@@ -60,18 +64,21 @@ class FastSimulator:
         """
         from spherefunc_bullet.compilation import prepare
 
+        from .cores import Threads, drop_spheres_at_once
         from .dropping import drop_spheres
 
-        prepare(drop_spheres)
+        kernel = drop_spheres if self.cores == 1 else drop_spheres_at_once
+        prepare(kernel)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         run = DropRun(cloud, settings, self)
         draw = over_points(cloud.points) if self.columns == "points" else over_box(run.low, run.high)
         generator = np.random.default_rng(seed)
         ended = False
-        while not ended:
-            run.reserve(CHUNK)
-            ended = run.drop(drop_spheres, draw(generator))
+        with Threads(self.cores):
+            while not ended:
+                run.reserve(CHUNK)
+                ended = run.drop(kernel, draw(generator))
         return run.result(time.perf_counter() - started, self, seed)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
@@ -105,6 +112,7 @@ class DropRun:
 
     def __init__(self, cloud: Cloud, settings: DropSettings, how: FastSimulator):
         from .contact import MAX_CONTACTS
+        from .cores import on_cores
         from .grid import point_grid, point_spacing, sphere_grid
         from .nearby import POINT_REACH, nowhere
 
@@ -118,7 +126,9 @@ class DropRun:
         margin = settings.radius if how.inside == "sphere" else 0.0
         self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
-        self.nearby = nowhere(len(points), MAX_CONTACTS)
+        self.nearby = [nowhere(len(points), MAX_CONTACTS)]
+        if how.cores > 1:
+            self.nearby.append(on_cores(how.cores, self.nearby[0]))
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
         self.columns: list[np.ndarray] = []
@@ -144,7 +154,7 @@ class DropRun:
         columns = columns if s.max_drops is None else columns[: s.max_drops - before]
         outcomes = np.empty(len(columns), np.int8)
         limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
-        body = (self.points, self.spheres, self.nearby)
+        body = (self.points, self.spheres, *self.nearby)
         ended = kernel(*body, columns, s.radius, self.shape, *self.inside, *limits)
         self.columns.append(columns[: self.drops - before])
         self.outcomes.append(outcomes[: self.drops - before])

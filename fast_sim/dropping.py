@@ -10,6 +10,28 @@ from .rolling import SETTLED, roll
 
 
 @njit(cache=True, error_model="numpy")
+def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
+    """Drop a sphere down a column; return x, y, z, the outcome and whether it rests on the object itself."""
+    # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
+    # one that rolls off it was two higher still.
+    z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
+    return roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
+
+
+@njit(cache=True, error_model="numpy")
+def take_in(spheres, x, y, z, outcome, touching, state, on_object):
+    """Enter what became of a sphere: its place, if it has settled, and the tallies."""
+    state[outcome] += 1
+    if outcome != SETTLED:
+        state[4] += 1
+        return
+    i = state[0] - 1
+    insert(spheres, i, x, y, z)
+    on_object[i] = touching
+    state[4] = 0
+
+
+@njit(cache=True, error_model="numpy")
 def drop_spheres(
     points, spheres, nearby, columns, radius, shape, low, high, miss_limit, limit, state, on_object, outcomes
 ):
@@ -43,17 +65,7 @@ def drop_spheres(
         if state[4] >= miss_limit or state[0] >= limit:
             return True
         x, y = columns[k, 0], columns[k, 1]
-        # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
-        # one that rolls off it was two higher still.
-        z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
-        x, y, z, outcome, touching = roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
-        state[outcome] += 1
+        x, y, z, outcome, touching = drop_one(points, spheres, nearby, x, y, radius, shape, low, high)
         outcomes[k] = outcome
-        if outcome == SETTLED:
-            i = state[0] - 1
-            insert(spheres, i, x, y, z)
-            on_object[i] = touching
-            state[4] = 0
-        else:
-            state[4] += 1
+        take_in(spheres, x, y, z, outcome, touching, state, on_object)
     return state[4] >= miss_limit or state[0] >= limit

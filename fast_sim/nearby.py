@@ -17,6 +17,7 @@ from .grid import EMPTY, cell_index, may_touch_points
 STRIDE, DEPTH, SLACK = 1.0, 0.05, 0.2
 SPHERE_REACH = 2 + STRIDE + DEPTH + SLACK
 POINT_REACH = 1 + STRIDE + DEPTH + SLACK
+MAX_LOOKS = 64  # of one sphere that are remembered
 MAX_SPHERES = 128  # that fit within SPHERE_REACH of a place: at the densest 0.74 * (SPHERE_REACH + 1)**3 = 87
 
 
@@ -25,21 +26,26 @@ class Nearby(NamedTuple):
 
     points: np.ndarray  # (N, 3) metres, the first counts[0] rows
     spheres: np.ndarray  # (MAX_SPHERES, 3) metres, the first counts[1] rows
-    counts: np.ndarray  # (2,) int64
+    counts: np.ndarray  # (3,) int64: points, spheres, and looks since the sphere began to roll
     place: np.ndarray  # (3,) metres
     normals: np.ndarray  # (C, 3) scratch for contacts
+    looks: np.ndarray  # (MAX_LOOKS, 4) metres, the first places looked around, and 1 where a long fall began there
 
 
 def nowhere(point_count: int, max_contacts: int) -> Nearby:
     """Return room for the surroundings of any place of a cloud with so many points."""
-    rooms = np.empty((point_count, 3)), np.empty((MAX_SPHERES, 3)), np.zeros(2, np.int64)
-    return Nearby(*rooms, np.full(3, np.inf), np.empty((max_contacts + 1, 3)))
+    rooms = np.empty((point_count, 3)), np.empty((MAX_SPHERES, 3)), np.zeros(3, np.int64)
+    return Nearby(*rooms, np.full(3, np.inf), np.empty((max_contacts + 1, 3)), np.empty((MAX_LOOKS, 4)))
 
 
 @njit(cache=True, error_model="numpy")
 def look_around(points, spheres, nearby, x, y, z, radius):
     """Fill the surroundings of (x, y, z)."""
     nearby.place[0], nearby.place[1], nearby.place[2] = x, y, z
+    if nearby.counts[2] < MAX_LOOKS:
+        look = nearby.looks[nearby.counts[2]]
+        look[0], look[1], look[2], look[3] = x, y, z, 0.0
+    nearby.counts[2] += 1
     nearby.counts[0] = 0
     if may_touch_points(spheres, x, y, z):
         nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.points)

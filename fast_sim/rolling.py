@@ -88,6 +88,7 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
     lowest, stalled = z, 0
+    nearby.counts[2] = 0
     look_around(points, spheres, nearby, x, y, z, radius)
     for _ in range(MAX_STEPS):
         if z <= radius:

@@ -29,6 +29,7 @@ def simulate(
     shape: Shape = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
+    cores: Annotated[int | None, typer.Option(min=1, help="That one object's spheres are shared among.")] = None,
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
     up: Up = BY_FILE,
     units: Units = "m",
@@ -38,7 +39,7 @@ def simulate(
     from ..processes.tasks import run_tasks
     from ..simulator import DropSettings, isolated, make_simulator
 
-    simulator = make_simulator(backend, **simulator_options(shape))
+    simulator = make_simulator(backend, **simulator_options(shape), **({} if cores is None else {"cores": cores}))
     runs = [DropSettings(radius=length, max_spheres=max_spheres) for length in parse_lengths(radius)]
     prepare_folder(out)
     failures, rows, written = Failures(), [], set()
