@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -75,7 +76,7 @@ class FastSimulator:
         draw = over_points(cloud.points) if self.columns == "points" else over_box(run.low, run.high)
         generator = np.random.default_rng(seed)
         ended = False
-        with Threads(self.cores):
+        with nullcontext() if self.cores == 1 else Threads(self.cores):
             while not ended:
                 run.reserve(CHUNK)
                 ended = run.drop(kernel, draw(generator))
