@@ -47,7 +47,7 @@ model: setup  ## the models that ship with the package, which learn useless and 
 		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
-SCAN_ROOMS := 48
+SCAN_ROOMS := 32
 
 scan-model: setup  ## the one for scans, which learns what is proposed in lived-in virtual rooms, and whole models
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.scan_model household --rooms $(SCAN_ROOMS) --out $(MODELS)/household-scans-fast.npz

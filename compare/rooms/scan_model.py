@@ -101,7 +101,7 @@ def main(
     data: Annotated[str, typer.Argument(help="Meshes: a folder with manifest.csv, or a catalogue.")],
     out: Annotated[Path, typer.Option(help="The model file.")],
     backend: Annotated[str, typer.Option(help="The simulator.")] = "fast",
-    rooms: Annotated[int, typer.Option(min=1, help="Virtual rooms that are scanned.")] = 48,
+    rooms: Annotated[int, typer.Option(min=1, help="Virtual rooms that are scanned.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 1000,
 ):
     """Learn what is proposed in scans of virtual rooms, and whole models."""
