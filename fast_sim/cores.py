@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from numba import get_num_threads, njit, prange, set_num_threads
+from numba import config, get_num_threads, njit, prange, set_num_threads
 
 from .dropping import drop_one, take_in
 from .nearby import MAX_LOOKS, SPHERE_REACH, Nearby
@@ -18,6 +18,7 @@ from .nearby import MAX_LOOKS, SPHERE_REACH, Nearby
 # Threads that wait give their core away: few drops are between two waits, and others may want it. Read by OpenMP as
 # numba's first parallel kernel loads it.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+config.THREADING_LAYER_PRIORITY = ["omp", "tbb", "workqueue"]  # numba warns of old versions of the one it asks first
 
 FEW, MANY = 8, 256  # spheres dropped at once, at least and at most
 SELDOM, OFTEN = 0.08, 0.25  # shares of them dropped again, below and above which more and fewer are dropped at once
