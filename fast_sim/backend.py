@@ -49,6 +49,7 @@ class FastSimulator:
             raise InputError(f"backend 'fast': stalled_steps: expected 0 or more, got {self.stalled_steps}")
 
     def options(self) -> dict:
+        """Return what is not as by default, by name (see `Simulator.options`)."""
         return {"flat_angle_deg": self.flat_angle_deg} | {
             field.name: getattr(self, field.name)
             for field in fields(self)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class InputError(ValueError):
     """A file, value or option that cannot be used.
@@ -38,6 +40,22 @@ class Unexpected(InputError):
 
 
 FAILURES = tuple(error.outcome for error in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))
+
+
+def require_known(what: str, names: Iterable[str], known: Iterable[str]):
+    """Raise InputError unless every one of the names is among those there are.
+
+    Examples
+    --------
+    >>> require_known("--colour", ["red", "bleu"], ["red", "blue"])
+    Traceback (most recent call last):
+    ...
+    spherefunc_bullet.errors.InputError: --colour 'bleu': expected some of red, blue
+    """
+    expected = list(known)
+    for name in names:
+        if name not in expected:
+            raise InputError(f"{what} {name!r}: expected some of {', '.join(expected)}")
 
 
 def one_line(value: object) -> str:

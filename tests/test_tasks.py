@@ -57,7 +57,7 @@ def test_one_sentence_says_what_fidelity_buys():
 
 def test_tasks_are_read():
     assert read_tasks(["poses", " keeping", "poses"]) == ("poses", "keeping")
-    with pytest.raises(InputError, match="swimming: expected some of poses, standing, keeping"):
+    with pytest.raises(InputError, match="swimming': expected some of poses, standing, keeping"):
         read_tasks(["swimming"])
     assert read_asked(["labels", "standing"]) == (LABELS, "standing")
     with pytest.raises(InputError, match="spherefunc mechanics --tasks standing"):

@@ -16,7 +16,8 @@ from PIL import Image
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.commands.classify import Row, classified, print_functions
+from spherefunc_bullet.commands.answer_tables import Row, print_functions
+from spherefunc_bullet.commands.classify import classified
 from spherefunc_bullet.commands.train import train_on
 from spherefunc_bullet.console import Failures, progress, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue

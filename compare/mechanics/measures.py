@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.quantities import format_duration
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
@@ -67,8 +67,7 @@ def read_tasks(names: Sequence[str], known: Sequence[str] = TASKS) -> tuple[str,
         If there is no such task.
     """
     given = tuple(dict.fromkeys(name.strip() for name in names))
-    if unknown := [name for name in given if name not in known]:
-        raise InputError(f"tasks {', '.join(unknown)}: expected some of {', '.join(known)}")
+    require_known("tasks", given, known)
     return given
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import require_known
 
 from . import cups, harmless, seats, tables, tops
 from .specimen import Specimen
@@ -107,6 +107,5 @@ def chosen_kinds(kinds: Iterable[str] | None) -> tuple[Impairment, ...]:
     if kinds is None:
         return IMPAIRMENTS
     wanted = set(kinds)
-    if unknown := wanted - set(kinds_of()):
-        raise InputError(f"--kinds {', '.join(sorted(unknown))}: expected some of {', '.join(kinds_of())}")
+    require_known("--kinds", sorted(wanted), kinds_of())
     return tuple(impairment for impairment in IMPAIRMENTS if impairment.kind in wanted | {"whole"})

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import require_known
 
 from ..segmentation.box import bounding_box
 from .smoothing import smoothed
@@ -42,9 +42,7 @@ def steps_of(text: str | None) -> tuple[str, ...]:
     if text is None:
         return DEFAULT
     steps = () if text.strip() in ("", "none") else tuple(part.strip() for part in text.split(","))
-    unknown = [step for step in steps if step not in STEPS]
-    if unknown:
-        raise InputError(f"completion {unknown[0]!r}: expected some of {', '.join(STEPS)}, or none")
+    require_known("completion", steps, (*STEPS, "none"))
     return steps
 
 

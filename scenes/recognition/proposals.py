@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import corners_of
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import cut_out
@@ -72,9 +72,7 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
     if text is None:
         return KINDS
     kinds = tuple(part.strip() for part in text.split(","))
-    unknown = [kind for kind in kinds if kind not in KINDS]
-    if unknown:
-        raise InputError(f"--proposals {unknown[0]!r}: expected some of {', '.join(KINDS)}")
+    require_known("--proposals", kinds, KINDS)
     return kinds
 
 

@@ -135,6 +135,7 @@ def model_of_views(
     """Return what gets the model that tells single views: the one that was given, else the one that ships for scans."""
 
     def model() -> FunctionModel:
+        """Return it."""
         if given is not None:
             return asked
         backend = make_simulator(asked.simulator).name
