@@ -182,7 +182,7 @@ def test_every_frozen_sphere_is_there(count):
 
 def test_a_sphere_rests_on_baked_spheres():
     with World(Physics()) as world:
-        place = np.arange(2 * TWINS + 1)
+        place = np.arange(8 * TWINS + 1)  # so many that there are some around (9, 9)
         for center in np.column_stack([2.0 * (place % 12), 2.0 * (place // 12), np.ones(len(place))]):
             world.freeze(center)
         world.add_spheres(1)

@@ -23,7 +23,7 @@ from ..simulator.mechanics import (
 from .engine import engine_version
 from .physics import Physics
 
-VERSION = "2"  # of the method: another number, other centres
+VERSION = "3"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")
 
 

@@ -16,7 +16,7 @@ from .loading import load_shape, require_arrived
 from .physics import Physics
 
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
-TWINS = 64  # spheres at rest that are bodies of their own before they are baked into compounds
+TWINS = 16  # spheres at rest that are bodies of their own before they are baked; each costs at every step, also unused
 REBAKE = 1.5  # growth after which all compounds are made anew, so that each stays small in space
 STILL, UPRIGHT = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 FAR = 1e4  # radii: where bodies wait that are not in use
