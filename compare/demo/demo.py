@@ -40,9 +40,9 @@ from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
 from ..evaluation.impaired import Shares, impaired_shares
 from ..evaluation.profiled import spheres_profiled
-from ..evaluation.protocol import Protocol, labels_of
+from ..evaluation.protocol import Protocol, Splits, labels_of, leave_part_out
 from ..evaluation.results import Result, evaluate_features, results_of
-from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
+from ..evaluation.sizes import wanted_sizes
 from ..evaluation.tables import About, print_results
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
@@ -65,6 +65,8 @@ SIZE = (320, 280)  # of an object's picture, pixels
 OBJECTS = 40  # evenly spread over the catalogue, so in its proportions
 AGAIN = 8  # of them dropped on with a second seed
 COMPARED_TRIALS = 2
+LEARNT = "20,half"  # training objects of the table; `spherefunc evaluate` has them all
+TENTHS = 10  # of the objects, of which one is tested in turn with the others learnt
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,12 +141,12 @@ def run_demo(demo: Demo) -> Path:
 
 def evaluated(simulated: Simulated, demo: Demo) -> tuple[list[Result], Confusion]:
     """Return the results on random halves, and who was taken for what when left out."""
-    method, sizes = find_method(demo.method), wanted_sizes(TRAIN_SIZES, len(simulated.objects))
+    method, sizes = find_method(demo.method), wanted_sizes(LEARNT, len(simulated.objects))
     halves = Protocol(train_sizes=tuple(sizes), trials=demo.trials, seed=demo.seed)
     results = results_of(evaluate_features(simulated, demo.radii, method, halves))
     labels = labels_of(simulated)
-    alone = Protocol(leave_one_out=True, seed=demo.seed).splits(labels)
-    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(alone)
+    tenths = leave_part_out(len(labels), TENTHS, demo.seed)
+    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(Splits(halves={}, left_out={"": tenths}))
     return results, count_confusion(labels, *evaluation.left_out.values())
 
 
