@@ -26,7 +26,6 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     labels_of,
     leave_one_group_out,
     leave_one_out,
-    leave_part_out,
     random_splits,
 )
 from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
@@ -101,16 +100,6 @@ def test_every_object_is_left_out_once():
     splits = leave_one_out(30, 0)
     assert sorted(int(split.test[0]) for split in splits) == list(range(30))
     assert all(len(split.train) == 29 and split.test[0] not in split.train for split in splits)
-
-
-def test_parts_left_out_test_every_object_once_on_all_others():
-    splits = leave_part_out(23, 10, seed=0)
-    assert len(splits) == 10
-    assert sorted(np.concatenate([split.test for split in splits])) == list(range(23))
-    for split in splits:
-        assert sorted([*split.train, *split.test]) == list(range(23))
-    again = leave_part_out(23, 10, seed=1)
-    assert any(not np.array_equal(a.test, b.test) for a, b in zip(splits, again, strict=True))
 
 
 def test_no_group_is_on_both_sides():

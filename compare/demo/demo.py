@@ -40,7 +40,7 @@ from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
 from ..evaluation.impaired import Shares, impaired_shares
 from ..evaluation.profiled import spheres_profiled
-from ..evaluation.protocol import Protocol, Splits, labels_of, leave_part_out
+from ..evaluation.protocol import Protocol, labels_of
 from ..evaluation.results import Result, evaluate_features, results_of
 from ..evaluation.sizes import wanted_sizes
 from ..evaluation.tables import About, print_results
@@ -62,11 +62,10 @@ UNSEEN = (
     "vase_01",
 )
 SIZE = (320, 280)  # of an object's picture, pixels
-OBJECTS = 40  # evenly spread over the catalogue, so in its proportions
+OBJECTS = 60  # evenly spread over the catalogue, so in its proportions
 AGAIN = 8  # of them dropped on with a second seed
-COMPARED_TRIALS = 2
+COMPARED_TRIALS = 3
 LEARNT = "20,half"  # training objects of the table; `spherefunc evaluate` has them all
-TENTHS = 10  # of the objects, of which one is tested in turn with the others learnt
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,8 +144,8 @@ def evaluated(simulated: Simulated, demo: Demo) -> tuple[list[Result], Confusion
     halves = Protocol(train_sizes=tuple(sizes), trials=demo.trials, seed=demo.seed)
     results = results_of(evaluate_features(simulated, demo.radii, method, halves))
     labels = labels_of(simulated)
-    tenths = leave_part_out(len(labels), TENTHS, demo.seed)
-    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(Splits(halves={}, left_out={"": tenths}))
+    alone = Protocol(leave_one_out=True, seed=demo.seed).splits(labels)
+    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(alone)
     return results, count_confusion(labels, *evaluation.left_out.values())
 
 

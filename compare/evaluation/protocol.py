@@ -114,14 +114,6 @@ def leave_one_out(count: int, seed: int) -> list[Split]:
     return [Split(np.delete(np.arange(count), i), np.array([i])) for i in order]
 
 
-def leave_part_out(count: int, parts: int, seed: int) -> list[Split]:
-    """Return splits that leave out one of so many random parts each: hardly less learnt, in far less time."""
-    from sklearn.model_selection import KFold
-
-    rows = KFold(parts, shuffle=True, random_state=seed).split(np.zeros(count))
-    return [Split(train, test) for train, test in rows]
-
-
 def leave_one_group_out(groups: np.ndarray) -> list[Split]:
     """Return splits that leave out all objects of one source each.
 
