@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from .kernels import inlined
+
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 8  # spheres
@@ -41,10 +43,12 @@ class SphereGrid(NamedTuple):
     """
 
     centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
-    # (block capacity, BLOCK + 1, 3): the same centres by column, in rows 1 to BLOCK. Row 0 is the block's head, in
-    # the same cache line: the highest centre in this block and those before, metres; the centres in this block; the
-    # block that the column had before, or EMPTY.
+    # (block capacity, 4, BLOCK): the same centres by column, in rows 1 to 3 all x, all y and all z, infinite where
+    # there is none yet, so that a block is looked at without asking how full it is. Row 0 is the block's head: the
+    # highest centre in the column's blocks before, metres, -inf if there is none; the centres in this block; the block
+    # before.
     blocks: np.ndarray
+    tops: np.ndarray  # (nx * ny,) float64, each column's highest centre, metres, or -inf
     last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
     used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
     near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell?
@@ -147,7 +151,7 @@ def nearest_distances(points, chosen):
     return np.sqrt(nearest)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def gap_to(place, cell, side):
     """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less."""
     return max(0.0, max(cell * side - place, place - (cell + 1) * side) - 1e-9)
@@ -187,16 +191,16 @@ def sphere_grid(
     near = np.full((nx, ny, nz), reach is None)
     if reach is not None:
         mark_near_points(points, near, low - margin, side, reach)
-    last = np.full(nx * ny, EMPTY, np.uint32)
+    tops, last = np.full(nx * ny, -np.inf), np.full(nx * ny, EMPTY, np.uint32)
     used = np.ones(1, np.uint32)
     frame = (*(low - margin).tolist(), side, 1 / side, nx, ny, nz)
-    return SphereGrid(*sphere_rows(nx * ny, capacity), last, used, near.ravel(), *frame)
+    return SphereGrid(*sphere_rows(nx * ny, capacity), tops, last, used, near.ravel(), *frame)
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
     """Return room for so many spheres: centres, and blocks."""
     blocks = columns + capacity // BLOCK + 2  # every column's last block may be nearly empty
-    return np.empty((capacity, 3)), np.empty((blocks, BLOCK + 1, 3))
+    return np.empty((capacity, 3)), np.empty((blocks, 4, BLOCK))
 
 
 @njit(cache=True, error_model="numpy")
@@ -219,13 +223,13 @@ def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     return SphereGrid(*room, *spheres[len(room) :])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def cell_index(offset, per_metre, count):
     """Return the cell that holds an offset from the grid's edge, or the nearest one."""
     return min(count - 1, max(0, int(offset * per_metre)))
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def insert(spheres, i, x, y, z):
     """Enter settled sphere ``i``."""
     spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
@@ -236,17 +240,17 @@ def insert(spheres, i, x, y, z):
     if block == EMPTY or spheres.blocks[block, 0, 1] == BLOCK:
         new = spheres.used[0]
         spheres.used[0] += np.uint32(1)
-        spheres.blocks[new, 0, 0] = z if block == EMPTY else spheres.blocks[block, 0, 0]
-        spheres.blocks[new, 0, 1] = 0
+        spheres.blocks[new, 0, 0], spheres.blocks[new, 0, 1] = spheres.tops[column], 0
         spheres.blocks[new, 0, 2] = block
+        spheres.blocks[new, 1:] = np.inf
         spheres.last[column] = block = new
-    k = int(spheres.blocks[block, 0, 1]) + 1
-    spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2] = x, y, z
-    spheres.blocks[block, 0, 1] = k
-    spheres.blocks[block, 0, 0] = max(spheres.blocks[block, 0, 0], z)
+    k = int(spheres.blocks[block, 0, 1])
+    spheres.blocks[block, 1, k], spheres.blocks[block, 2, k], spheres.blocks[block, 3, k] = x, y, z
+    spheres.blocks[block, 0, 1] = k + 1
+    spheres.tops[column] = max(spheres.tops[column], z)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def may_touch_points(spheres, x, y, z):
     """Tell whether a sphere centred here can be near the cloud at all."""
     ix = int((x - spheres.left) * spheres.per_metre)
@@ -255,3 +259,19 @@ def may_touch_points(spheres, x, y, z):
     if ix < 0 or iy < 0 or iz < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
+
+
+@inlined
+def falls_past_points(spheres, x, y, high, low):
+    """Tell whether the cloud is too far away to stop a sphere whose centre comes down from ``high`` to ``low``."""
+    ix = int((x - spheres.left) * spheres.per_metre)
+    iy = int((y - spheres.front) * spheres.per_metre)
+    iz = int((low - spheres.bottom) * spheres.per_metre)
+    if x < spheres.left or y < spheres.front or low < spheres.bottom or ix >= spheres.nx or iy >= spheres.ny:
+        return False  # outside the grid nothing is known
+    column = (ix * spheres.ny + iy) * spheres.nz
+    above = min(spheres.nz, int((high - spheres.bottom) * spheres.per_metre) + 1)  # two radii over all points
+    for cell in range(column + iz, column + above):
+        if spheres.near_points[cell]:
+            return False
+    return True
