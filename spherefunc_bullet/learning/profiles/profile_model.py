@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from ...settling.drops import Length, settled_count
+from ...settling.drops import NO_DROPS, Length, settled_count
 from ...settling.settling import Settled
 from ...simulator import Simulator
 from ..function_model import FunctionModel
@@ -54,6 +54,7 @@ class ProfileModel(FunctionModel):
     familiar_: float
     early_: ProfileModel | None = None
     _ranks: Ranks | None = None  # of the training objects, once somebody has asked
+    _asked: tuple[list[np.ndarray], np.ndarray] | None = None  # the drops asked about last, and their quantities
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -67,8 +68,17 @@ class ProfileModel(FunctionModel):
         return Length(drops=self.drops)
 
     def profiles(self, settled: Sequence[Settled]) -> np.ndarray:
-        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-        return profiles_over(settled, self.radii)
+        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped.
+
+        Of one object they are asked several times over: whether it is sure, what it is for, why.
+        """
+        if len(settled) != 1:
+            return profiles_over(settled, self.radii)
+        drops = [settled[0].get(radius, NO_DROPS) for radius in self.radii]
+        asked = self._asked
+        if asked is None or not all(one is other for one, other in zip(asked[0], drops, strict=True)):
+            self._asked = asked = drops, profiles_over(settled, self.radii)
+        return asked[1].copy()
 
     def quantity_names(self) -> list[str]:
         """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
