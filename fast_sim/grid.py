@@ -17,6 +17,7 @@ MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 8  # spheres
 INSERTED = 40  # points of a cell that are sorted by insertion, at most
+STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
 
@@ -73,44 +74,9 @@ def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: fl
     """Sort a cloud (N, 3) within [low, high] into columns two radii wide, for large spheres one."""
     side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
-    start, order = sorted_by_cell(points, low, high[2], 1 / side, nx, ny, nz)
-    sort_cells(canonical_keys(points, low, high), start, order)
-    return PointGrid(points[order], start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
-
-
-def canonical_keys(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return numbers (N,) that order points (N, 3), whichever order they came in."""
     steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
-    return keys_of(points, low, steps)
-
-
-@njit(cache=True, error_model="numpy")
-def keys_of(points, low, steps):
-    """Return each point's place (N,) in steps from the lowest corner, x before y before z."""
-    keys = np.empty(len(points), np.int64)
-    for i in range(len(points)):
-        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
-        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
-        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
-        keys[i] = (x << 42) | (y << 21) | z
-    return keys
-
-
-@njit(cache=True, error_model="numpy")
-def sort_cells(keys, start, order):
-    """Sort the points of each cell by their keys; a few by insertion, which needs no memory."""
-    for cell in range(len(start) - 1):
-        first, end = start[cell], start[cell + 1]
-        if end - first > INSERTED:
-            members = order[first:end].copy()
-            order[first:end] = members[np.argsort(keys[members], kind="mergesort")]
-            continue
-        for i in range(np.int64(first) + 1, np.int64(end)):
-            point, j = order[i], i
-            while j > first and keys[order[j - 1]] > keys[point]:
-                order[j] = order[j - 1]
-                j -= 1
-            order[j] = point
+    xyz, start = sorted_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz)
+    return PointGrid(xyz, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
 def point_spacing(points: PointGrid) -> float:
@@ -124,42 +90,51 @@ def point_spacing(points: PointGrid) -> float:
 def nearest_distances(points, chosen):
     """Return each chosen point's distance to its nearest neighbour, at most one cell's side.
 
-    Its own column is searched first: what lies there mostly is nearer than the next column.
+    Its own cell is searched first: what lies there mostly is nearer than the next one.
     """
     nearest = np.full(len(chosen), points.cell * points.cell)
     for k in range(len(chosen)):
         x, y, z = points.xyz[chosen[k], 0], points.xyz[chosen[k], 1], points.xyz[chosen[k], 2]
-        iz = cell_index(points.top - z, points.per_metre, points.nz)
-        ix = cell_index(x - points.left, points.per_metre, points.nx)
-        iy = cell_index(y - points.front, points.per_metre, points.ny)
-        for step_x in (0, -1, 1):
-            column_x = ix + step_x
-            gap_x = gap_to(x - points.left, column_x, points.cell)
-            if column_x < 0 or column_x >= points.nx or gap_x * gap_x > nearest[k]:
-                continue
-            for step_y in (0, -1, 1):
-                column_y = iy + step_y
-                gap_y = gap_to(y - points.front, column_y, points.cell)
-                if column_y < 0 or column_y >= points.ny or gap_x * gap_x + gap_y * gap_y > nearest[k]:
+        across, along, down = x - points.left, y - points.front, points.top - z
+        ix = cell_index(across, points.per_metre, points.nx)
+        iy = cell_index(along, points.per_metre, points.ny)
+        iz = cell_index(down, points.per_metre, points.nz)
+        for step_x in STEPS:
+            gap_x = gap_to(across, ix + step_x, points.cell, points.nx)
+            for step_y in STEPS:
+                gap_y = gap_to(along, iy + step_y, points.cell, points.ny)
+                if gap_x * gap_x + gap_y * gap_y > nearest[k]:
                     continue
-                column = (column_x * points.ny + column_y) * points.nz
-                first = points.start[column + max(0, iz - 1)]
-                for i in range(first, points.start[column + min(points.nz, iz + 2)]):
-                    if i != chosen[k]:
-                        d2 = (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2 + (points.xyz[i, 2] - z) ** 2
-                        nearest[k] = min(nearest[k], d2)
+                for step_z in STEPS:
+                    gap_z = gap_to(down, iz + step_z, points.cell, points.nz)
+                    if gap_x * gap_x + gap_y * gap_y + gap_z * gap_z > nearest[k]:
+                        continue
+                    cell = ((ix + step_x) * points.ny + iy + step_y) * points.nz + iz + step_z
+                    for i in range(points.start[cell], points.start[cell + 1]):
+                        dx, dy, dz = points.xyz[i, 0] - x, points.xyz[i, 1] - y, points.xyz[i, 2] - z
+                        if i != chosen[k]:
+                            nearest[k] = min(nearest[k], dx * dx + dy * dy + dz * dz)
     return np.sqrt(nearest)
 
 
 @inlined
-def gap_to(place, cell, side):
-    """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less."""
+def gap_to(place, cell, side, count):
+    """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less.
+
+    Of ``count`` cells; there is no way to others.
+    """
+    if cell < 0 or cell >= count:
+        return math.inf
     return max(0.0, max(cell * side - place, place - (cell + 1) * side) - 1e-9)
 
 
 @njit(cache=True, error_model="numpy")
-def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
-    """Return the first point of each cell, and the order that sorts points (N, 3) by cell, from the top down."""
+def sorted_by_cell(points, low, top, steps, per_metre, nx, ny, nz):
+    """Return points (N, 3) sorted by cell, from the top down, and the first point of each cell.
+
+    Within a cell by their place in steps from the lowest corner, x before y before z, so that the order in which they
+    came does not matter: a few by insertion, which needs no memory.
+    """
     cells = np.empty(len(points), np.int64)
     start = np.zeros(nx * ny * nz + 1, np.uint32)
     for i in range(len(points)):
@@ -169,12 +144,29 @@ def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
         start[cells[i] + 1] += np.uint32(1)
     for cell in range(nx * ny * nz):
         start[cell + 1] += start[cell]
-    order = np.empty(len(points), np.int64)
+    order, keys = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     filled = start[:-1].copy()
     for i in range(len(points)):
-        order[filled[cells[i]]] = i
-        filled[cells[i]] += np.uint32(1)
-    return start, order
+        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
+        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
+        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
+        key, cell = (x << 42) | (y << 21) | z, cells[i]
+        first, j = np.int64(start[cell]), np.int64(filled[cell])
+        filled[cell] += np.uint32(1)
+        if start[cell + 1] - start[cell] <= INSERTED:
+            while j > first and keys[j - 1] > key:
+                order[j], keys[j] = order[j - 1], keys[j - 1]
+                j -= 1
+        order[j], keys[j] = i, key
+    for cell in range(nx * ny * nz):
+        first, end = start[cell], start[cell + 1]
+        if end - first > INSERTED:
+            order[first:end] = order[first:end].copy()[np.argsort(keys[first:end], kind="mergesort")]
+    xyz = np.empty((len(points), 3))
+    for i in range(len(points)):
+        for axis in range(3):
+            xyz[i, axis] = points[order[i], axis]
+    return xyz, start
 
 
 def sphere_grid(
