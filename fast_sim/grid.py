@@ -52,7 +52,7 @@ class SphereGrid(NamedTuple):
     tops: np.ndarray  # (nx * ny,) float64, each column's highest centre, metres, or -inf
     last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
     used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
-    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell?
+    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell? Empty: unknown
     left: float
     front: float
     bottom: float
@@ -180,7 +180,7 @@ def sphere_grid(
     extent = high - low + 2 * margin
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
-    near = np.full((nx, ny, nz), reach is None)
+    near = np.zeros((nx, ny, nz) if reach is not None else 0, np.bool_)
     if reach is not None:
         mark_near_points(points, near, low - margin, side, reach)
     tops, last = np.full(nx * ny, -np.inf), np.full(nx * ny, EMPTY, np.uint32)
@@ -248,7 +248,7 @@ def may_touch_points(spheres, x, y, z):
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((z - spheres.bottom) * spheres.per_metre)
-    if ix < 0 or iy < 0 or iz < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
+    if len(spheres.near_points) == 0 or min(ix, iy, iz) < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
 
@@ -259,7 +259,7 @@ def falls_past_points(spheres, x, y, high, low):
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((low - spheres.bottom) * spheres.per_metre)
-    if x < spheres.left or y < spheres.front or low < spheres.bottom or ix >= spheres.nx or iy >= spheres.ny:
+    if len(spheres.near_points) == 0 or min(ix, iy, iz) < 0 or ix >= spheres.nx or iy >= spheres.ny:
         return False  # outside the grid nothing is known
     column = (ix * spheres.ny + iy) * spheres.nz
     above = min(spheres.nz, int((high - spheres.bottom) * spheres.per_metre) + 1)  # two radii over all points

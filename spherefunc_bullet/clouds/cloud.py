@@ -97,7 +97,7 @@ class Cloud:
 
         points, cell = self.points, THINNED
         while cell <= side:  # each from the one before, which is shorter
-            points = self.once(("thinned", cell), partial(one_per_cell, points, cell))
+            points = self.once(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
             cell *= 2
         return points
 
