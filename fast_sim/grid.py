@@ -52,7 +52,7 @@ class SphereGrid(NamedTuple):
     tops: np.ndarray  # (nx * ny,) float64, each column's highest centre, metres, or -inf
     last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
     used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
-    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell? Empty: unknown
+    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred here? Empty: not known
     left: float
     front: float
     bottom: float
@@ -259,7 +259,8 @@ def falls_past_points(spheres, x, y, high, low):
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((low - spheres.bottom) * spheres.per_metre)
-    if len(spheres.near_points) == 0 or min(ix, iy, iz) < 0 or ix >= spheres.nx or iy >= spheres.ny:
+    outside = x < spheres.left or y < spheres.front or low < spheres.bottom or ix >= spheres.nx or iy >= spheres.ny
+    if outside or len(spheres.near_points) == 0:
         return False  # outside the grid nothing is known
     column = (ix * spheres.ny + iy) * spheres.nz
     above = min(spheres.nz, int((high - spheres.bottom) * spheres.per_metre) + 1)  # two radii over all points

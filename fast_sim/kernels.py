@@ -10,4 +10,4 @@ from __future__ import annotations
 from numba import njit
 
 entered = njit(cache=True, error_model="numpy", _nrt=False)  # called by Python, or seldom
-inlined = njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+inlined = njit(error_model="numpy", _nrt=False, forceinline=True)  # kept as part of others alone

@@ -155,7 +155,7 @@ def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndar
     return points[_first_of_cells(points, 1 / side, bits)]
 
 
-@njit(cache=True, forceinline=True)
+@njit(forceinline=True)
 def _comes_first(points, p, other):
     """Return whether a point is before another in x, then y, then z."""
     for axis in range(3):

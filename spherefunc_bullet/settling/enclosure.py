@@ -30,7 +30,7 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
     return met_everywhere(points, np.asarray(centers, np.float64), NARROWER * radius)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(error_model="numpy", forceinline=True)
 def by_layer(points, centers, bottom, height):
     """Return the points (M, 3) that are in a centre's layer or next to it, layer by layer, and where each begins."""
     layers, top = np.empty(len(points), np.int64), np.int64(0)
@@ -53,14 +53,14 @@ def by_layer(points, centers, bottom, height):
     return placed, starts
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(error_model="numpy", forceinline=True)
 def around(z, bottom, height, count):
     """Return the first layer of those that a height is next to, and the one after the last, of so many."""
     layer = int((z - bottom) / height)
     return min(max(layer - 1, 0), count), min(max(layer + 2, 0), count)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(error_model="numpy", forceinline=True)
 def directions(first, last):
     """Return the directions from one to another, whole turns aside, as the bits of a number."""
     count = last - first + 1
@@ -72,7 +72,7 @@ def directions(first, last):
     return bits if turn == NONE else (bits << turn) | (bits >> (np.uint64(DIRECTIONS) - turn))
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(error_model="numpy", forceinline=True)
 def can_meet(dx, dy, squared_sine):
     """Return the directions that a point (dx, dy) aside may meet, seen under twice the arcsine; rather too many.
 
