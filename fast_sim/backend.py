@@ -20,7 +20,8 @@ VERSION = "3"  # of the algorithm: another number, other centres
 CHUNK = 8192  # columns drawn at a time
 SPARSE = 0.5  # radii between points, about, where drops are few
 SQUARE = 0.005  # metres: as far as samples of a mesh lie apart
-Columns = Callable[[np.random.Generator], np.ndarray]  # draws CHUNK columns (M, 2), metres
+SHORT = 100  # drops: a run of so few is kept with the cloud, since more are asked for where these do not tell
+Columns = Callable[[np.random.Generator, int], np.ndarray]  # draws so many columns (M, 2) or more, metres
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,15 +74,16 @@ class FastSimulator:
         prepare(kernel)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        run = DropRun(cloud, settings, self)
-        draw = over_points(cloud.points) if self.columns == "points" else over_box(run.low, run.high)
-        generator = np.random.default_rng(seed)
-        ended = False
+        kept = cloud.once("the short run of each radius by fast", dict[float, DropRun])
+        run = kept.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
+        if run is None or not run.begins(settings, self, seed):
+            run = DropRun(cloud, settings, self, seed)
         with nullcontext() if self.cores == 1 else Threads(self.cores):
-            while not ended:
-                run.reserve(CHUNK)
-                ended = run.drop(kernel, draw(generator))
-        return run.result(time.perf_counter() - started, self, seed)
+            run.go_on(kernel, settings)
+        run.seconds += time.perf_counter() - started
+        if settings.max_drops is not None and settings.max_drops <= SHORT:
+            kept[settings.radius] = run
+        return run.result()
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
         """Return by statics how a cloud's object can lie (see `TellsPoses.poses`); nothing is dropped."""
@@ -110,15 +112,16 @@ class FastSimulator:
 
 
 class DropRun:
-    """The state of one run: both grids, the tallies, and what the kernel needs beside them."""
+    """The state of one run, which can go on: both grids, the tallies, and what the kernel needs beside them."""
 
-    def __init__(self, cloud: Cloud, settings: DropSettings, how: FastSimulator):
+    def __init__(self, cloud: Cloud, settings: DropSettings, how: FastSimulator, seed: int):
         from .contact import MAX_CONTACTS
         from .cores import on_cores
         from .grid import point_grid, point_spacing, sphere_grid
         from .nearby import POINT_REACH, nowhere
 
-        self.settings = settings
+        self.settings, self.how, self.seed = settings, how, seed
+        self.seconds = 0.0
         self.low, self.high = cloud.bounds
         points, reach = cloud.points, POINT_REACH * settings.radius
         if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
@@ -133,6 +136,9 @@ class DropRun:
             self.nearby.append(on_cores(how.cores, self.nearby[0]))
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
+        self.generator = np.random.default_rng(seed)
+        self.draw = over_points(cloud.points) if how.columns == "points" else over_box(self.low, self.high)
+        self.waiting = np.empty((0, 2))  # columns that are drawn, and down which nothing has been dropped
         self.columns: list[np.ndarray] = []
         self.outcomes: list[np.ndarray] = []
 
@@ -140,6 +146,23 @@ class DropRun:
     def drops(self) -> int:
         """How many spheres have been dropped."""
         return int(self.state[:4].sum())
+
+    def begins(self, settings: DropSettings, how: FastSimulator, seed: int) -> bool:
+        """Tell whether a run is to make the same drops as this one, and more."""
+        s = self.settings
+        same = (s.radius, self.how, self.seed) == (settings.radius, how, seed)
+        longer = settings.max_drops is not None and settings.max_drops > self.drops
+        return same and longer and settings.miss_limit >= s.miss_limit and settings.max_spheres >= s.max_spheres
+
+    def go_on(self, kernel: Callable[..., bool], settings: DropSettings):
+        """Drop spheres until one of the limits is reached; the drops so far are the first ones."""
+        self.settings, ended = settings, False
+        while not ended:
+            left = CHUNK if settings.max_drops is None else min(CHUNK, settings.max_drops - self.drops)
+            if len(self.waiting) < left:
+                self.waiting = np.concatenate([self.waiting, self.draw(self.generator, left - len(self.waiting))])
+            self.reserve(left)
+            ended = self.drop(kernel, self.waiting[:left])
 
     def reserve(self, count: int):
         """Make room for so many more settled spheres."""
@@ -153,13 +176,14 @@ class DropRun:
     def drop(self, kernel: Callable[..., bool], columns: np.ndarray) -> bool:
         """Drop a sphere down each of the columns (M, 2), until one of the limits is reached: then return True."""
         s, before = self.settings, self.drops
-        columns = columns if s.max_drops is None else columns[: s.max_drops - before]
         outcomes = np.empty(len(columns), np.int8)
         limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
         body = (self.points, self.spheres, *self.nearby)
         ended = kernel(*body, columns, s.radius, self.shape, *self.inside, *limits)
-        self.columns.append(columns[: self.drops - before])
-        self.outcomes.append(outcomes[: self.drops - before])
+        done = self.drops - before
+        self.columns.append(columns[:done])
+        self.outcomes.append(outcomes[:done])
+        self.waiting = self.waiting[done:]
         return ended or self.drops == s.max_drops
 
     def stop(self) -> Stop:
@@ -168,8 +192,8 @@ class DropRun:
             return Stop.MISSES
         return Stop.SPHERE_LIMIT if self.state[0] >= self.settings.max_spheres else Stop.DROP_LIMIT
 
-    def result(self, seconds: float, simulator: FastSimulator, seed: int) -> DropResult:
-        """Return what came of the run."""
+    def result(self) -> DropResult:
+        """Return what has come of the run so far."""
         settled, rolled_off, rejected, timed_out, _ = self.state.tolist()
         return DropResult(
             centers=self.spheres.centers[:settled].copy(),
@@ -178,22 +202,25 @@ class DropRun:
             rejected=rejected,
             timed_out=timed_out,
             stop=self.stop(),
-            seconds=seconds,
+            seconds=self.seconds,
             columns=np.concatenate(self.columns),
             outcomes=np.concatenate(self.outcomes),
-            provenance=provenance_of(simulator, self.settings, seed),
+            provenance=provenance_of(self.how, self.settings, self.seed),
         )
 
 
 def over_box(low: np.ndarray, high: np.ndarray) -> Columns:
     """Return what draws columns uniformly over a bounding box."""
-    return lambda generator: generator.uniform(low[:2], high[:2], size=(CHUNK, 2))
+    return lambda generator, count: generator.uniform(low[:2], high[:2], size=(count, 2))
 
 
 def over_points(points: np.ndarray) -> Columns:
-    """Return what draws columns uniformly over the squares of `SQUARE` that hold some of the points (N, 3)."""
+    """Return what draws columns uniformly over the squares of `SQUARE` that hold some of the points (N, 3).
+
+    Always `CHUNK` of them, since squares are drawn before places in them.
+    """
     squares = np.unique(np.floor(points[:, :2] / SQUARE), axis=0)
-    return lambda generator: SQUARE * (generator.choice(squares, CHUNK) + generator.random((CHUNK, 2)))
+    return lambda generator, _: SQUARE * (generator.choice(squares, CHUNK) + generator.random((CHUNK, 2)))
 
 
 def require_one_of(name: str, value: str, expected: Sequence[str]):

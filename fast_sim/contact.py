@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from .kernels import inlined
 
 MAX_CONTACTS = 12
 # Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
@@ -16,18 +16,19 @@ MAX_CONTACTS = 12
 RIDGE = 0.06
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def nearest_point(around, near, x, y, z, reach):
-    """Return the row of the point nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
+    """Return which point (3, N) is nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
     nearest, best = -1, reach * reach
     for i in range(near):
-        d2 = (around[i, 0] - x) ** 2 + (around[i, 1] - y) ** 2 + (around[i, 2] - z) ** 2
+        dx, dy, dz = around[0, i] - x, around[1, i] - y, around[2, i] - z
+        d2 = dx * dx + dy * dy + dz * dz
         if d2 < best:
             nearest, best = i, d2
     return nearest, math.sqrt(best)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def plane_normal(around, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
@@ -37,7 +38,7 @@ def plane_normal(around, near, x, y, z, reach):
     count = 0
     mx = my = mz = xx = yy = zz = xy = xz = yz = 0.0
     for i in range(near):
-        px, py, pz = around[i, 0] - x, around[i, 1] - y, around[i, 2] - z
+        px, py, pz = around[0, i] - x, around[1, i] - y, around[2, i] - z
         if px * px + py * py + pz * pz < reach * reach:
             count += 1
             mx += px
@@ -72,7 +73,7 @@ def plane_normal(around, near, x, y, z, reach):
     return nx / norm, ny / norm, nz / norm
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def cloud_contact(nearby, x, y, z, radius, shape):
     """Write the cloud's contact into ``nearby.normals[0]``; return whether there is one and whether it is a plane.
 
@@ -83,7 +84,7 @@ def cloud_contact(nearby, x, y, z, radius, shape):
     nearest, distance = nearest_point(around, near, x, y, z, radius + shape.bump)
     if nearest < 0:
         return False, False
-    ax, ay, az = around[nearest, 0], around[nearest, 1], around[nearest, 2]
+    ax, ay, az = around[0, nearest], around[1, nearest], around[2, nearest]
     px, py, pz = x - ax, y - ay, z - az
     nx, ny, nz = plane_normal(around, near, ax, ay, az, shape.patch)
     along = px * nx + py * ny + pz * nz
@@ -98,13 +99,13 @@ def cloud_contact(nearby, x, y, z, radius, shape):
     return True, is_plane
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
     """Append the contacts with settled spheres to ``nearby.normals``; return the new count."""
     neighbours, normals = nearby.spheres, nearby.normals
     reach = 2 * radius + tolerance
     for i in range(nearby.counts[1]):
-        dx, dy, dz = x - neighbours[i, 0], y - neighbours[i, 1], z - neighbours[i, 2]
+        dx, dy, dz = x - neighbours[0, i], y - neighbours[1, i], z - neighbours[2, i]
         d2 = dx * dx + dy * dy + dz * dz
         if d2 < reach * reach and count < MAX_CONTACTS:
             d = math.sqrt(d2)
@@ -113,7 +114,7 @@ def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def allowed(normals, count, vx, vy, vz):
     """Tell whether a motion moves into none of the contacts."""
     for k in range(count):
@@ -122,7 +123,7 @@ def allowed(normals, count, vx, vy, vz):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def steepest_descent(normals, count):
     """Project gravity's direction (0, 0, -1) onto the motions that the contacts allow.
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from .grid import EMPTY, cell_index
-from .nearby import DEPTH, MAX_LOOKS
+from .grid import BLOCK, cell_index, falls_past_points
+from .kernels import inlined
+from .nearby import DEPTH, MAX_LOOKS, knows_fall
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
@@ -19,7 +19,7 @@ TIGHT_POINT = 0.982
 TIGHT_SPHERE = 0.991
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def fall_on_points(points, x, y, z, radius, best):
     """Return the height of the first contact with the cloud below (x, y, z), and whether that place is clear.
 
@@ -54,7 +54,7 @@ def fall_on_points(points, x, y, z, radius, best):
     return best, True
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def fall_on_spheres(spheres, x, y, z, radius, best):
     """Return the height of the first contact with settled spheres below (x, y, z), and whether it is clear."""
     reach = 2 * radius
@@ -65,13 +65,13 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
     last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
     for ix in range(first_x, last_x + 1):
-        for iy in range(first_y, last_y + 1):
-            block = spheres.last[ix * spheres.ny + iy]
-            while block != EMPTY and spheres.blocks[block, 0, 0] + reach > best:
-                for k in range(1, int(spheres.blocks[block, 0, 1]) + 1):
-                    dx = spheres.blocks[block, k, 0] - x
-                    dy = spheres.blocks[block, k, 1] - y
-                    sz = spheres.blocks[block, k, 2]
+        for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
+            highest, block = spheres.tops[column], spheres.last[column]
+            while highest + reach > best:
+                for k in range(BLOCK):
+                    dx = spheres.blocks[block, 1, k] - x
+                    dy = spheres.blocks[block, 2, k] - y
+                    sz = spheres.blocks[block, 3, k]
                     d2 = dx * dx + dy * dy
                     if d2 >= graze or sz + reach <= best:
                         continue
@@ -82,21 +82,21 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
                         return best, False
                     elif sz < z:
                         best = max(best, z)
-                block = np.uint32(spheres.blocks[block, 0, 2])
+                highest, block = spheres.blocks[block, 0, 0], np.uint32(spheres.blocks[block, 0, 2])
     return best, True
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
-    """Do as `fall_on_points` with the first ``count`` points around, which touch at a distance ``touch``."""
+    """Do as `fall_on_points` with the first ``count`` points around (3, N), which touch at a distance ``touch``."""
     aside = (graze * touch) ** 2
     tight = (tight * touch) ** 2
     for i in range(count):
-        dx, dy = around[i, 0] - x, around[i, 1] - y
+        dx, dy = around[0, i] - x, around[1, i] - y
         d2 = dx * dx + dy * dy
         if d2 >= aside:
             continue
-        pz = around[i, 2]
+        pz = around[2, i]
         contact = pz + math.sqrt(touch * touch - d2)
         if contact <= z:
             best = max(best, contact)
@@ -107,33 +107,33 @@ def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
     return best, True
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def fall(points, spheres, x, y, z, radius):
     """Return the height at which a sphere falling from (x, y, z) first touches, and whether it starts clear.
 
     The ground at z = 0 ends every fall, so the height is at least the radius.
     """
     best, clear = fall_on_spheres(spheres, x, y, z, radius, radius)
-    if not clear:
-        return best, False
+    if not clear or falls_past_points(spheres, x, y, z, best):
+        return best, clear
     return fall_on_points(points, x, y, z, radius, best)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def short_fall(points, spheres, nearby, x, y, z, radius):
-    """Do as `fall`, looking only at what is nearby unless the fall is a long one."""
+    """Do as `fall`, looking only at what is nearby unless the fall leads beyond that."""
     around, near = nearby.spheres, nearby.counts[1]
     best, clear = fall_on_nearby(around, near, x, y, z, 2 * radius, GRAZE_SPHERE, TIGHT_SPHERE, radius)
     if clear:
         around, near = nearby.points, nearby.counts[0]
         best, clear = fall_on_nearby(around, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
-    if clear and z - best > DEPTH * radius:
+    if clear and z - best > DEPTH * radius and not knows_fall(nearby, x, y, z, best, radius):
         nearby.looks[min(nearby.counts[2], MAX_LOOKS) - 1, 3] = 1.0
         return fall(points, spheres, x, y, z, radius)
     return best, clear
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def stands_on_floor(points, x, y, radius):
     """Tell whether the object has a floor at ground level under a sphere that came down to z = 0.
 

@@ -11,10 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from .kernels import inlined
+
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 8  # spheres
 INSERTED = 40  # points of a cell that are sorted by insertion, at most
+STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
 
@@ -41,13 +44,15 @@ class SphereGrid(NamedTuple):
     """
 
     centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
-    # (block capacity, BLOCK + 1, 3): the same centres by column, in rows 1 to BLOCK. Row 0 is the block's head, in
-    # the same cache line: the highest centre in this block and those before, metres; the centres in this block; the
-    # block that the column had before, or EMPTY.
+    # (block capacity, 4, BLOCK): the same centres by column, in rows 1 to 3 all x, all y and all z, infinite where
+    # there is none yet, so that a block is looked at without asking how full it is. Row 0 is the block's head: the
+    # highest centre in the column's blocks before, metres, -inf if there is none; the centres in this block; the block
+    # before.
     blocks: np.ndarray
+    tops: np.ndarray  # (nx * ny,) float64, each column's highest centre, metres, or -inf
     last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
     used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
-    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred in this cell?
+    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred here? Empty: not known
     left: float
     front: float
     bottom: float
@@ -69,44 +74,9 @@ def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: fl
     """Sort a cloud (N, 3) within [low, high] into columns two radii wide, for large spheres one."""
     side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
-    start, order = sorted_by_cell(points, low, high[2], 1 / side, nx, ny, nz)
-    sort_cells(canonical_keys(points, low, high), start, order)
-    return PointGrid(points[order], start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
-
-
-def canonical_keys(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return numbers (N,) that order points (N, 3), whichever order they came in."""
     steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
-    return keys_of(points, low, steps)
-
-
-@njit(cache=True, error_model="numpy")
-def keys_of(points, low, steps):
-    """Return each point's place (N,) in steps from the lowest corner, x before y before z."""
-    keys = np.empty(len(points), np.int64)
-    for i in range(len(points)):
-        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
-        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
-        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
-        keys[i] = (x << 42) | (y << 21) | z
-    return keys
-
-
-@njit(cache=True, error_model="numpy")
-def sort_cells(keys, start, order):
-    """Sort the points of each cell by their keys; a few by insertion, which needs no memory."""
-    for cell in range(len(start) - 1):
-        first, end = start[cell], start[cell + 1]
-        if end - first > INSERTED:
-            members = order[first:end].copy()
-            order[first:end] = members[np.argsort(keys[members], kind="mergesort")]
-            continue
-        for i in range(np.int64(first) + 1, np.int64(end)):
-            point, j = order[i], i
-            while j > first and keys[order[j - 1]] > keys[point]:
-                order[j] = order[j - 1]
-                j -= 1
-            order[j] = point
+    xyz, start = sorted_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz)
+    return PointGrid(xyz, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
 def point_spacing(points: PointGrid) -> float:
@@ -120,42 +90,51 @@ def point_spacing(points: PointGrid) -> float:
 def nearest_distances(points, chosen):
     """Return each chosen point's distance to its nearest neighbour, at most one cell's side.
 
-    Its own column is searched first: what lies there mostly is nearer than the next column.
+    Its own cell is searched first: what lies there mostly is nearer than the next one.
     """
     nearest = np.full(len(chosen), points.cell * points.cell)
     for k in range(len(chosen)):
         x, y, z = points.xyz[chosen[k], 0], points.xyz[chosen[k], 1], points.xyz[chosen[k], 2]
-        iz = cell_index(points.top - z, points.per_metre, points.nz)
-        ix = cell_index(x - points.left, points.per_metre, points.nx)
-        iy = cell_index(y - points.front, points.per_metre, points.ny)
-        for step_x in (0, -1, 1):
-            column_x = ix + step_x
-            gap_x = gap_to(x - points.left, column_x, points.cell)
-            if column_x < 0 or column_x >= points.nx or gap_x * gap_x > nearest[k]:
-                continue
-            for step_y in (0, -1, 1):
-                column_y = iy + step_y
-                gap_y = gap_to(y - points.front, column_y, points.cell)
-                if column_y < 0 or column_y >= points.ny or gap_x * gap_x + gap_y * gap_y > nearest[k]:
+        across, along, down = x - points.left, y - points.front, points.top - z
+        ix = cell_index(across, points.per_metre, points.nx)
+        iy = cell_index(along, points.per_metre, points.ny)
+        iz = cell_index(down, points.per_metre, points.nz)
+        for step_x in STEPS:
+            gap_x = gap_to(across, ix + step_x, points.cell, points.nx)
+            for step_y in STEPS:
+                gap_y = gap_to(along, iy + step_y, points.cell, points.ny)
+                if gap_x * gap_x + gap_y * gap_y > nearest[k]:
                     continue
-                column = (column_x * points.ny + column_y) * points.nz
-                first = points.start[column + max(0, iz - 1)]
-                for i in range(first, points.start[column + min(points.nz, iz + 2)]):
-                    if i != chosen[k]:
-                        d2 = (points.xyz[i, 0] - x) ** 2 + (points.xyz[i, 1] - y) ** 2 + (points.xyz[i, 2] - z) ** 2
-                        nearest[k] = min(nearest[k], d2)
+                for step_z in STEPS:
+                    gap_z = gap_to(down, iz + step_z, points.cell, points.nz)
+                    if gap_x * gap_x + gap_y * gap_y + gap_z * gap_z > nearest[k]:
+                        continue
+                    cell = ((ix + step_x) * points.ny + iy + step_y) * points.nz + iz + step_z
+                    for i in range(points.start[cell], points.start[cell + 1]):
+                        dx, dy, dz = points.xyz[i, 0] - x, points.xyz[i, 1] - y, points.xyz[i, 2] - z
+                        if i != chosen[k]:
+                            nearest[k] = min(nearest[k], dx * dx + dy * dy + dz * dz)
     return np.sqrt(nearest)
 
 
-@njit(cache=True, error_model="numpy")
-def gap_to(place, cell, side):
-    """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less."""
+@inlined
+def gap_to(place, cell, side, count):
+    """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less.
+
+    Of ``count`` cells; there is no way to others.
+    """
+    if cell < 0 or cell >= count:
+        return math.inf
     return max(0.0, max(cell * side - place, place - (cell + 1) * side) - 1e-9)
 
 
 @njit(cache=True, error_model="numpy")
-def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
-    """Return the first point of each cell, and the order that sorts points (N, 3) by cell, from the top down."""
+def sorted_by_cell(points, low, top, steps, per_metre, nx, ny, nz):
+    """Return points (N, 3) sorted by cell, from the top down, and the first point of each cell.
+
+    Within a cell by their place in steps from the lowest corner, x before y before z, so that the order in which they
+    came does not matter: a few by insertion, which needs no memory.
+    """
     cells = np.empty(len(points), np.int64)
     start = np.zeros(nx * ny * nz + 1, np.uint32)
     for i in range(len(points)):
@@ -165,12 +144,29 @@ def sorted_by_cell(points, low, top, per_metre, nx, ny, nz):
         start[cells[i] + 1] += np.uint32(1)
     for cell in range(nx * ny * nz):
         start[cell + 1] += start[cell]
-    order = np.empty(len(points), np.int64)
+    order, keys = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     filled = start[:-1].copy()
     for i in range(len(points)):
-        order[filled[cells[i]]] = i
-        filled[cells[i]] += np.uint32(1)
-    return start, order
+        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
+        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
+        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
+        key, cell = (x << 42) | (y << 21) | z, cells[i]
+        first, j = np.int64(start[cell]), np.int64(filled[cell])
+        filled[cell] += np.uint32(1)
+        if start[cell + 1] - start[cell] <= INSERTED:
+            while j > first and keys[j - 1] > key:
+                order[j], keys[j] = order[j - 1], keys[j - 1]
+                j -= 1
+        order[j], keys[j] = i, key
+    for cell in range(nx * ny * nz):
+        first, end = start[cell], start[cell + 1]
+        if end - first > INSERTED:
+            order[first:end] = order[first:end].copy()[np.argsort(keys[first:end], kind="mergesort")]
+    xyz = np.empty((len(points), 3))
+    for i in range(len(points)):
+        for axis in range(3):
+            xyz[i, axis] = points[order[i], axis]
+    return xyz, start
 
 
 def sphere_grid(
@@ -184,19 +180,19 @@ def sphere_grid(
     extent = high - low + 2 * margin
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
-    near = np.full((nx, ny, nz), reach is None)
+    near = np.zeros((nx, ny, nz) if reach is not None else 0, np.bool_)
     if reach is not None:
         mark_near_points(points, near, low - margin, side, reach)
-    last = np.full(nx * ny, EMPTY, np.uint32)
+    tops, last = np.full(nx * ny, -np.inf), np.full(nx * ny, EMPTY, np.uint32)
     used = np.ones(1, np.uint32)
     frame = (*(low - margin).tolist(), side, 1 / side, nx, ny, nz)
-    return SphereGrid(*sphere_rows(nx * ny, capacity), last, used, near.ravel(), *frame)
+    return SphereGrid(*sphere_rows(nx * ny, capacity), tops, last, used, near.ravel(), *frame)
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
     """Return room for so many spheres: centres, and blocks."""
     blocks = columns + capacity // BLOCK + 2  # every column's last block may be nearly empty
-    return np.empty((capacity, 3)), np.empty((blocks, BLOCK + 1, 3))
+    return np.empty((capacity, 3)), np.empty((blocks, 4, BLOCK))
 
 
 @njit(cache=True, error_model="numpy")
@@ -219,13 +215,13 @@ def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     return SphereGrid(*room, *spheres[len(room) :])
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def cell_index(offset, per_metre, count):
     """Return the cell that holds an offset from the grid's edge, or the nearest one."""
     return min(count - 1, max(0, int(offset * per_metre)))
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def insert(spheres, i, x, y, z):
     """Enter settled sphere ``i``."""
     spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
@@ -236,22 +232,39 @@ def insert(spheres, i, x, y, z):
     if block == EMPTY or spheres.blocks[block, 0, 1] == BLOCK:
         new = spheres.used[0]
         spheres.used[0] += np.uint32(1)
-        spheres.blocks[new, 0, 0] = z if block == EMPTY else spheres.blocks[block, 0, 0]
-        spheres.blocks[new, 0, 1] = 0
+        spheres.blocks[new, 0, 0], spheres.blocks[new, 0, 1] = spheres.tops[column], 0
         spheres.blocks[new, 0, 2] = block
+        spheres.blocks[new, 1:] = np.inf
         spheres.last[column] = block = new
-    k = int(spheres.blocks[block, 0, 1]) + 1
-    spheres.blocks[block, k, 0], spheres.blocks[block, k, 1], spheres.blocks[block, k, 2] = x, y, z
-    spheres.blocks[block, 0, 1] = k
-    spheres.blocks[block, 0, 0] = max(spheres.blocks[block, 0, 0], z)
+    k = int(spheres.blocks[block, 0, 1])
+    spheres.blocks[block, 1, k], spheres.blocks[block, 2, k], spheres.blocks[block, 3, k] = x, y, z
+    spheres.blocks[block, 0, 1] = k + 1
+    spheres.tops[column] = max(spheres.tops[column], z)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def may_touch_points(spheres, x, y, z):
     """Tell whether a sphere centred here can be near the cloud at all."""
     ix = int((x - spheres.left) * spheres.per_metre)
     iy = int((y - spheres.front) * spheres.per_metre)
     iz = int((z - spheres.bottom) * spheres.per_metre)
-    if ix < 0 or iy < 0 or iz < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
+    if len(spheres.near_points) == 0 or min(ix, iy, iz) < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
+
+
+@inlined
+def falls_past_points(spheres, x, y, high, low):
+    """Tell whether the cloud is too far away to stop a sphere whose centre comes down from ``high`` to ``low``."""
+    ix = int((x - spheres.left) * spheres.per_metre)
+    iy = int((y - spheres.front) * spheres.per_metre)
+    iz = int((low - spheres.bottom) * spheres.per_metre)
+    outside = x < spheres.left or y < spheres.front or low < spheres.bottom or ix >= spheres.nx or iy >= spheres.ny
+    if outside or len(spheres.near_points) == 0:
+        return False  # outside the grid nothing is known
+    column = (ix * spheres.ny + iy) * spheres.nz
+    above = min(spheres.nz, int((high - spheres.bottom) * spheres.per_metre) + 1)  # two radii over all points
+    for cell in range(column + iz, column + above):
+        if spheres.near_points[cell]:
+            return False
+    return True

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
 from .falling import short_fall, stands_on_floor
-from .nearby import STRIDE, look_around, still_serves
+from .kernels import inlined
+from .nearby import STRIDE, begin, look_around, still_serves, touches_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 MAX_STEPS = 20_000  # of one sphere, whatever happens
@@ -26,20 +25,19 @@ class RollShape(NamedTuple):
     stalled: int  # steps without a new lowest height after which a sphere is blocked
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def free_path(around, near, x, y, z, vx, vy, vz, touch, length):
     """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything around."""
     for i in range(near):
-        px, py, pz = x - around[i, 0], y - around[i, 1], z - around[i, 2]
+        px, py, pz = x - around[0, i], y - around[1, i], z - around[2, i]
         approach = px * vx + py * vy + pz * vz
-        if approach < -GRAZING * touch:
-            inside = approach * approach - (px * px + py * py + pz * pz) + touch * touch
-            if inside > 0:
-                length = min(length, -approach - math.sqrt(inside))
+        inside = approach * approach - (px * px + py * py + pz * pz) + touch * touch
+        if (approach < -GRAZING * touch) & (inside > 0):  # one question, mostly answered by no
+            length = min(length, -approach - math.sqrt(inside))
     return length
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def step(points, spheres, nearby, x, y, z, radius, shape):
     """Move a sphere in contact at (x, y, z) one stride downhill; return its new place and whether it moved.
 
@@ -69,27 +67,30 @@ def step(points, spheres, nearby, x, y, z, radius, shape):
     return nx, ny, height, True
 
 
-@njit(cache=True, error_model="numpy")
-def rest(nearby, x, y, z, radius, low, high):
+@inlined
+def rest(points, nearby, x, y, z, radius, low, high):
     """Return the outcome of coming to rest at (x, y, z), and whether it is on the object.
 
     Resting on spheres alone counts only within the object's bounding box (paper, §III-A).
     """
-    if nearest_point(nearby.points, nearby.counts[0], x, y, z, 1.01 * radius)[0] >= 0:
+    if still_serves(nearby, x, y, z, radius):
+        on_object = nearest_point(nearby.points, nearby.counts[0], x, y, z, 1.01 * radius)[0] >= 0
+    else:
+        on_object = touches_points(points, x, y, z, 1.01 * radius)
+    if on_object:
         return SETTLED, True
     inside = low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]
     return (SETTLED if inside else REJECTED), False
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
 
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
     lowest, stalled = z, 0
-    nearby.counts[2] = 0
-    look_around(points, spheres, nearby, x, y, z, radius)
+    begin(nearby, x, y, z)
     for _ in range(MAX_STEPS):
         if z <= radius:
             if stands_on_floor(points, x, y, radius):
@@ -101,8 +102,6 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
         stalled = stalled + 1 if z > lowest - 0.002 * radius else 0
         lowest = min(lowest, z)
         if not moved or stalled >= shape.stalled:
-            if not still_serves(nearby, x, y, z, radius):
-                look_around(points, spheres, nearby, x, y, z, radius)
-            outcome, on_object = rest(nearby, x, y, z, radius, low, high)
+            outcome, on_object = rest(points, nearby, x, y, z, radius, low, high)
             return x, y, z, outcome, on_object
     return x, y, z, TIMED_OUT, False

@@ -29,10 +29,28 @@ def prepare(kernel: Any):
     kernel : numba dispatcher
         With ``cache=True``.
     """
+    load_compiler()
     for called in kernels_of(kernel):
         forget_stale(called)
     if not any(cached_code(kernel)):
         _announce()
+
+
+@cache
+def load_compiler():
+    """Load numba's functions of arrays, which every kernel needs, without SciPy's linear algebra.
+
+    They import that only to know whether it is there, and it takes a fifth of a second of each new process. It is
+    there, since this package requires it; a kernel that multiplies matrices imports it itself.
+    """
+    with suppress(ImportError, AttributeError):  # another version of numba, which loads what it wants
+        from numba.np import linalg
+
+        asked, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+        try:
+            import numba.np.arraymath  # noqa: F401
+        finally:
+            linalg.ensure_blas = asked
 
 
 def kernels_of(kernel: Any) -> list[Any]:
@@ -79,18 +97,31 @@ def imported_names(file: Path, package: str) -> dict[str, str]:
 
 
 def cached_code(kernel: Any) -> Iterator[Path]:
-    """Yield the index files of a kernel's cached code, one for each place in the file where it has stood."""
+    """Yield the index files of a kernel's cached code, one for each place in the file where it has stood.
+
+    None of one that is compiled into others alone.
+    """
+    if kernel.stats.cache_path is None:
+        return
     file = Path(kernel.py_func.__code__.co_filename)
-    return Path(kernel.stats.cache_path).glob(f"{file.stem}.{kernel.__name__}-*.nbi")
+    yield from Path(kernel.stats.cache_path).glob(f"{file.stem}.{kernel.__name__}-*.nbi")
 
 
 def forget_stale(kernel: Any):
     """Drop cached code that is older than its sources, or that cannot be loaded since a module was renamed."""
-    newest = max(file.stat().st_mtime for file in sources_of(kernel))
     for index in cached_code(kernel):
         with suppress(OSError):  # another process is at work on it, or it may not be written
-            if index.stat().st_mtime < newest or not is_loadable(index):
+            if is_older(index, kernel) or not is_loadable(index):
                 index.unlink(missing_ok=True)
+
+
+def is_older(index: Path, kernel: Any) -> bool:
+    """Return whether a kernel's cached code is older than what decides it, asked only if any module loaded is newer."""
+    made = index.stat().st_mtime
+    modules = [Path(sys.modules[name].__file__ or index) for name in ours()]
+    if max(file.stat().st_mtime for file in modules) < made:
+        return False
+    return made < max(file.stat().st_mtime for file in sources_of(kernel))
 
 
 def is_loadable(index: Path) -> bool:

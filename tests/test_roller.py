@@ -17,8 +17,9 @@ from spherefunc_bullet.fast_sim.contact import (
     plane_normal,
     steepest_descent,
 )
-from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby
+from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
 from spherefunc_bullet.fast_sim.grid import insert, nearest_distances, point_grid, sphere_grid
+from spherefunc_bullet.fast_sim.nearby import DEPTH, begin, look_around, nowhere
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
@@ -266,7 +267,7 @@ def test_plane_through_points_of_a_plane(form):
         across = np.linalg.svd(normal[None])[2][1:]
         points = random.uniform(-1, 1, (40, 2)) @ across * 0.01 + random.uniform(-1, 1, 3)
         x, y, z = points.mean(axis=0)
-        found = kernel(plane_normal, form)(points, 40, x, y, z, 0.05)
+        found = kernel(plane_normal, form)(by_axis(points), 40, x, y, z, 0.05)
         # Points in a plane up to rounding: coordinates of one metre, offsets of a centimetre, squared.
         assert abs(np.dot(found, normal)) == pytest.approx(1, abs=1e-9)
         assert np.linalg.norm(found) == pytest.approx(1)
@@ -275,7 +276,7 @@ def test_plane_through_points_of_a_plane(form):
 @BOTH
 def test_plane_is_the_least_squares_one_of_noisy_points(form):
     points = np.random.default_rng(1).normal(size=(200, 3)) * [0.01, 0.008, 0.0002] + 0.5
-    found = kernel(plane_normal, form)(points, 200, 0.5, 0.5, 0.5, 1.0)
+    found = kernel(plane_normal, form)(by_axis(points), 200, 0.5, 0.5, 0.5, 1.0)
     best = np.linalg.svd(points - points.mean(axis=0))[2][2]
     # The minors weigh errors a little differently from the eigenvector: to second order in noise over extent.
     assert np.degrees(np.arccos(min(1, abs(np.dot(found, best))))) < 0.05
@@ -285,7 +286,7 @@ def test_plane_is_the_least_squares_one_of_noisy_points(form):
 def test_edges_and_single_points_are_no_planes(form):
     plane = kernel(plane_normal, form)
     line = np.outer(np.linspace(-1, 1, 20), [1.0, 2.0, 0.5])
-    assert plane(line, 20, 0.0, 0.0, 0.0, 9.0) == (0, 0, 0)
+    assert plane(by_axis(line), 20, 0.0, 0.0, 0.0, 9.0) == (0, 0, 0)
     assert plane(np.eye(3), 2, 0.0, 0.0, 0.0, 9.0) == (0, 0, 0)
     assert plane(np.eye(3), 3, 50.0, 0.0, 0.0, 9.0) == (0, 0, 0)  # all out of reach
 
@@ -295,7 +296,7 @@ def test_nearest_point(form):
     random = np.random.default_rng(2)
     points = random.uniform(-1, 1, (100, 3))
     for place in random.uniform(-1, 1, (50, 3)):
-        row, distance = kernel(nearest_point, form)(points, 100, *place, 0.3)
+        row, distance = kernel(nearest_point, form)(by_axis(points), 100, *place, 0.3)
         expected, i = cKDTree(points).query(place)
         if expected < 0.3:
             assert (row, distance) == (i, pytest.approx(expected))
@@ -306,13 +307,18 @@ def test_nearest_point(form):
 @BOTH
 def test_free_path_ends_at_the_first_touch(form):
     path = kernel(free_path, form)
-    obstacle = np.array([[3.0, 0.6, 0.0]])
+    obstacle = by_axis([[3.0, 0.6, 0.0]])
     # Touching at distance 1, passing 0.6 aside: 0.8 before it.
     assert path(obstacle, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 9.0) == pytest.approx(3 - 0.8)
     assert path(obstacle, 1, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 9.0) == 9  # behind
     assert path(obstacle, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.5, 9.0) == 9  # aside
     assert path(obstacle, 0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 9.0) == 9  # nothing found
     assert path(obstacle, 1, 2.0, 0.6, 0.0, 0.0, 0.0, 1.0, 1.0, 9.0) == 9  # along it, touching
+
+
+def by_axis(points) -> np.ndarray:
+    """Return points (N, 3) as kernels of what is nearby take them, (3, N)."""
+    return np.ascontiguousarray(np.transpose(points))
 
 
 def contact_height(points: np.ndarray, x: float, y: float, touch: float, start: float) -> float:
@@ -327,13 +333,14 @@ def test_fall_ends_on_the_highest_contact(form):
     random = np.random.default_rng(3)
     for _ in range(50):
         points = random.uniform([-1, -1, 0], [1, 1, 1], (12, 3))
-        height, clear = kernel(fall_on_nearby, form)(points, 12, 0.0, 0.0, 5.0, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)
+        fall_on = kernel(fall_on_nearby, form)
+        height, clear = fall_on(by_axis(points), 12, 0.0, 0.0, 5.0, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)
         assert clear and height == pytest.approx(contact_height(points, 0, 0, 0.5, 0.1))
 
 
 @BOTH
 def test_fall_that_begins_inside_is_not_clear(form):
-    point = np.array([[0.1, 0.0, 1.0]])
+    point = by_axis([[0.1, 0.0, 1.0]])
     inside = 1 + 0.5 * np.sqrt(TIGHT_POINT**2 - 0.2**2) - 0.01
     assert not kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)[1]
     assert kernel(fall_on_nearby, form)(point, 1, 0.0, 0.0, inside + 0.02, 0.5, GRAZE_POINT, TIGHT_POINT, 0.1)[1]
@@ -358,6 +365,29 @@ def test_fall_through_the_grids_is_the_fall_past_every_point_and_sphere():
         on_spheres = on_spheres[:, 2] + np.sqrt(4 * radius**2 - aside[aside < 2 * radius] ** 2)
         expected = max([contact_height(cloud, x, y, radius, radius), *on_spheres])
         assert clear and height == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("reach", [4.0, None], ids=["it is known where points are", "it is not"])
+def test_fall_past_what_is_nearby_is_the_fall_through_the_grids(reach):
+    """To the last bit, however long: a fall that the surroundings do not decide is looked up."""
+    random, radius = np.random.default_rng(6), 0.03
+    cloud = random.uniform([-0.3, -0.3, 0], [0.3, 0.3, 0.2], (400, 3))
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    points = point_grid(cloud, low, high, radius)
+    spheres = sphere_grid(points, low, high, radius, reach and reach * radius, 512)
+    for i, center in enumerate(random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.5], (400, 3))):
+        insert(spheres, i, *center)
+    nearby = nowhere(len(cloud), MAX_CONTACTS)
+    decided = []
+    for x, y, z in random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.7], (600, 3)):
+        begin(nearby, x, y, z)
+        look_around(points, spheres, nearby, x, y, z, radius)
+        x, y, z = np.array([x, y, z]) + 0.6 * radius * unit_vectors(random, 1)[0]
+        height, clear = short_fall(points, spheres, nearby, x, y, z, radius)
+        expected, expected_clear = fall(points, spheres, x, y, z, radius)
+        assert clear == expected_clear and (height == expected or not clear)
+        decided += [nearby.looks[1, 3] == 0] if clear and z - height > DEPTH * radius else []
+    assert 0.1 < np.mean(decided) < 0.9 and len(decided) > 30  # both ways are taken
 
 
 def test_neighbour_distances_through_the_grid():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, fields
+from functools import cached_property, partial
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +21,7 @@ MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
 MAX_GAP = 0.005  # metres: the paper's half centimetre between a surface and its nearest sample
 THINNED = 0.005  # metres: how dense meshes are sampled
+Derived = TypeVar("Derived")
 _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent
 
 
@@ -69,9 +72,21 @@ class Cloud:
 
         return cKDTree(self.points)
 
+    def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
+        """Return what ``derive`` makes of this cloud, made once and kept until the cloud is gone.
+
+        It stays in this process: a cloud that is copied or sent to another process leaves it behind.
+        """
+        if what not in self._derived:
+            self._derived[what] = derive()
+        return self._derived[what]
+
     @cached_property
-    def _thinned(self) -> dict[float, np.ndarray]:
+    def _derived(self) -> dict[Hashable, Any]:
         return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {part.name: getattr(self, part.name) for part in fields(self)}
 
     def thinned(self, side: float) -> np.ndarray:
         """Return fewer points (M, 3): one in each cube whose side in metres is `THINNED` doubled, at most as asked.
@@ -82,9 +97,8 @@ class Cloud:
 
         points, cell = self.points, THINNED
         while cell <= side:  # each from the one before, which is shorter
-            if cell not in self._thinned:
-                self._thinned[cell] = one_per_cell(points, cell)
-            points, cell = self._thinned[cell], 2 * cell
+            points = self.once(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
+            cell *= 2
         return points
 
     @property

@@ -139,10 +139,12 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
     return points[_thin(points, distance, bits)]
 
 
-def one_per_cell(points: np.ndarray, side: float) -> np.ndarray:
-    """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in."""
-    prepare(_extent)
-    low, high = _extent(points)
+def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndarray:
+    """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in.
+
+    ``bounds`` (2, 3) are the corners of a box around them, metres.
+    """
+    low, high = bounds
     low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
         prepare(_first_in_grid)
@@ -153,18 +155,7 @@ def one_per_cell(points: np.ndarray, side: float) -> np.ndarray:
     return points[_first_of_cells(points, 1 / side, bits)]
 
 
-@njit(cache=True)
-def _extent(points):
-    """Return the lowest and the highest corner of the points' box, in one pass."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for p in range(len(points)):
-        for axis in range(3):
-            low[axis] = min(low[axis], points[p, axis])
-            high[axis] = max(high[axis], points[p, axis])
-    return low, high
-
-
-@njit(cache=True)
+@njit(forceinline=True)
 def _comes_first(points, p, other):
     """Return whether a point is before another in x, then y, then z."""
     for axis in range(3):

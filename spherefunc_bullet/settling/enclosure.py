@@ -13,6 +13,7 @@ from numba import njit
 from ..compilation import prepare
 
 DIRECTIONS = 64
+NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(2**64 - 1)  # directions as bits
 NARROWER = 0.8  # radii: a gap is one where so much of the sphere gets through
 
 
@@ -25,33 +26,55 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
     radius : float
         Of the spheres, metres.
     """
-    prepare(by_layer)
     prepare(met_everywhere)
-    reach = NARROWER * radius
-    order, starts = by_layer(points, points[:, 2].min(), reach)
-    return met_everywhere(points, order, starts, points[:, 2].min(), np.asarray(centers, np.float64), reach)
+    return met_everywhere(points, np.asarray(centers, np.float64), NARROWER * radius)
 
 
-@njit(cache=True, error_model="numpy")
-def by_layer(points, bottom, height):
-    """Return the points' indices layer by layer from the bottom (N,), and where each layer begins."""
-    layers = np.empty(len(points), np.int64)
+@njit(error_model="numpy", forceinline=True)
+def by_layer(points, centers, bottom, height):
+    """Return the points (M, 3) that are in a centre's layer or next to it, layer by layer, and where each begins."""
+    layers, top = np.empty(len(points), np.int64), np.int64(0)
     for i in range(len(points)):
         layers[i] = int((points[i, 2] - bottom) / height)
-    starts = np.zeros(layers.max() + 2, np.int64)
+        top = max(top, layers[i])
+    asked, starts = np.zeros(top + 1, np.bool_), np.zeros(top + 2, np.int64)
+    for k in range(len(centers)):
+        first, last = around(centers[k, 2], bottom, height, top + 1)
+        asked[first:last] = True
     for layer in layers:
-        starts[layer + 1] += 1
+        starts[layer + 1] += asked[layer]
     starts = np.cumsum(starts)
-    order, free = np.empty(len(points), np.int64), starts.copy()
+    placed, free = np.empty((starts[-1], 3)), starts.copy()
     for i in range(len(points)):
-        order[free[layers[i]]] = i
-        free[layers[i]] += 1
-    return order, starts
+        if asked[layers[i]]:
+            row = free[layers[i]]
+            placed[row, 0], placed[row, 1], placed[row, 2] = points[i, 0], points[i, 1], points[i, 2]
+            free[layers[i]] += 1
+    return placed, starts
 
 
-@njit(cache=True, error_model="numpy")
-def adds_nothing(met, dx, dy, sine, step):
-    """Return whether all directions are met that a point (dx, dy) aside, seen under twice arcsin(sine), can meet.
+@njit(error_model="numpy", forceinline=True)
+def around(z, bottom, height, count):
+    """Return the first layer of those that a height is next to, and the one after the last, of so many."""
+    layer = int((z - bottom) / height)
+    return min(max(layer - 1, 0), count), min(max(layer + 2, 0), count)
+
+
+@njit(error_model="numpy", forceinline=True)
+def directions(first, last):
+    """Return the directions from one to another, whole turns aside, as the bits of a number."""
+    count = last - first + 1
+    if count >= DIRECTIONS:
+        return EVERY
+    if count <= 0:
+        return NONE
+    bits, turn = (ONE << np.uint64(count)) - ONE, np.uint64(first & (DIRECTIONS - 1))
+    return bits if turn == NONE else (bits << turn) | (bits >> (np.uint64(DIRECTIONS) - turn))
+
+
+@njit(error_model="numpy", forceinline=True)
+def can_meet(dx, dy, squared_sine):
+    """Return the directions that a point (dx, dy) aside may meet, seen under twice the arcsine; rather too many.
 
     By bounds that cost less than the angles, since most points stand behind others: an arctangent to 0.005, and
     arcsin(s) <= s + (pi / 2 - 1) s**3.
@@ -65,40 +88,40 @@ def adds_nothing(met, dx, dy, sine, step):
         angle = math.pi - angle
     if dy < 0:
         angle = -angle
-    spread = sine + (0.5 * math.pi - 1) * sine * sine * sine + 0.005
-    for turn in range(int(math.ceil((angle - spread) / step)), int(math.floor((angle + spread) / step)) + 1):
-        if not met[turn % DIRECTIONS]:
-            return False
-    return True
+    sine = math.sqrt(squared_sine)
+    spread = sine * (1 + (0.5 * math.pi - 1) * squared_sine) + 0.005
+    per_radian = DIRECTIONS / (2 * math.pi)
+    return directions(
+        np.int64(math.ceil((angle - spread) * per_radian)), np.int64(math.floor((angle + spread) * per_radian))
+    )
 
 
 @njit(cache=True, error_model="numpy")
-def met_everywhere(points, order, starts, bottom, centers, reach):
+def met_everywhere(points, centers, reach):
     """Return whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`, (S,) bool."""
     step = 2 * math.pi / DIRECTIONS
     met_all = np.zeros(len(centers), np.bool_)
+    bottom = points[0, 2]
+    for i in range(len(points)):
+        bottom = min(bottom, points[i, 2])
+    placed, starts = by_layer(points, centers, bottom, reach)
     for k in range(len(centers)):
-        x, y, z = centers[k]
-        layer = int((z - bottom) / reach)
-        first = min(max(layer - 1, 0), len(starts) - 1)
-        last = min(max(layer + 2, 0), len(starts) - 1)
-        met, count = np.zeros(DIRECTIONS, np.bool_), 0
-        for i in order[starts[first] : starts[last]]:
-            dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+        x, y, z = centers[k, 0], centers[k, 1], centers[k, 2]
+        first, last = around(z, bottom, reach, len(starts) - 1)
+        met = NONE
+        for i in range(starts[first], starts[last]):
+            dx, dy, dz = placed[i, 0] - x, placed[i, 1] - y, placed[i, 2] - z
             across = reach * reach - dz * dz
+            if across <= 0:
+                continue
             distance = math.sqrt(dx * dx + dy * dy)
-            if across <= 0 or distance * distance <= across:
+            if distance * distance <= across or can_meet(dx, dy, across / (distance * distance)) & ~met == NONE:
                 continue
-            sine = math.sqrt(across) / distance
-            if adds_nothing(met, dx, dy, sine, step):
-                continue
-            spread = math.asin(sine)
-            angle = math.atan2(dy, dx)
-            for turn in range(int(math.ceil((angle - spread) / step)), int(math.floor((angle + spread) / step)) + 1):
-                if not met[turn % DIRECTIONS]:
-                    met[turn % DIRECTIONS] = True
-                    count += 1
-            if count == DIRECTIONS:
+            spread, angle = math.asin(math.sqrt(across) / distance), math.atan2(dy, dx)
+            met |= directions(
+                np.int64(math.ceil((angle - spread) / step)), np.int64(math.floor((angle + spread) / step))
+            )
+            if met == EVERY:
                 met_all[k] = True
                 break
     return met_all

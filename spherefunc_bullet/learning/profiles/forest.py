@@ -5,6 +5,7 @@ scikit-learn grows the trees; asking it about one object takes tens of milliseco
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -34,16 +35,7 @@ class Forest:
 
     def votes(self, X: np.ndarray) -> np.ndarray:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
-        X = np.asarray(X, np.float32).astype(np.float64)  # as when they grew
-        node = np.tile(self.roots.astype(np.int64), (len(X), 1))
-        rows = np.arange(len(X))[:, None]
-        while True:
-            feature = self.feature[node]
-            inner = feature != LEAF
-            if not inner.any():
-                return self.vote[node].astype(float).mean(axis=1)
-            above = X[rows, np.maximum(feature, 0)] > self.threshold[node]
-            node = np.where(inner, self.below[node] + above, node)
+        return grove_of([self]).votes(X)[0]
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return what `Forest` is made of, by name."""
@@ -65,6 +57,51 @@ class Forest:
         )
         if not whole:
             raise InputError(f"expected trees over {quantities} quantities, got {count} nodes that are none")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Grove:
+    """Several forests that are asked together, in steps of all their trees: leaves lead to themselves."""
+
+    sizes: tuple[int, ...]  # trees of each forest
+    roots: np.ndarray  # (T,) intp, of all trees, forest by forest
+    feature: np.ndarray  # (M,) intp, a quantity, any of a leaf
+    threshold: np.ndarray  # (M,) float64, infinite of a leaf
+    below: np.ndarray  # (M,) intp, of a leaf itself
+    vote: np.ndarray  # (M,) float64
+
+    def votes(self, X: np.ndarray) -> list[np.ndarray]:
+        """Return each forest's mean votes (N,), of objects (N, Q) given as quantities."""
+        X = np.asarray(X, np.float32).astype(np.float64)  # as when they grew
+        parts = np.split(self.vote[self.leaves(X)], np.cumsum(self.sizes)[:-1], axis=1)
+        return [np.ascontiguousarray(part).mean(axis=1) for part in parts]
+
+    def leaves(self, X: np.ndarray) -> np.ndarray:
+        """Return the leaf of each tree (N, T) that objects (N, Q) end in."""
+        quantities, first = X.ravel(), X.shape[1] * np.arange(len(X))[:, None]
+        node = np.tile(self.roots, (len(X), 1))
+        while True:
+            above = quantities[first + self.feature[node]] > self.threshold[node]
+            following = self.below[node] + above
+            if np.array_equal(following, node):
+                return node
+            node = following
+
+
+def grove_of(forests: Sequence[Forest]) -> Grove:
+    """Return forests joined."""
+    starts = np.cumsum([0, *(len(one.feature) for one in forests)])[:-1]
+    feature = np.concatenate([one.feature for one in forests])
+    below = np.concatenate([one.below + start for one, start in zip(forests, starts, strict=True)])
+    leaf = feature == LEAF
+    return Grove(
+        sizes=tuple(len(one.roots) for one in forests),
+        roots=np.concatenate([one.roots + start for one, start in zip(forests, starts, strict=True)]),
+        feature=np.where(leaf, 0, feature).astype(np.intp),
+        threshold=np.where(leaf, np.inf, np.concatenate([one.threshold for one in forests])),
+        below=np.where(leaf, np.arange(len(leaf)), below),
+        vote=np.concatenate([one.vote for one in forests]).astype(float),
+    )
 
 
 def forest_of(grown: ExtraTreesClassifier) -> Forest:

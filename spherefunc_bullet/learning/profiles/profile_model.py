@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from ...settling.drops import Length, settled_count
+from ...settling.drops import NO_DROPS, Length, settled_count
 from ...settling.settling import Settled
 from ...simulator import Simulator
 from ..function_model import FunctionModel
 from .calibration import Kin, Line, calibrated
-from .forest import Forest
+from .forest import Forest, Grove, grove_of
 from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ class ProfileModel(FunctionModel):
     familiar_: float
     early_: ProfileModel | None = None
     _ranks: Ranks | None = None  # of the training objects, once somebody has asked
+    _grove: tuple[list[Forest], Grove] | None = None  # the forests, and what they are asked by
+    _asked: tuple[list[np.ndarray], np.ndarray] | None = None  # the drops asked about last, and their quantities
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -67,8 +69,17 @@ class ProfileModel(FunctionModel):
         return Length(drops=self.drops)
 
     def profiles(self, settled: Sequence[Settled]) -> np.ndarray:
-        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-        return profiles_over(settled, self.radii)
+        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped.
+
+        Of one object they are asked several times over: whether it is sure, what it is for, why.
+        """
+        if len(settled) != 1:
+            return profiles_over(settled, self.radii)
+        drops = [settled[0].get(radius, NO_DROPS) for radius in self.radii]
+        asked = self._asked
+        if asked is None or not all(one is other for one, other in zip(asked[0], drops, strict=True)):
+            self._asked = asked = drops, profiles_over(settled, self.radii)
+        return asked[1].copy()
 
     def quantity_names(self) -> list[str]:
         """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
@@ -137,12 +148,20 @@ class ProfileModel(FunctionModel):
         scores = np.zeros((len(profiles), len(self.functions_)))
         if not len(profiles):
             return scores
-        for column, (one, line) in enumerate(zip(self.forests_, self.lines_, strict=True)):
-            if one is None:
-                scores[:, column] = self.members_[:, column].all()
-            else:
-                scores[:, column] = calibrated(votes_of(one, profiles), line)
+        for column, (votes, line) in enumerate(zip(self.votes(profiles), self.lines_, strict=True)):
+            scores[:, column] = self.members_[:, column].all() if votes is None else calibrated(votes, line)
         return scores
+
+    def votes(self, profiles: np.ndarray) -> list[np.ndarray | None]:
+        """Return what each function's forest says of objects given as quantities, None where there is none to ask."""
+        forests = [one for one in self.forests_ if isinstance(one, Forest)]
+        if forests and (self._grove is None or self._grove[0] != forests):
+            self._grove = forests, grove_of(forests)
+        told = iter(self._grove[1].votes(profiles) if forests else ())
+        return [
+            next(told) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
+            for one in self.forests_
+        ]
 
     def chosen_radii(self) -> list[float]:
         """Return the radii, ascending, metres; all of them count."""
@@ -156,8 +175,3 @@ class ProfileModel(FunctionModel):
         alone.radius_ = {name: self.radius_[name]}
         alone.early_ = self.early_ and self.early_.only(name)
         return alone
-
-
-def votes_of(one: Forest | ClassifierMixin, profiles: np.ndarray) -> np.ndarray:
-    """Return what a forest, or another classifier, says of objects (N,) given as quantities."""
-    return one.votes(profiles) if isinstance(one, Forest) else one.predict_proba(profiles)[:, 1]
