@@ -15,7 +15,7 @@ from .kernels import inlined
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
-BLOCK = 8  # spheres
+BLOCK = 4  # spheres
 INSERTED = 40  # points of a cell that are sorted by insertion, at most
 STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent

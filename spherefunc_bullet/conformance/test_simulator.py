@@ -271,7 +271,7 @@ def test_a_stated_number_of_drops_is_made_whatever_becomes_of_them(simulator: Si
 def test_a_shorter_run_of_drops_is_the_beginning_of_a_longer_one(simulator: Simulator, name: str):
     """A limit of drops cuts a run short and changes nothing else: who stops early saw the same drops."""
     short, long = [
-        simulator.drop(shape(name), DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops), 1)
+        simulator.drop(SHAPES[name][0](), DropSettings(radius=radius_of(name), miss_limit=90, max_drops=drops), 1)
         for drops in (30, 90)
     ]
     assert np.array_equal(short.columns, long.columns[:30])
