@@ -211,8 +211,8 @@ def quality_section(report: Report) -> str:
 spheres and have the same classifier; <b>always no</b> says no to everything. <b>F</b>: the F-measure, the
 harmonic mean of precision and recall. <b>F fair</b>: the same without the objects of which the function is true as well
 although it is not their label (<code>also</code> in the manifest). <b>F leave-one-out</b>: with every object told by
-what all others teach, of resting profiles by what nine tenths of them do. The paper's numbers are its authors' on their own 200 models, half
-of them learnt.</p>
+what all others teach, of resting profiles by what nine tenths of them do. The paper's numbers are its authors' on
+their own 200 models, half of them learnt.</p>
 {"".join(parts)}</section>"""
 
 
