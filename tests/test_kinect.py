@@ -109,3 +109,30 @@ def test_the_target_is_in_the_middle_and_the_camera_level():
 def test_same_seed_same_image():
     first, second = (image(Kinect(), upright(3.0, angle_deg=60)).depth for _ in range(2))
     assert np.array_equal(first, second, equal_nan=True)
+
+
+def test_windows_share_their_noise_between_neighbours():
+    seen = image(Kinect(dropouts=False, window=7), upright(1.0))
+    apart = seen.depth - 1.0
+    # Of independent noise neighbours have nothing in common; a window of 7 shares most of it, and 20 pixels on none.
+    assert np.corrcoef(apart[:, :-1].ravel(), apart[:, 1:].ravel())[0, 1] > 0.7
+    assert abs(np.corrcoef(apart[:, :-20].ravel(), apart[:, 20:].ravel())[0, 1]) < 0.1
+    assert apart.std() == pytest.approx(depth_noise(1.0), rel=0.15)  # steps of 3 mm add to it
+
+
+@pytest.mark.parametrize(("distance", "step"), [(1.0, 0.0028), (3.0, 0.0255)])
+def test_windows_measure_in_steps_of_disparity(distance, step):
+    depths = np.unique(image(Kinect(dropouts=False, window=7), upright(distance)).depth)
+    # z^2 / (f b) / 8, by the Kinect's 589 pixels and 7.5 cm; noise spreads depth over a few of them.
+    assert np.diff(depths).min() == pytest.approx(step, rel=0.1)
+    assert len(depths) < 30
+
+
+def test_windows_close_what_is_narrower_than_half_of_them():
+    width = 1.0 / Kinect().focal_length  # metres of a pixel at 1 m
+    left, right = (Mesh(upright(1.0).vertices + [side * (10 + 1.4 * width), 0, 0], SQUARE) for side in (-1, 1))
+    sharp, smooth = (
+        image(Kinect(noise=0.0, dropouts=False, window=window), left, right, upright(1.2)).depth for window in (1, 7)
+    )
+    assert (np.abs(sharp - 1.2) < 0.01).sum() >= 480  # the gap of about three pixels
+    assert (np.abs(smooth - 1.0) < 0.01).all()

@@ -5,7 +5,7 @@ Each learns the objects that the model has learnt, and tells what was proposed b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -28,6 +28,8 @@ from spherefunc_bullet.settling.settling import Settled
 
 from ..evaluation.features import voxel_centers
 from ..evaluation.profiled import points_as_drops
+from .lesson_files import lesson_paths, read_lessons
+from .lessons import counted
 
 CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
 
@@ -61,7 +63,7 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
     Parameters
     ----------
     sources : sequence of str
-        Folders, or names of catalogues.
+        Folders of objects or of lessons, see `lesson_files`, or names of catalogues.
     failed : callable
         Is given the error of each file that cannot be used.
 
@@ -70,15 +72,30 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
     InputError
         If one is no data set, or no object is left.
     """
-    known: list[tuple[ObjectRecord, DatasetObject]] = []
-    for item in (item for source in sources for item in open_dataset(source).objects):
-        try:
-            known.append((shape_record(load_cloud(item.path), item.path), item))
-        except InputError as error:
-            failed(error)
+    known: list[tuple[ObjectRecord, frozenset[str]]] = []
+    for source in sources:
+        rooms = lesson_paths(Path(source))
+        known += lessons_learnt(rooms) if rooms else objects_learnt(open_dataset(source).objects, failed)
     if not known:
         raise InputError(f"{', '.join(sources)}: expected objects to learn, found none that can be used")
-    return Learnt(records=[record for record, _ in known], labels=[item.functions for _, item in known])
+    return Learnt(records=[record for record, _ in known], labels=[functions for _, functions in known])
+
+
+def lessons_learnt(rooms: Sequence[Path]) -> Iterator[tuple[ObjectRecord, frozenset[str]]]:
+    """Yield what rooms teach, as the model for scans learns it, and its functions."""
+    for one in counted(lesson for path in rooms for lesson in read_lessons(path)):
+        yield one.record, one.functions
+
+
+def objects_learnt(
+    objects: Sequence[DatasetObject], failed: Callable[[InputError], None]
+) -> Iterator[tuple[ObjectRecord, frozenset[str]]]:
+    """Yield the shapes of a data set's objects, and their functions."""
+    for item in objects:
+        try:
+            yield shape_record(load_cloud(item.path), item.path), item.functions
+        except InputError as error:
+            failed(error)
 
 
 def shape_record(cloud: Cloud, path: Path) -> ObjectRecord:

@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 from spherefunc_bullet.clouds.cloud import load_cloud
@@ -18,101 +19,86 @@ from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import save_model
-from spherefunc_bullet.scenes.recognition.examples import proposed_examples
-from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
+from spherefunc_bullet.learning.profiles.calibration import Kin
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
-from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
-from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.records import settle_kept
-from spherefunc_bullet.settling.settling import Settled, settle
+from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
-LIVED_IN = "all=0.5"  # of the rooms, for each kind of disorder
+from .lesson_files import kept_lessons
+from .lessons import SIGHTS, Lesson, Sight, counted, model_lesson
 
-
-@dataclass(frozen=True, kw_only=True)
-class Sight:
-    """How one room is seen."""
-
-    views: int  # that are fused
-    noise: float  # times a Kinect's
-    leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
-    close: int = 4  # single views of one thing each, from near by
-
-
-# In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
-SIGHTS = (
-    Sight(views=3, noise=1.0),
-    Sight(views=1, noise=0.5),
-    Sight(views=2, noise=1.0, leaf=0.03),
-    Sight(views=5, noise=1.0, leaf=0.01),
-    Sight(views=1, noise=1.5),
-    Sight(views=4, noise=0.5, leaf=0.02),
-)
+TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Lesson:
-    """One training object: where spheres settled on it, and what it is for."""
+class Visit:
+    """A room, how it is seen, and the seed of its scans."""
 
-    name: str
-    functions: frozenset[str]
-    settled: Settled
+    room: VirtualRoom
+    sight: Sight
+    seed: int
 
 
-def scans_of(room: VirtualRoom, number: int, seed: int) -> Iterator[VirtualScan]:
-    """Yield the scans of a room of a number: one of the whole, and those of things from near by."""
-    sight = SIGHTS[number % len(SIGHTS)]
-    yield scan_room(room, sight.views, sight.noise, seed, Resolution(leaf=sight.leaf, points=None))
-    yield from close_ups(room, sight.close, sight.noise, seed)
+def visits(
+    datasets: Sequence[Dataset], count: int, seed: int, failed: Callable[[InputError], None]
+) -> Iterator[Visit]:
+    """Yield so many rooms, of each data set tidy and lived-in ones by turns; each kind is seen in every way in turn.
+
+    Fewer rooms are the first ones of more.
+    """
+    kinds = [(dataset, lived_in) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
+    streets = [
+        furnish_lived_in(dataset, count, seed=seed + place, failed=failed, lived_in=lived_in)
+        for place, (dataset, lived_in) in enumerate(kinds)
+    ]
+    for number in range(count):
+        turn, place = divmod(number, len(streets))
+        yield Visit(room=next(streets[place]), sight=SIGHTS[(turn + place) % len(SIGHTS)], seed=seed + place)
 
 
 def lessons_of_rooms(
-    dataset: Dataset, count: int, model: FunctionClassifier, seed: int, failed: Callable[[InputError], None]
+    visited: Iterable[Visit], model: FunctionClassifier, kept: Path | None, jobs: int
 ) -> Iterator[list[Lesson]]:
-    """Yield what each room teaches: what is proposed in its scans, and what that is for."""
-    rooms = furnish_lived_in(dataset, count, seed=seed, failed=failed, lived_in=parse_lived_in(LIVED_IN))
-    for number, room in enumerate(rooms):
-        functions = [placed.item.functions for placed in room.objects]
-        lessons = []
-        for view, scan in enumerate(scans_of(room, number, seed)):
-            for place, example in enumerate(proposed_examples(scan.points, scan.labels, model.simulator)):
-                settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
-                told = frozenset() if example.number is None else functions[example.number]
-                name = f"{room.name}_{view}_{example.by}_{place}"
-                lessons.append(Lesson(name=name, functions=told, settled=settled))
-        yield lessons
+    """Yield what each room teaches, in the order of the rooms."""
+    from joblib import Parallel, delayed
 
-
-def lessons_of_models(dataset: Dataset, model: FunctionClassifier) -> Iterator[Lesson]:
-    """Yield what whole models teach."""
-    for item in dataset.objects:
-        settled = settle_kept(load_cloud(item.path), model.simulator, model.radii, model.seed, model.length)
-        yield Lesson(name=item.path.name, functions=item.functions, settled=settled)
-
-
-def learn(lessons: list[Lesson], model: FunctionClassifier) -> FunctionClassifier:
-    """Return the model after the lessons."""
-    return model.fit_settled(
-        [one.settled for one in lessons], [one.functions for one in lessons], [one.name for one in lessons]
-    )
+    tasks = (delayed(kept_lessons)(visit.room, visit.sight, model, visit.seed, kept) for visit in visited)
+    yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
 
 
 def main(
-    data: Annotated[str, typer.Argument(help="Meshes: a folder with manifest.csv, or a catalogue.")],
+    data: Annotated[list[str], typer.Argument(help="Meshes: folders with manifest.csv, or catalogues.")],
     out: Annotated[Path, typer.Option(help="The model file.")],
     backend: Annotated[str, typer.Option(help="The simulator.")] = "fast",
     rooms: Annotated[int, typer.Option(min=1, help="Virtual rooms that are scanned.")] = 32,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 1000,
+    kept: Annotated[Path | None, typer.Option("--keep", help="Folder for what rooms teach: scanned once.")] = None,
+    jobs: Annotated[int, typer.Option(help="Rooms that are scanned at once; -1: one per core.")] = 1,
 ):
     """Learn what is proposed in scans of virtual rooms, and whole models."""
-    failures, dataset = Failures(), open_dataset(data)
+    failures, datasets = Failures(), [open_dataset(name) for name in data]
     model = FunctionClassifier(backend, early_drops=0)  # what is proposed is asked once, for all that can be known
-    lessons = list(lessons_of_models(dataset, model))
-    for more in progress(lessons_of_rooms(dataset, rooms, model, seed, failures.add), rooms, "scanning rooms"):
-        lessons += more
+    lessons = [model_lesson(item, load_cloud(item.path), model) for item in datasets[0].objects]
+    found = lessons_of_rooms(visits(datasets, rooms, seed, failures.add), model, kept, jobs)
+    for more in progress(found, rooms, "scanning rooms"):
+        lessons += counted(more)
     save_model(learn(lessons, model), out)
     say(f"{out}: learnt from {len(lessons)} objects, {sum(bool(one.functions) for one in lessons)} of them of use")
     failures.exit()
+
+
+def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClassifier:
+    """Return the model after the lessons.
+
+    How sure it may be is told by those who have not learnt the same thing in another view or another room.
+    """
+    things: dict[str, int] = {}
+    groups = np.array([things.setdefault(one.thing or one.name, len(things)) for one in lessons])
+    return model.fit_settled(
+        [one.record.settled for one in lessons],
+        [one.functions for one in lessons],
+        [one.name for one in lessons],
+        kin=Kin(weights=np.ones(len(lessons)), groups=groups),
+    )
 
 
 if __name__ == "__main__":

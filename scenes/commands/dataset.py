@@ -79,12 +79,18 @@ def build(
     catalogue: Annotated[str, typer.Argument(help="Name of a catalogue, such as household.")],
     directory: Directory,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other objects.")] = 0,
+    stretch: Annotated[
+        float, typer.Option(min=0, max=1, help="Other proportions: each side longer or shorter by up to this share.")
+    ] = 0.0,
     as_json: Json = False,
 ) -> None:
     """Write a built-in catalogue as PLY files with a manifest."""
     from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 
+    from ..household.parts.stretching import stretched
+
     objects = make_catalogue(catalogue, seed)
+    objects = stretched(objects, stretch, seed) if stretch else objects
     manifest = write_catalogue(progress(objects, len(objects), "writing"), directory, catalogue)
     labels = _count(item.label for item in objects)
     _say({"manifest": str(manifest), "objects": len(objects), "labels": labels, "seed": seed}, as_json)

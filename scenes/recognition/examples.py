@@ -24,14 +24,39 @@ _FEWEST = 20  # points of the scan in an example
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Example:
-    """A proposal as the spheres meet it, and the object that it is."""
+    """A proposal as the spheres meet it, and the object that it overlaps most."""
 
     cloud: Cloud
-    number: int | None  # of the object; None where it is none: a shelf, a part, several things at once
+    nearest: int  # number of that object, -1 if it overlaps none
+    overlap: float  # their intersection over union
+    inside: float  # share of the proposal's points that are the object's
     by: str  # what proposed it
+
+    @property
+    def number(self) -> int | None:
+        """The object that it is; None where it is none: a shelf, a part, several things at once."""
+        return self.nearest if self.overlap >= _OBJECT else None
+
+    @property
+    def disputed(self) -> bool:
+        """Whether it is neither an object nor none."""
+        return _PART <= self.overlap < _OBJECT
 
 
 def proposed_examples(
+    points: np.ndarray,
+    truth: np.ndarray,
+    simulator: str | Simulator = "fast",
+    *,
+    kinds: Sequence[str] = KINDS,
+    completion: Sequence[str] = DEFAULT,
+) -> Iterator[Example]:
+    """Yield the proposals of a scan that are an object, or clearly none; see `all_examples`."""
+    examples = all_examples(points, truth, simulator, kinds=kinds, completion=completion)
+    yield from (one for one in examples if not one.disputed)
+
+
+def all_examples(
     points: np.ndarray,
     truth: np.ndarray,
     simulator: str | Simulator = "fast",
@@ -58,13 +83,15 @@ def proposed_examples(
     sizes = np.bincount(truth[truth >= 0])
     for proposal in propose(scene, simulator, kinds):
         seen = proposal.members[proposal.members < len(points)]
-        number, shared = best_object(truth[seen], sizes)
-        if len(seen) < _FEWEST or _PART <= shared < _OBJECT:
+        if len(seen) < _FEWEST:
             continue
+        number, shared = best_object(truth[seen], sizes)
         own = dense[proposal.members]
         cloud, box = object_cloud(own, completion, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
-            yield Example(cloud=cloud, number=number if shared >= _OBJECT else None, by=proposal.by)
+            inside = float(np.mean(truth[seen] == number))
+            nearest = number if shared > 0 else -1
+            yield Example(cloud=cloud, nearest=nearest, overlap=shared, inside=inside, by=proposal.by)
 
 
 def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:

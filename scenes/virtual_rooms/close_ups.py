@@ -17,7 +17,7 @@ _TRIED = 12  # places of the camera
 _LOWEST = 0.4  # metres above the floor
 
 
-def close_ups(room: VirtualRoom, count: int, noise: float, seed: int) -> Iterator[VirtualScan]:
+def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, window: int = 1) -> Iterator[VirtualScan]:
     """Yield so many single views of a room, each of one of its things from near by; the same numbers, the same views.
 
     Parameters
@@ -27,9 +27,11 @@ def close_ups(room: VirtualRoom, count: int, noise: float, seed: int) -> Iterato
     noise : float
         Times a Kinect's.
     seed : int
+    window : int
+        Of the Kinect, pixels.
     """
     rng = np.random.default_rng([seed, int(room.name.rpartition("_")[2]), count])
-    surfaces, kinect = Surfaces(room.meshes()), Kinect(noise=noise, dropouts=noise > 0)
+    surfaces, kinect = Surfaces(room.meshes()), Kinect(noise=noise, dropouts=noise > 0, window=window)
     for _ in range(count if room.objects else 0):
         pose = pose_near(room, surfaces, rng)
         if pose is not None:

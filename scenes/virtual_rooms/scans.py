@@ -150,14 +150,20 @@ def overview(surfaces: Surfaces, pose: np.ndarray, kinect: Kinect) -> int:
 
 
 def scan_room(
-    room: VirtualRoom, views: int | None, noise: float, seed: int, resolution: Resolution = AS_SEEN
+    room: VirtualRoom,
+    views: int | None,
+    noise: float,
+    seed: int,
+    resolution: Resolution = AS_SEEN,
+    window: int = 1,
 ) -> VirtualScan:
     """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
     number = int(room.name.rpartition("_")[2])
     rng = np.random.default_rng([seed, number, views or 0])
     if views is None:
         return resolution.of(whole_scan(room), rng)
-    return resolution.of(seen_scan(room, views, Kinect(noise=noise, dropouts=noise > 0), rng), rng)
+    kinect = Kinect(noise=noise, dropouts=noise > 0, window=window)
+    return resolution.of(seen_scan(room, views, kinect, rng), rng)
 
 
 def parse_views(text: str) -> int | None:

@@ -104,6 +104,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
+        kin: Kin | None = None,
     ) -> FunctionClassifier:
         """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
 
@@ -112,15 +113,17 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         originals : sequence of str, optional
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
+        kin : Kin, optional
+            In place of ``originals``: how much each object counts, and which ones must not tell of each other.
         """
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        kin = kin_of(names, originals or [""] * len(names))
+        kin = kin_of(names, originals or [""] * len(names)) if kin is None else kin
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
-            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
+            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, kin=kin)
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:

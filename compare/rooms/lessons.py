@@ -1,0 +1,151 @@
+"""What virtual rooms teach: every proposal of their scans, how spheres fell on it, and which object it overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.scenes.recognition.examples import Example, all_examples
+from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
+from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
+from spherefunc_bullet.settling.drops import settled_centers
+from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
+from spherefunc_bullet.settling.settling import Settled, settle
+
+_CARRIED = 0.01  # metres, radius of the spheres that tell what of a thing carries or holds
+_NEAR = 0.04  # metres from such a sphere's centre to a point of the scan that shows its place
+_OBJECT, _PART = 0.4, 0.25  # overlaps from which on a proposal is an object, and is not clearly none
+_SHOWN = 0.25  # least share of such places: a chair's back alone, or a table's legs, tell no function
+_INSIDE, _SCRAP = 0.6, 0.08  # of a part's points that are a useful thing's; overlap below which it is a mere scrap
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """How one room is seen."""
+
+    views: int  # that are fused
+    noise: float  # times a Kinect's
+    leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
+    window: int = 1  # pixels, see `Kinect`
+    close: int = 4  # single views of one thing each, from near by
+
+
+# In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
+SIGHTS = (
+    Sight(views=3, noise=1.0),
+    Sight(views=1, noise=0.5, window=7),
+    Sight(views=2, noise=1.0, leaf=0.03),
+    Sight(views=5, noise=1.0, leaf=0.01, window=7),
+    Sight(views=1, noise=1.5),
+    Sight(views=4, noise=0.5, leaf=0.02, window=7),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lesson:
+    """One training object: where spheres settled on it, and the thing that it is, or is a part of."""
+
+    name: str
+    thing: str  # name of the object that it overlaps most, the same wherever that stands; empty for none
+    functions: frozenset[str]  # of that object
+    overlap: float = 1.0  # intersection over union of the two
+    inside: float = 1.0  # share of its points that are the object's
+    shown: float = 1.0  # share of the places where spheres rest on the object that the scan shows
+    record: ObjectRecord
+
+
+def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
+    """Yield the scans of a room: one of the whole, and those of things from near by."""
+    resolution = Resolution(leaf=sight.leaf, points=None)
+    yield scan_room(room, sight.views, sight.noise, seed, resolution, sight.window)
+    yield from close_ups(room, sight.close, sight.noise, seed, sight.window)
+
+
+def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> list[Lesson]:
+    """Return what a room teaches: all that is proposed in its scans."""
+    carried = [resting_places(placed, model) for placed in room.objects]
+    lessons = []
+    for view, scan in enumerate(scans_of(room, sight, seed)):
+        shown = [share_shown(scan, number, places) for number, places in enumerate(carried)]
+        for place, example in enumerate(all_examples(scan.points, scan.labels, model.simulator)):
+            name = f"{room.name}_{view}_{example.by}_{place}"
+            item = None if example.nearest < 0 else room.objects[example.nearest].item
+            settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
+            lessons.append(
+                lesson_of(name, example, item, record_of(name, example.cloud, settled), shown[example.nearest])
+            )
+    return lessons
+
+
+def lesson_of(
+    name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float
+) -> Lesson:
+    """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
+    if item is None:
+        return Lesson(name=name, thing="", functions=frozenset(), overlap=0.0, inside=0.0, shown=0.0, record=record)
+    return Lesson(
+        name=name,
+        thing=thing_of(item),
+        functions=item.functions,
+        overlap=example.overlap,
+        inside=example.inside,
+        shown=shown,
+        record=record,
+    )
+
+
+def thing_of(item: DatasetObject) -> str:
+    """Return what an object of one of several data sets is called."""
+    return f"{item.path.parent.name}/{item.path.name}"
+
+
+def record_of(name: str, cloud: Cloud, settled: Settled) -> ObjectRecord:
+    """Return what is kept of an object on which spheres have fallen."""
+    shape = shape_of(cloud)
+    return ObjectRecord(
+        path=Path(name), size=shape["size"], voxels=shape["voxels"], settled=settled, seconds={}, drops={}
+    )
+
+
+def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
+    """Return what a whole model teaches."""
+    settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
+    name, thing = item.path.name, thing_of(item)
+    return Lesson(name=name, thing=thing, functions=item.functions, record=record_of(name, cloud, settled))
+
+
+def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
+    """Return the places (S, 3) where small spheres rest on an object of a room, metres, the room's frame."""
+    settled = settle_kept(placed.cloud, model.simulator, model.radii, model.seed, model.length)
+    return transformed(settled_centers(settled[_CARRIED]).astype(float), placed.T_room_object)
+
+
+def share_shown(scan: VirtualScan, number: int, places: np.ndarray) -> float:
+    """Return the share of the places (S, 3) where spheres rest on an object that its points in a scan show."""
+    from scipy.spatial import cKDTree
+
+    own = scan.points[scan.labels == number]
+    if not len(own) or not len(places):
+        return 0.0
+    return float(np.isfinite(cKDTree(own).query(places, distance_upper_bound=_NEAR)[0]).mean())
+
+
+def counted(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
+    """Yield the lessons that something can be learnt from, those of proposals that are none for nothing.
+
+    What overlaps its object enough has its functions, if the scan shows enough of the surface that they need. A part
+    of something of use, such as a sofa's seat without its back, is neither that nor useless, and left out.
+    """
+    for one in lessons:
+        if one.overlap >= _OBJECT:
+            if not one.functions or one.shown >= _SHOWN:
+                yield one
+        elif one.overlap < (_SCRAP if one.functions and one.inside >= _INSIDE else _PART):
+            yield replace(one, functions=frozenset())
