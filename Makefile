@@ -47,7 +47,7 @@ model: setup  ## the models that ship with the package, which learn useless and 
 		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
-SCAN_ROOMS := 120
+SCAN_ROOMS := 128
 LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5
 JOBS := 1
 

@@ -136,3 +136,18 @@ def test_windows_close_what_is_narrower_than_half_of_them():
     )
     assert (np.abs(sharp - 1.2) < 0.01).sum() >= 480  # the gap of about three pixels
     assert (np.abs(smooth - 1.0) < 0.01).all()
+
+
+def test_blur_fills_hollows_and_spares_far_edges():
+    groove, far = 0.04, 0.5  # metres behind the front: what filters even out, and what they keep apart
+    width = 6.0 / Kinect().focal_length  # metres of six pixels at 1 m
+    left, right = (Mesh(upright(1.0).vertices + [side * (10 + width / 2), 0, 0], SQUARE) for side in (-1, 1))
+    for behind, moved in ((groove, True), (far, False)):
+        sharp, smooth = (
+            image(Kinect(noise=0.0, dropouts=False, blur=blur), left, right, upright(1.0 + behind)).depth
+            for blur in (0.0, 3.0)
+        )
+        deepest = np.nanmax(sharp, axis=1)
+        assert np.allclose(deepest, 1.0 + behind, atol=1e-4)
+        assert (np.nanmax(smooth, axis=1) < 1.0 + 0.8 * behind).all() == moved  # 0.68 of it within one deviation
+        assert np.allclose(smooth[:, 100], 1.0, atol=1e-4)  # the front, away from the groove

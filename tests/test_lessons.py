@@ -12,7 +12,7 @@ from things import write_things
 from spherefunc_bullet.compare.rooms.baselines import learnt_objects
 from spherefunc_bullet.compare.rooms.lesson_files import kept_lessons, lesson_paths, read_lessons
 from spherefunc_bullet.compare.rooms.lessons import Lesson, Sight, counted
-from spherefunc_bullet.compare.rooms.scan_model import Visit, learn, lessons_of_rooms
+from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, examples_kept, learn, streets_of, taught_in_all
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -28,8 +28,12 @@ def model():
 
 
 @pytest.fixture(scope="module")
-def rooms(tmp_path_factory):
-    data = open_dataset(write_things(tmp_path_factory.mktemp("things"), ("desk", "bench", "chest", "mug", "tin")))
+def data(tmp_path_factory):
+    return open_dataset(write_things(tmp_path_factory.mktemp("things"), ("desk", "bench", "chest", "mug", "tin")))
+
+
+@pytest.fixture(scope="module")
+def rooms(data):
     return list(furnish(data, 2, seed=1, failed=pytest.fail))
 
 
@@ -90,20 +94,37 @@ def test_another_seed_or_sight_is_another_room(rooms, model, kept, monkeypatch):
     assert kept_lessons(rooms[0], SIGHT, model, 0, folder)
 
 
-def test_any_number_of_processes_teaches_the_same(rooms, model, kept):
-    visits = [Visit(room=room, sight=SIGHT, seed=0) for room in rooms]
-    found = list(lessons_of_rooms(visits, model, None, 2))
-    assert [[one.name for one in room] for room in found] == [[one.name for one in room] for room in kept[1]]
-    for one, other in zip(sum(found, []), sum(kept[1], []), strict=True):
+def test_any_number_of_processes_teaches_the_same(data, model, tmp_path):
+    streets = [Street(dataset=data, lived_in=TIDY, sights=(SIGHT,), rooms=1, seed=seed) for seed in (1, 2)]
+    alone = [taught.lessons for taught in taught_in_all(streets, model, None, 1)]
+    both = [taught.lessons for taught in taught_in_all(streets, model, tmp_path, 2)]
+    assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
+    for one, other in zip(sum(alone, []), sum(both, []), strict=True):
         for radius, drops in one.record.settled.items():
             assert np.array_equal(drops, other.record.settled[radius], equal_nan=True)
+
+
+def test_rooms_are_shared_out_to_all_kinds(data):
+    streets = streets_of([data, data, data], 23, 7)
+    assert sum(street.rooms for street in streets) == 23
+    assert {street.rooms for street in streets} == {2, 3}
+    assert len({street.seed for street in streets}) == len(streets)
 
 
 def test_a_thing_never_tells_of_itself(kept, model):
     lessons = [one for room in kept[1] for one in counted(room)]
     learnt = learn(lessons, model)
-    groups = [(one.thing, group) for one, group in zip(lessons, learnt.kin_.groups, strict=True) if one.thing]
+    things = dict(zip([one.name for one in lessons], [one.thing for one in lessons], strict=True))
+    groups = [(things[name], group) for name, group in zip(learnt.names_, learnt.kin_.groups, strict=True)]
+    groups = [(thing, group) for thing, group in groups if thing]
     assert len(set(groups)) == len({thing for thing, _ in groups}) < len(groups)
+
+
+def test_useful_examples_are_kept_and_as_many_others():
+    useful = np.arange(100) % 10 == 0
+    rows = examples_kept(useful)
+    assert useful[rows].sum() == 10 and (~useful[rows]).sum() == 10
+    assert len(set(rows.tolist())) == 20 and (np.diff(rows) > 0).all()
 
 
 def test_baselines_learn_lessons_too(kept):

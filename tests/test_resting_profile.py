@@ -352,3 +352,18 @@ def test_rank_distances_know_no_units():
     scales = np.array([1, 100, 1e-3, 7])
     assert np.allclose(rank_distances(asked, learnt), rank_distances(asked * scales, learnt * scales))
     assert rank_distances(learnt, learnt).diagonal().tolist() == [0] * 30
+
+
+def test_short_thresholds_change_no_vote():
+    from sklearn.ensemble import ExtraTreesClassifier
+
+    from spherefunc_bullet.learning.profiles.forest import forest_of
+
+    X = np.random.default_rng(0).uniform(size=(200, 4))
+    grown = forest_of(ExtraTreesClassifier(20, random_state=0).fit(X, X[:, 0] > X[:, 1]))
+    short = grown.in_short()
+    assert (short.threshold == short.threshold.astype(np.float32)).all()
+    # What trees compare are 32-bit numbers: those at a threshold, and their neighbours, are the ones that could differ.
+    near = np.nextafter(grown.threshold[:, None].astype(np.float32), np.array([-np.inf, np.inf], np.float32))
+    asked = np.vstack([X, np.repeat(near.ravel(), 4).reshape(-1, 4)])
+    assert np.array_equal(grown.votes(asked), short.votes(asked))

@@ -14,6 +14,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, all_examples
 from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
+from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
 from spherefunc_bullet.settling.drops import settled_centers
 from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
@@ -34,7 +35,13 @@ class Sight:
     noise: float  # times a Kinect's
     leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
     window: int = 1  # pixels, see `Kinect`
+    blur: float = 0.0  # pixels, see `Kinect`
     close: int = 4  # single views of one thing each, from near by
+
+    @property
+    def sensor(self) -> Kinect:
+        """The camera."""
+        return Kinect(window=self.window, blur=self.blur)
 
 
 # In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
@@ -45,6 +52,12 @@ SIGHTS = (
     Sight(views=5, noise=1.0, leaf=0.01, window=7),
     Sight(views=1, noise=1.5),
     Sight(views=4, noise=0.5, leaf=0.02, window=7),
+)
+# As a stereo camera sees things, whose filters half fill mugs.
+STEREO_SIGHTS = (
+    Sight(views=1, noise=0.5, window=5, blur=2.0, close=8),
+    Sight(views=1, noise=0.5, window=5, blur=3.0, close=8),
+    Sight(views=3, noise=0.5, window=5, blur=1.5, close=8),
 )
 
 
@@ -64,8 +77,8 @@ class Lesson:
 def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
     """Yield the scans of a room: one of the whole, and those of things from near by."""
     resolution = Resolution(leaf=sight.leaf, points=None)
-    yield scan_room(room, sight.views, sight.noise, seed, resolution, sight.window)
-    yield from close_ups(room, sight.close, sight.noise, seed, sight.window)
+    yield scan_room(room, sight.views, sight.noise, seed, resolution, sight.sensor)
+    yield from close_ups(room, sight.close, sight.noise, seed, sight.sensor)
 
 
 def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> list[Lesson]:

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -18,50 +18,68 @@ from spherefunc_bullet.console import Failures, progress, run, say
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.model_file import save_model
 from spherefunc_bullet.learning.profiles.calibration import Kin
-from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
 from .lesson_files import kept_lessons
-from .lessons import SIGHTS, Lesson, Sight, counted, model_lesson
+from .lessons import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, model_lesson
+from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Visit:
-    """A room, how it is seen, and the seed of its scans."""
+@dataclass(frozen=True, kw_only=True)
+class Street:
+    """Rooms of one kind, each seen in another way, in turn."""
 
-    room: VirtualRoom
-    sight: Sight
+    dataset: Dataset
+    lived_in: LivedIn
+    sights: tuple[Sight, ...]
+    rooms: int
     seed: int
 
 
-def visits(
-    datasets: Sequence[Dataset], count: int, seed: int, failed: Callable[[InputError], None]
-) -> Iterator[Visit]:
-    """Yield so many rooms, of each data set tidy and lived-in ones by turns; each kind is seen in every way in turn.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Taught:
+    """What the rooms of a street teach, and the errors of files that could not be used."""
 
-    Fewer rooms are the first ones of more.
-    """
-    kinds = [(dataset, lived_in) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
-    streets = [
-        furnish_lived_in(dataset, count, seed=seed + place, failed=failed, lived_in=lived_in)
-        for place, (dataset, lived_in) in enumerate(kinds)
+    lessons: list[Lesson]
+    errors: list[InputError]
+
+
+def streets_of(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[Street]:
+    """Return so many rooms by kind: of each data set tidy and lived-in ones; last, four that stereo cameras see."""
+    ways = [(dataset, lived_in, SIGHTS) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
+    for place, lived_in in ((0, LIVED_IN), (-1, TIDY), (1, TIDY), (-2, LIVED_IN)):
+        ways.append((datasets[place % len(datasets)], lived_in, STEREO_SIGHTS))
+    counts = shares(rooms, len(ways))
+    return [
+        Street(dataset=dataset, lived_in=lived_in, sights=sights, rooms=count, seed=seed + place)
+        for place, ((dataset, lived_in, sights), count) in enumerate(zip(ways, counts, strict=True))
     ]
-    for number in range(count):
-        turn, place = divmod(number, len(streets))
-        yield Visit(room=next(streets[place]), sight=SIGHTS[(turn + place) % len(SIGHTS)], seed=seed + place)
 
 
-def lessons_of_rooms(
-    visited: Iterable[Visit], model: FunctionClassifier, kept: Path | None, jobs: int
-) -> Iterator[list[Lesson]]:
-    """Yield what each room teaches, in the order of the rooms."""
+def taught_in(street: Street, place: int, model: FunctionClassifier, kept: Path | None) -> Taught:
+    """Return what the rooms of a street teach; each street begins with another way of seeing, by its place."""
+    lessons, errors = [], []
+    rooms = furnish_lived_in(
+        street.dataset, street.rooms, seed=street.seed, failed=errors.append, lived_in=street.lived_in
+    )
+    for turn, room in enumerate(rooms):
+        sight = street.sights[(turn + place) % len(street.sights)]
+        lessons += counted(kept_lessons(room, sight, model, street.seed, kept))
+    return Taught(lessons=lessons, errors=errors)
+
+
+def taught_in_all(
+    streets: Sequence[Street], model: FunctionClassifier, kept: Path | None, jobs: int
+) -> Iterator[Taught]:
+    """Yield what each street teaches, in their order, whoever is done first."""
     from joblib import Parallel, delayed
 
-    tasks = (delayed(kept_lessons)(visit.room, visit.sight, model, visit.seed, kept) for visit in visited)
+    tasks = (delayed(taught_in)(street, place, model, kept) for place, street in enumerate(streets))
     yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
 
 
@@ -74,31 +92,40 @@ def main(
     kept: Annotated[Path | None, typer.Option("--keep", help="Folder for what rooms teach: scanned once.")] = None,
     jobs: Annotated[int, typer.Option(help="Rooms that are scanned at once; -1: one per core.")] = 1,
 ):
-    """Learn what is proposed in scans of virtual rooms, and whole models."""
+    """Learn what is proposed in scans of virtual rooms, and whole models of the first data set."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
     model = FunctionClassifier(backend, early_drops=0)  # what is proposed is asked once, for all that can be known
     lessons = [model_lesson(item, load_cloud(item.path), model) for item in datasets[0].objects]
-    found = lessons_of_rooms(visits(datasets, rooms, seed, failures.add), model, kept, jobs)
-    for more in progress(found, rooms, "scanning rooms"):
-        lessons += counted(more)
+    streets = streets_of(datasets, rooms, seed)
+    for taught in progress(taught_in_all(streets, model, kept, jobs), len(streets), "scanning rooms"):
+        lessons += taught.lessons
+        for error in taught.errors:
+            failures.add(error)
     save_model(learn(lessons, model), out)
     say(f"{out}: learnt from {len(lessons)} objects, {sum(bool(one.functions) for one in lessons)} of them of use")
     failures.exit()
 
 
 def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClassifier:
-    """Return the model after the lessons.
+    """Return the model after the lessons; it keeps those of use, and as many of what is for nothing.
 
     How sure it may be is told by those who have not learnt the same thing in another view or another room.
     """
+    functions = tuple(sorted(set().union(*(one.functions for one in lessons))))
+    members = memberships([one.functions for one in lessons], functions)
     things: dict[str, int] = {}
     groups = np.array([things.setdefault(one.thing or one.name, len(things)) for one in lessons])
-    return model.fit_settled(
-        [one.record.settled for one in lessons],
-        [one.functions for one in lessons],
-        [one.name for one in lessons],
-        kin=Kin(weights=np.ones(len(lessons)), groups=groups),
-    )
+    kin = Kin(weights=np.ones(len(lessons)), groups=groups)
+    profiles = model.profiles([one.record.settled for one in lessons])
+    model.fit_profiles(profiles, members, functions, [one.name for one in lessons], kin)
+    return model.keep(examples_kept(members.any(axis=1)))
+
+
+def examples_kept(useful: np.ndarray) -> np.ndarray:
+    """Return the lessons (K,) to keep as examples: the useful ones, and as many others, evenly spread."""
+    others = np.flatnonzero(~useful)
+    step = max(1.0, len(others) / max(useful.sum(), 1))
+    return np.sort(np.append(np.flatnonzero(useful), others[np.arange(0, len(others), step).astype(int)]))
 
 
 if __name__ == "__main__":

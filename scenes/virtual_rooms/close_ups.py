@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .furnishing import SMALL, VirtualRoom
-from .kinect import Kinect, Surfaces, look_at, photograph
+from .kinect import KINECT, Kinect, Surfaces, look_at, photograph
 from .scans import CLEARANCE, WALL_CLEARANCE, VirtualScan
 
 _NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large things
@@ -17,7 +17,9 @@ _TRIED = 12  # places of the camera
 _LOWEST = 0.4  # metres above the floor
 
 
-def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, window: int = 1) -> Iterator[VirtualScan]:
+def close_ups(
+    room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT
+) -> Iterator[VirtualScan]:
     """Yield so many single views of a room, each of one of its things from near by; the same numbers, the same views.
 
     Parameters
@@ -27,11 +29,11 @@ def close_ups(room: VirtualRoom, count: int, noise: float, seed: int, window: in
     noise : float
         Times a Kinect's.
     seed : int
-    window : int
-        Of the Kinect, pixels.
+    sensor : Kinect
+        Whose noise is that.
     """
     rng = np.random.default_rng([seed, int(room.name.rpartition("_")[2]), count])
-    surfaces, kinect = Surfaces(room.meshes()), Kinect(noise=noise, dropouts=noise > 0, window=window)
+    surfaces, kinect = Surfaces(room.meshes()), sensor.noisy(noise)
     for _ in range(count if room.objects else 0):
         pose = pose_near(room, surfaces, rng)
         if pose is not None:

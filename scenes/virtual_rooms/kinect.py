@@ -5,13 +5,14 @@ Izadi and Lovell (3DIMPVT 2012): 2 mm at 1 m, 4 cm at 5 m. Pixels without depth 
 surfaces seen at a grazing angle, depth edges, and what the projector's light beside the camera does not reach.
 
 With a `window` the sensor matches windows as the real one does: fine relief and rims are smoothed, noise is shared by
-neighbouring pixels, and depth comes in steps of disparity (Khoshelham and Oude Elberink, Sensors 2012).
+neighbouring pixels, and depth comes in steps of disparity (Khoshelham and Oude Elberink, Sensors 2012). With `blur` it
+is a stereo camera whose filters smooth what it sees: mugs are half filled, and veils hang behind their edges.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ NEAREST, FARTHEST = 0.5, 5.0  # metres of depth between which it measures
 BASELINE = 0.075  # metres from the camera to the projector on its right
 EDGE_STEP = 0.03  # of the depth: a larger jump to the next pixel is an edge
 EDGE_LOSS = 0.5  # share of edge pixels without depth
+EDGE_KEPT = 0.06  # metres by which a stereo camera's filter moves a point at most
 STEPS = 8  # of disparity to the pixel, where windows are matched
 
 
@@ -37,17 +39,25 @@ class Kinect:
     noise: float = 1.0  # times the sensor's own; 0 for an ideal camera
     dropouts: bool = True
     window: int = 1  # pixels along the side of what is matched with the projector's pattern; 1: every pixel alone
+    blur: float = 0.0  # pixels, deviation of the filter that a stereo camera's depth is smoothed by; 0: none
 
     @property
     def focal_length(self) -> float:
         """Focal length in pixels."""
         return self.width / 2 / np.tan(np.radians(self.field_of_view_deg) / 2)
 
+    def noisy(self, noise: float) -> Kinect:
+        """Return it with so many times its noise, without noise and losses of pixels at 0."""
+        return replace(self, noise=noise, dropouts=noise > 0)
+
     def directions(self) -> np.ndarray:
         """Return the pixels' rays (H, W, 3) in the camera's frame, of depth 1."""
         u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
         x, y = (u - self.width / 2) / self.focal_length, (v - self.height / 2) / self.focal_length
         return np.stack([x, y, np.ones_like(x)], axis=-1)
+
+
+KINECT = Kinect()
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +154,8 @@ def photograph(
         depth[lost] = np.nan
     if kinect.window > 1:
         depth = matched(depth, kinect)
+    if kinect.blur:
+        depth = smoothed(depth, kinect.blur)
     if kinect.noise:
         depth += kinect.noise * depth_noise(depth) * scatter(depth.shape, kinect.window, rng)
     return DepthImage(in_steps(depth, kinect) if kinect.window > 1 else depth, labels, T_room_camera, kinect)
@@ -157,6 +169,19 @@ def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
     middle = median_filter(nearness, size=kinect.window).astype(float)
     # Where most of a window has no depth, at slender things, the pixel keeps its own.
     return np.where(np.isfinite(depth) & (middle > 0), 1 / np.where(middle > 0, middle, 1.0), depth)
+
+
+def smoothed(depth: np.ndarray, deviation: float) -> np.ndarray:
+    """Return depth (H, W) as the filters of stereo cameras leave it, metres: hollows shallower, veils behind edges.
+
+    What would be moved by more than `EDGE_KEPT` stays, since these filters spare the edges of what stands far apart.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    seen = np.isfinite(depth)
+    nearness = gaussian_filter(np.where(seen, 1 / np.where(seen, depth, 1.0), 0.0), deviation)
+    even = gaussian_filter(seen.astype(float), deviation) / np.maximum(nearness, 1e-9)
+    return np.where(seen & (np.abs(even - depth) < EDGE_KEPT), even, depth)
 
 
 def scatter(shape: tuple[int, ...], window: int, rng: np.random.Generator) -> np.ndarray:

@@ -10,7 +10,7 @@ from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import cells
 from .furnishing import FLOOR, VirtualRoom, shell_meshes
-from .kinect import Kinect, Surfaces, look_at, photograph
+from .kinect import KINECT, Kinect, Surfaces, look_at, photograph
 
 SHELL_PITCH = 0.01  # metres between the points of floor and walls in a whole scan
 EYE_HEIGHT = 1.5  # metres
@@ -155,15 +155,14 @@ def scan_room(
     noise: float,
     seed: int,
     resolution: Resolution = AS_SEEN,
-    window: int = 1,
+    sensor: Kinect = KINECT,
 ) -> VirtualScan:
     """Return a room's scan: by so many views, or of whole surfaces; the same room and numbers, the same scan."""
     number = int(room.name.rpartition("_")[2])
     rng = np.random.default_rng([seed, number, views or 0])
     if views is None:
         return resolution.of(whole_scan(room), rng)
-    kinect = Kinect(noise=noise, dropouts=noise > 0, window=window)
-    return resolution.of(seen_scan(room, views, kinect, rng), rng)
+    return resolution.of(seen_scan(room, views, sensor.noisy(noise), rng), rng)
 
 
 def parse_views(text: str) -> int | None:

@@ -20,7 +20,7 @@ from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
-from .profiles.forest import forest_of
+from .profiles.forest import Forest, forest_of
 from .profiles.profile_model import ProfileModel
 from .profiles.quantities import rank_distances
 from .validation import quality
@@ -104,7 +104,6 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
-        kin: Kin | None = None,
     ) -> FunctionClassifier:
         """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
 
@@ -113,17 +112,15 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         originals : sequence of str, optional
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
-        kin : Kin, optional
-            In place of ``originals``: how much each object counts, and which ones must not tell of each other.
         """
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        kin = kin_of(names, originals or [""] * len(names)) if kin is None else kin
+        kin = kin_of(names, originals or [""] * len(names))
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
-            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, kin=kin)
+            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
@@ -171,6 +168,17 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
         return super().score_settled(settled, any_heading=any_heading)
+
+    def keep(self, rows: np.ndarray) -> FunctionClassifier:
+        """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
+
+        Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
+        """
+        self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
+        self.members_, self.kin_ = self.members_[rows], self.kin_.of(rows)
+        self.names_ = [self.names_[row] for row in rows]
+        self.forests_ = [one.in_short() if isinstance(one, Forest) else one for one in self.forests_]
+        return self._know()
 
     def _know(self) -> FunctionClassifier:
         """See how far training objects are from one another."""

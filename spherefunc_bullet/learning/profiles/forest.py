@@ -6,7 +6,7 @@ scikit-learn grows the trees; asking it about one object takes tens of milliseco
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +36,12 @@ class Forest:
     def votes(self, X: np.ndarray) -> np.ndarray:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
         return grove_of([self]).votes(X)[0]
+
+    def in_short(self) -> Forest:
+        """Return it with thresholds as short as what is compared with them, so that files compress; no vote changes."""
+        short = self.threshold.astype(np.float32)
+        below = np.where(short > self.threshold, np.nextafter(short, np.float32(-np.inf)), short)
+        return replace(self, threshold=below.astype(np.float64))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return what `Forest` is made of, by name."""
