@@ -28,8 +28,8 @@ from spherefunc_bullet.settling.settling import Settled
 
 from ..evaluation.features import voxel_centers
 from ..evaluation.profiled import points_as_drops
-from .lesson_files import lesson_paths, read_lessons
-from .lessons import counted
+from .lessons.files import lesson_paths, read_lessons
+from .lessons.lesson import counted
 
 CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
 
@@ -63,7 +63,7 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
     Parameters
     ----------
     sources : sequence of str
-        Folders of objects or of lessons, see `lesson_files`, or names of catalogues.
+        Folders of objects or of lessons, see `lessons`, or names of catalogues.
     failed : callable
         Is given the error of each file that cannot be used.
 

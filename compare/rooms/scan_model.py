@@ -23,8 +23,8 @@ from spherefunc_bullet.learning.model_file import save_model
 from spherefunc_bullet.learning.profiles.calibration import Kin
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
-from .lesson_files import kept_lessons
-from .lessons import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, model_lesson
+from .lessons.files import kept_lessons
+from .lessons.lesson import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, model_lesson
 from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn

@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.settling.settling import Settled
 from spherefunc_bullet.simulator import make_simulator
 
-from .lessons import Lesson, Sight, room_lessons
+from .lesson import Lesson, Sight, room_lessons
 
 FORMAT = 1  # of the files; another number, scanned anew
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
