@@ -47,7 +47,7 @@ model: setup  ## the models that ship with the package, which learn useless and 
 		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
-SCAN_ROOMS := 128
+SCAN_ROOMS := 112
 LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5
 JOBS := 1
 
@@ -55,7 +55,7 @@ scan-model: setup $(LIKE_HOUSEHOLD)  ## the one for scans, which learns what is 
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.scan_model household $(LIKE_HOUSEHOLD) --rooms $(SCAN_ROOMS) \
 		--keep build/scan-rooms --jobs $(JOBS) --out $(MODELS)/household-scans-fast.npz
 
-build/household-%: scenes/household  ## another catalogue like household; from 4 on in other proportions as well
+build/household-%:  ## another catalogue like household; from 4 on in other proportions as well
 	@$(BIN)/spherefunc dataset build household $@ --seed $* --stretch $(if $(filter 1 2 3,$*),0,0.15)
 
 clean:
