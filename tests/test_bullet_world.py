@@ -210,7 +210,7 @@ def test_a_sphere_that_the_engine_lost_is_counted_and_replaced(monkeypatch, coor
     def step_and_lose(world):
         step(world)
         looks.append(1)
-        if len(looks) in (3, 50, 200):
+        if len(looks) in (3, 30, 100):  # when it is under way
             place = [coordinate] * 3
             engine.pybullet().resetBasePositionAndOrientation(world.air[0], place, [0, 0, 0, 1], **world.engine)
 

@@ -93,9 +93,12 @@ def test_the_lower_the_hole_the_less_is_kept():
     cloud = load_cloud(household("mug_01"))
     copies = holed_copies(Specimen(cloud, "cup"), "mug_01", 0)
     things = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
-    low, _, high, whole = (simulator.carry(one, CarrySettings(), 0) for one in [*things, cloud])
-    held = [one.kept[-1] * one.filled for one in (low, high, whole)]
-    assert held[0] < held[1] < held[2]
+    held = np.zeros(4)
+    for seed in range(3):  # of one filling alone a sphere or two more decide
+        carried = [simulator.carry(one, CarrySettings(), seed) for one in [*things, cloud]]
+        held += [one.kept[-1] * one.filled for one in carried]
+    low, _, high, whole = held
+    assert low < high < whole
 
 
 def carrier():
