@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from .kernels import inlined
+from .kernels import inline_jit
 
 MAX_CONTACTS = 12
 # Points whose spread across is less than a quarter of that along are an edge, a rim or a wire, and no plane
@@ -16,7 +16,7 @@ MAX_CONTACTS = 12
 RIDGE = 0.06
 
 
-@inlined
+@inline_jit
 def nearest_point(around, near, x, y, z, reach):
     """Return which point (3, N) is nearest to (x, y, z) and its distance, or -1 if none is within ``reach``."""
     nearest, best = -1, reach * reach
@@ -28,7 +28,7 @@ def nearest_point(around, near, x, y, z, reach):
     return nearest, math.sqrt(best)
 
 
-@inlined
+@inline_jit
 def plane_normal(around, near, x, y, z, reach):
     """Return the normal of the least-squares plane through the points within ``reach`` of (x, y, z).
 
@@ -73,7 +73,7 @@ def plane_normal(around, near, x, y, z, reach):
     return nx / norm, ny / norm, nz / norm
 
 
-@inlined
+@inline_jit
 def cloud_contact(nearby, x, y, z, radius, shape):
     """Write the cloud's contact into ``nearby.normals[0]``; return whether there is one and whether it is a plane.
 
@@ -99,7 +99,7 @@ def cloud_contact(nearby, x, y, z, radius, shape):
     return True, is_plane
 
 
-@inlined
+@inline_jit
 def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
     """Append the contacts with settled spheres to ``nearby.normals``; return the new count."""
     neighbours, normals = nearby.spheres, nearby.normals
@@ -114,7 +114,7 @@ def sphere_contacts(nearby, x, y, z, radius, tolerance, count):
     return count
 
 
-@inlined
+@inline_jit
 def allowed(normals, count, vx, vy, vz):
     """Tell whether a motion moves into none of the contacts."""
     for k in range(count):
@@ -123,7 +123,7 @@ def allowed(normals, count, vx, vy, vz):
     return True
 
 
-@inlined
+@inline_jit
 def steepest_descent(normals, count):
     """Project gravity's direction (0, 0, -1) onto the motions that the contacts allow.
 

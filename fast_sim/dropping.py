@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from .falling import fall
 from .grid import insert
-from .kernels import entered, inlined
+from .kernels import entry_jit, inline_jit
 from .rolling import SETTLED, roll
 
 
-@inlined
+@inline_jit
 def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
     """Drop a sphere down a column; return x, y, z, the outcome and whether it rests on the object itself."""
     # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
@@ -17,7 +17,7 @@ def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
     return roll(points, spheres, nearby, x, y, z, radius, shape, low, high)
 
 
-@inlined
+@inline_jit
 def take_in(spheres, x, y, z, outcome, touching, state, on_object):
     """Enter what became of a sphere: its place, if it has settled, and the tallies."""
     state[outcome] += 1
@@ -30,7 +30,7 @@ def take_in(spheres, x, y, z, outcome, touching, state, on_object):
     state[4] = 0
 
 
-@entered
+@entry_jit
 def drop_spheres(
     points, spheres, nearby, columns, radius, shape, low, high, miss_limit, limit, state, on_object, outcomes
 ):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .grid import BLOCK, cell_index, falls_past_points
-from .kernels import inlined
+from .kernels import inline_jit
 from .nearby import DEPTH, MAX_LOOKS, knows_fall
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
@@ -19,7 +19,7 @@ TIGHT_POINT = 0.982
 TIGHT_SPHERE = 0.991
 
 
-@inlined
+@inline_jit
 def fall_on_points(points, x, y, z, radius, best):
     """Return the height of the first contact with the cloud below (x, y, z), and whether that place is clear.
 
@@ -54,7 +54,7 @@ def fall_on_points(points, x, y, z, radius, best):
     return best, True
 
 
-@inlined
+@inline_jit
 def fall_on_spheres(spheres, x, y, z, radius, best):
     """Return the height of the first contact with settled spheres below (x, y, z), and whether it is clear."""
     reach = 2 * radius
@@ -86,7 +86,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     return best, True
 
 
-@inlined
+@inline_jit
 def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
     """Do as `fall_on_points` with the first ``count`` points around (3, N), which touch at a distance ``touch``."""
     aside = (graze * touch) ** 2
@@ -107,7 +107,7 @@ def fall_on_nearby(around, count, x, y, z, touch, graze, tight, best):
     return best, True
 
 
-@inlined
+@inline_jit
 def fall(points, spheres, x, y, z, radius):
     """Return the height at which a sphere falling from (x, y, z) first touches, and whether it starts clear.
 
@@ -119,7 +119,7 @@ def fall(points, spheres, x, y, z, radius):
     return fall_on_points(points, x, y, z, radius, best)
 
 
-@inlined
+@inline_jit
 def short_fall(points, spheres, nearby, x, y, z, radius):
     """Do as `fall`, looking only at what is nearby unless the fall leads beyond that."""
     around, near = nearby.spheres, nearby.counts[1]
@@ -133,7 +133,7 @@ def short_fall(points, spheres, nearby, x, y, z, radius):
     return best, clear
 
 
-@inlined
+@inline_jit
 def stands_on_floor(points, x, y, radius):
     """Tell whether the object has a floor at ground level under a sphere that came down to z = 0.
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from .kernels import inlined
+from .kernels import inline_jit
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
@@ -117,7 +117,7 @@ def nearest_distances(points, chosen):
     return np.sqrt(nearest)
 
 
-@inlined
+@inline_jit
 def gap_to(place, cell, side, count):
     """Return how far a place is from a cell along one axis, all metres from the grid's edge; a hair less.
 
@@ -215,13 +215,13 @@ def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     return SphereGrid(*room, *spheres[len(room) :])
 
 
-@inlined
+@inline_jit
 def cell_index(offset, per_metre, count):
     """Return the cell that holds an offset from the grid's edge, or the nearest one."""
     return min(count - 1, max(0, int(offset * per_metre)))
 
 
-@inlined
+@inline_jit
 def insert(spheres, i, x, y, z):
     """Enter settled sphere ``i``."""
     spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
@@ -242,7 +242,7 @@ def insert(spheres, i, x, y, z):
     spheres.tops[column] = max(spheres.tops[column], z)
 
 
-@inlined
+@inline_jit
 def may_touch_points(spheres, x, y, z):
     """Tell whether a sphere centred here can be near the cloud at all."""
     ix = int((x - spheres.left) * spheres.per_metre)
@@ -253,7 +253,7 @@ def may_touch_points(spheres, x, y, z):
     return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
 
 
-@inlined
+@inline_jit
 def falls_past_points(spheres, x, y, high, low):
     """Tell whether the cloud is too far away to stop a sphere whose centre comes down from ``high`` to ``low``."""
     ix = int((x - spheres.left) * spheres.per_metre)

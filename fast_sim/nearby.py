@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .grid import BLOCK, cell_index, may_touch_points
-from .kernels import entered, inlined
+from .kernels import entry_jit, inline_jit
 
 # Radii: the longest step, the fall after it that the surroundings decide, and the way that they serve for.
 STRIDE, DEPTH, SLACK = 1.0, 0.05, 0.2
@@ -39,7 +39,7 @@ def nowhere(point_count: int, max_contacts: int) -> Nearby:
     return Nearby(*rooms, np.full(3, np.inf), np.empty((max_contacts + 1, 3)), np.empty((MAX_LOOKS, 4)))
 
 
-@inlined
+@inline_jit
 def remember(nearby, x, y, z):
     """Enter a place whose surroundings decide where a sphere goes."""
     if nearby.counts[2] < MAX_LOOKS:
@@ -48,14 +48,14 @@ def remember(nearby, x, y, z):
     nearby.counts[2] += 1
 
 
-@inlined
+@inline_jit
 def begin(nearby, x, y, z):
     """Forget the sphere before; this one has come down to (x, y, z), where nothing has been searched yet."""
     nearby.place[0], nearby.counts[2] = np.inf, 0
     remember(nearby, x, y, z)
 
 
-@inlined
+@inline_jit
 def look_around(points, spheres, nearby, x, y, z, radius):
     """Fill the surroundings of (x, y, z)."""
     nearby.place[0], nearby.place[1], nearby.place[2] = x, y, z
@@ -66,7 +66,7 @@ def look_around(points, spheres, nearby, x, y, z, radius):
     nearby.counts[1] = copy_spheres(spheres, x, y, z, SPHERE_REACH * radius, nearby.spheres)
 
 
-@inlined
+@inline_jit
 def still_serves(nearby, x, y, z, radius):
     """Tell whether a sphere at (x, y, z) is near enough to where its surroundings were searched."""
     dx, dy, dz = x - nearby.place[0], y - nearby.place[1], z - nearby.place[2]
@@ -74,7 +74,7 @@ def still_serves(nearby, x, y, z, radius):
     return dx * dx + dy * dy + dz * dz < slack * slack
 
 
-@inlined
+@inline_jit
 def knows_fall(nearby, x, y, high, low, radius):
     """Tell whether all that a sphere can touch that falls from ``high`` to ``low`` is nearby."""
     dx, dy, above, below = x - nearby.place[0], y - nearby.place[1], high - nearby.place[2], low - nearby.place[2]
@@ -82,7 +82,7 @@ def knows_fall(nearby, x, y, high, low, radius):
     return dx * dx + dy * dy + max(above * above, below * below) < known * known
 
 
-@inlined
+@inline_jit
 def copy_points(points, x, y, z, reach, copied):
     """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many.
 
@@ -109,7 +109,7 @@ def copy_points(points, x, y, z, reach, copied):
     return count
 
 
-@inlined
+@inline_jit
 def copy_spheres(spheres, x, y, z, reach, copied):
     """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``, as `copy_points`; return how many."""
     count = np.uint32(0)
@@ -132,7 +132,7 @@ def copy_spheres(spheres, x, y, z, reach, copied):
     return count
 
 
-@entered
+@entry_jit
 def touches_points(points, x, y, z, reach):
     """Tell whether a point is within ``reach`` of (x, y, z)."""
     first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
 from .falling import short_fall, stands_on_floor
-from .kernels import inlined
+from .kernels import inline_jit
 from .nearby import STRIDE, begin, look_around, still_serves, touches_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
@@ -25,7 +25,7 @@ class RollShape(NamedTuple):
     stalled: int  # steps without a new lowest height after which a sphere is blocked
 
 
-@inlined
+@inline_jit
 def free_path(around, near, x, y, z, vx, vy, vz, touch, length):
     """Return how far a sphere can move along the unit vector v before it is within ``touch`` of anything around."""
     for i in range(near):
@@ -37,7 +37,7 @@ def free_path(around, near, x, y, z, vx, vy, vz, touch, length):
     return length
 
 
-@inlined
+@inline_jit
 def step(points, spheres, nearby, x, y, z, radius, shape):
     """Move a sphere in contact at (x, y, z) one stride downhill; return its new place and whether it moved.
 
@@ -67,7 +67,7 @@ def step(points, spheres, nearby, x, y, z, radius, shape):
     return nx, ny, height, True
 
 
-@inlined
+@inline_jit
 def rest(points, nearby, x, y, z, radius, low, high):
     """Return the outcome of coming to rest at (x, y, z), and whether it is on the object.
 
@@ -83,7 +83,7 @@ def rest(points, nearby, x, y, z, radius, low, high):
     return (SETTLED if inside else REJECTED), False
 
 
-@inlined
+@inline_jit
 def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
 
