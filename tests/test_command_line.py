@@ -343,13 +343,13 @@ def test_one_function_alone_runs_its_radius_alone(call, subset, data, tmp_path):
 
 @pytest.mark.parametrize(("count", "width"), [(2, 70), (3, 40), (9, 70), (30, 70)])
 def test_a_narrow_terminal_gets_whole_scores(monkeypatch, capsys, count, width):
-    from spherefunc_bullet.commands import classify
+    from spherefunc_bullet.commands import answer_tables
 
-    monkeypatch.setattr(classify, "terminal_width", lambda: width)
+    monkeypatch.setattr(answer_tables, "terminal_width", lambda: width)
     names = [f"function_{i:02}" for i in range(count)]
     scores = {name: 0.9 if i == 1 else 0.01 * i for i, name in enumerate(names)}
     told = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
-    classify.print_functions([{"file": "a/thing.ply", "functions": told, "unsure": False}], names, False)
+    answer_tables.print_functions([{"file": "a/thing.ply", "functions": told, "unsure": False}], names, False)
     printed = capsys.readouterr().out
     assert "function_01" in printed and "0.90" in printed and "…" not in printed
     assert max(map(len, printed.splitlines()[1:])) <= max(width, 75)
