@@ -25,7 +25,7 @@ from .protocol import Labels, Split, Splits
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
 FOLDS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
-WORTH_CORES = 8  # classifiers to be learnt: for fewer, other processes take longer to start
+WORTH_CORES = 3  # classifiers to be learnt: for fewer, other processes take longer to start
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
