@@ -197,10 +197,12 @@ def test_simulate_says_which_file_crashed_and_does_the_others(models, script, tm
         "simulate", "one.npz", "killed.npz", "gone.npz", "printer.npz", "--backend", "mishap", "--json", "--out", "out"
     )
     stdout, stderr = process.communicate()
-    rows, (killed, gone, long, complained) = json.loads(stdout), stderr.splitlines()
+    rows, said = json.loads(stdout), stderr.splitlines()
     assert process.returncode == 2 and [row["file"] for row in rows] == ["one.npz", "printer.npz"]
+    killed, gone = (line for line in said if line.startswith("spherefunc: "))
     assert killed.startswith("spherefunc: killed.npz: ") and "SIGKILL" in killed and "gone.npz" in gone
-    assert long == "this takes long" and complained == "complained by a C library"
+    # Other processes say these, so they may come before or after a refusal.
+    assert [line for line in said if line not in (killed, gone)] == ["this takes long", "complained by a C library"]
     assert len(list((tmp_path / "out").glob("*.npz"))) == 2
     assert all(row["provenance"]["process"] != process.pid for row in rows)
 
