@@ -83,6 +83,17 @@ def knows_fall(nearby, x, y, high, low, radius):
 
 
 @inline_jit
+def columns_around(grid, x, y, reach):
+    """Return the first and last column of a grid within ``reach`` of (x, y), along x and along y."""
+    return (
+        cell_index(x - reach - grid.left, grid.per_metre, grid.nx),
+        cell_index(x + reach - grid.left, grid.per_metre, grid.nx),
+        cell_index(y - reach - grid.front, grid.per_metre, grid.ny),
+        cell_index(y + reach - grid.front, grid.per_metre, grid.ny),
+    )
+
+
+@inline_jit
 def copy_points(points, x, y, z, reach, copied):
     """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many.
 
@@ -91,14 +102,10 @@ def copy_points(points, x, y, z, reach, copied):
     """
     count = np.uint32(0)
     within = reach * reach
-    first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)
-    last_y = cell_index(y + reach - points.front, points.per_metre, points.ny)
+    first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     top = cell_index(points.top - z - reach, points.per_metre, points.nz)
     bottom = cell_index(points.top - z + reach, points.per_metre, points.nz)
-    for ix in range(
-        cell_index(x - reach - points.left, points.per_metre, points.nx),
-        cell_index(x + reach - points.left, points.per_metre, points.nx) + 1,
-    ):
+    for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + top], points.start[column + bottom + 1]):
@@ -114,12 +121,8 @@ def copy_spheres(spheres, x, y, z, reach, copied):
     """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``, as `copy_points`; return how many."""
     count = np.uint32(0)
     within, low = reach * reach, z - reach
-    first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
-    last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
-    for ix in range(
-        cell_index(x - reach - spheres.left, spheres.per_metre, spheres.nx),
-        cell_index(x + reach - spheres.left, spheres.per_metre, spheres.nx) + 1,
-    ):
+    first_x, last_x, first_y, last_y = columns_around(spheres, x, y, reach)
+    for ix in range(first_x, last_x + 1):
         for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
             highest, block = spheres.tops[column], spheres.last[column]
             while highest > low:
@@ -135,14 +138,10 @@ def copy_spheres(spheres, x, y, z, reach, copied):
 @entry_jit
 def touches_points(points, x, y, z, reach):
     """Tell whether a point is within ``reach`` of (x, y, z)."""
-    first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)
-    last_y = cell_index(y + reach - points.front, points.per_metre, points.ny)
+    first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     top = cell_index(points.top - z - reach, points.per_metre, points.nz)
     bottom = cell_index(points.top - z + reach, points.per_metre, points.nz)
-    for ix in range(
-        cell_index(x - reach - points.left, points.per_metre, points.nx),
-        cell_index(x + reach - points.left, points.per_metre, points.nx) + 1,
-    ):
+    for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
             for i in range(points.start[column + top], points.start[column + bottom + 1]):

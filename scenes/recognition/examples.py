@@ -51,20 +51,7 @@ def proposed_examples(
     kinds: Sequence[str] = KINDS,
     completion: Sequence[str] = DEFAULT,
 ) -> Iterator[Example]:
-    """Yield the proposals of a scan that are an object, or clearly none; see `all_examples`."""
-    examples = all_examples(points, truth, simulator, kinds=kinds, completion=completion)
-    yield from (one for one in examples if not one.disputed)
-
-
-def all_examples(
-    points: np.ndarray,
-    truth: np.ndarray,
-    simulator: str | Simulator = "fast",
-    *,
-    kinds: Sequence[str] = KINDS,
-    completion: Sequence[str] = DEFAULT,
-) -> Iterator[Example]:
-    """Yield the proposals of a scan, completed as recognition completes them.
+    """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
 
     Parameters
     ----------

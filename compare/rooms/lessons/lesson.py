@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.scenes.recognition.examples import Example, all_examples
+from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
 from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
@@ -87,7 +87,7 @@ def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, see
     lessons = []
     for view, scan in enumerate(scans_of(room, sight, seed)):
         shown = [share_shown(scan, number, places) for number, places in enumerate(carried)]
-        for place, example in enumerate(all_examples(scan.points, scan.labels, model.simulator)):
+        for place, example in enumerate(proposed_examples(scan.points, scan.labels, model.simulator)):
             name = f"{room.name}_{view}_{example.by}_{place}"
             item = None if example.nearest < 0 else room.objects[example.nearest].item
             settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
