@@ -14,6 +14,7 @@ from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
+from spherefunc_bullet.settling.drops import NO_DROPS
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +62,15 @@ def test_a_model_to_ask_answers_as_the_one_that_learns():
     name = asked.functions_[-1]
     assert asked.only(name).score_profiles(things).tobytes() == learning.only(name).score_profiles(things).tobytes()
     assert asked.quantity_names() == learning.quantity_names() and asked.length == learning.length
+
+
+def test_the_same_drops_at_fewer_radii_are_read_anew():
+    """`GridSearchCV` sets other radii on a classifier that has just been asked about the same object."""
+    model = FunctionClassifier(radii=(0.02, 0.03))
+    settled = {0.02: NO_DROPS, 0.03: NO_DROPS}
+    assert model.profiles([settled]).shape == (1, len(model.quantity_names()))
+    model.set_params(radii=(0.02,))
+    assert model.profiles([settled]).shape == (1, len(model.quantity_names()))
 
 
 def test_a_model_to_ask_by_cubes_is_the_classifier(saved):

@@ -24,7 +24,7 @@ from .protocol import Labels, Split, Splits
 
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
-FOLDS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
+PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
 WORTH_CORES = 3  # classifiers to be learnt: for fewer, other processes take longer to start
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
@@ -75,9 +75,9 @@ class Profiled:
 
 def folds_of(splits: Sequence[Split]) -> list[Split]:
     """Return splits that are learnt at once: where many leave out one object each, a tenth of them at a time."""
-    if len(splits) <= FOLDS:
+    if len(splits) <= PARTS:
         return list(splits)
-    parts = [[splits[k] for k in part] for part in np.array_split(np.arange(len(splits)), FOLDS)]
+    parts = [[splits[k] for k in part] for part in np.array_split(np.arange(len(splits)), PARTS)]
     return [
         Split(
             train=reduce(np.intersect1d, [split.train for split in part]),

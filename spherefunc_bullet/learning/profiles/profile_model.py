@@ -55,7 +55,7 @@ class ProfileModel(FunctionModel):
     early_: ProfileModel | None = None
     _ranks: Ranks | None = None  # of the training objects, once somebody has asked
     _grove: tuple[list[Forest], Grove] | None = None  # the forests, and what they are asked by
-    _asked: tuple[list[np.ndarray], np.ndarray] | None = None  # the drops asked about last, and their quantities
+    _asked: tuple[list[tuple[float, np.ndarray]], np.ndarray] | None = None  # the last drops, and their quantities
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -75,9 +75,9 @@ class ProfileModel(FunctionModel):
         """
         if len(settled) != 1:
             return profiles_over(settled, self.radii)
-        drops = [settled[0].get(radius, NO_DROPS) for radius in self.radii]
+        drops = [(radius, settled[0].get(radius, NO_DROPS)) for radius in self.radii]
         asked = self._asked
-        if asked is None or not all(one is other for one, other in zip(asked[0], drops, strict=True)):
+        if asked is None or [(radius, id(rows)) for radius, rows in asked[0]] != [(r, id(rows)) for r, rows in drops]:
             self._asked = asked = drops, profiles_over(settled, self.radii)
         return asked[1].copy()
 
