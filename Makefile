@@ -1,4 +1,4 @@
-.PHONY: setup browser demo test lint fuzz bench site figures model scan-model clean
+.PHONY: setup tools demo test lint fuzz bench site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -8,13 +8,13 @@ setup:
 demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
 	@$(BIN)/python -m spherefunc_bullet.compare.demo --out demo
 
-browser:
-	@./setup.sh --browser
+tools:  ## what tests, style and documents need beside what runs
+	@./setup.sh --tests
 
-test: browser lint  ## everything that CI runs
+test: tools lint  ## everything that CI runs
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
-lint: setup  ## style, imports that run one way, and the types of the public names
+lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .
 	@rm -rf build/installed && mkdir -p build/installed
 	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
@@ -23,17 +23,17 @@ lint: setup  ## style, imports that run one way, and the types of the public nam
 
 FILES := 10000
 
-fuzz: setup  ## damaged files of every format, FILES of them, for every reader
+fuzz: tools  ## damaged files of every format, FILES of them, for every reader
 	@$(BIN)/python tests/fuzzing.py --files $(FILES)
 
-bench: setup  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
+bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.engine_share
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
 
-site: setup  ## the documents as pages, in build/site, without the network
+site: tools  ## the documents as pages, in build/site, without the network
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 figures: setup  ## the pictures in docs/images

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Set up everything that `make demo` and `make test` need: system libraries where they are missing and may be
-# installed, and a virtual environment in .venv with the package. Says what it does; does nothing twice.
-# With --browser a Chromium as well, for the tests.
+# Set up everything that `make demo` needs: system libraries where they are missing and may be installed, and a virtual
+# environment in .venv with the package. Says what it does; does nothing twice.
+# With --tests all that `make test` and the documents need as well, a Chromium among it.
 set -eu
 cd "$(dirname "$0")"
 PYTHON=${PYTHON:-python3}
@@ -36,18 +36,21 @@ done
 # shellcheck disable=SC2086
 [ -z "$missing" ] || install $missing
 
+extras=formats,ros stamp=.venv/installed
+if [ "${1:-}" = --tests ]; then extras=formats,ros,test,docs stamp=.venv/installed-tests; fi
+
 # The tests look at pages in a real browser. Where there is none and none can be had, those tests are skipped.
-if [ "${1:-}" = --browser ] && ! command -v chromium >/dev/null 2>&1 && ! command -v google-chrome >/dev/null 2>&1; then
+if [ "${1:-}" = --tests ] && ! command -v chromium >/dev/null 2>&1 && ! command -v google-chrome >/dev/null 2>&1; then
     (install chromium) || echo "setup: no Chromium: the pages are not tested in a browser" >&2
 fi
 
-stamp=.venv/installed
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
-    echo "setup: installing the package and what it needs into .venv (some 400 MB to download the first time)" >&2
-    .venv/bin/python -m pip install -q --disable-pip-version-check -e ".[test,formats,docs]"
+    echo "setup: installing the package with [$extras] into .venv (some 400 MB to download the first time)" >&2
+    # Modules are compiled when they are first imported: most of what is installed never is.
+    .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -e ".[$extras]"
     .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" || echo \
         "setup: PyBullet has no wheel here, the bullet backend is left out; with a C++ compiler:" \
         ".venv/bin/pip install -e '.[bullet]'" >&2
-    touch "$stamp"
+    touch .venv/installed "$stamp"
 fi

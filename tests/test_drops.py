@@ -5,6 +5,7 @@ from __future__ import annotations
 import clouds
 import numpy as np
 import pytest
+from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
@@ -12,6 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
 from spherefunc_bullet.learning.profiles.forest import forest_of
+from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.words import deciding, nearest, sentences
 from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
 from spherefunc_bullet.settling.enclosure import walled_in
@@ -78,6 +80,19 @@ def grown():
     random = np.random.default_rng(0)
     X = random.normal(size=(200, 7))
     return X, ExtraTreesClassifier(30, random_state=0).fit(X, X[:, 0] + X[:, 3] * X[:, 5] > 0.3)
+
+
+@pytest.mark.parametrize("copied", [False, True])
+def test_plain_trees_grow_as_scikit_learn_grows_them(copied):
+    rng = np.random.default_rng(0)
+    X, weights = rng.normal(size=(60, 7)), rng.uniform(0.1, 1, 60)
+    members = X[:, 0] > X[:, 3]
+    plain = clone(PlainForest(20, random_state=3)) if copied else PlainForest(20, random_state=3)
+    ours, theirs = (
+        forest_of(one.fit(X, members, sample_weight=weights)).arrays()
+        for one in (plain, ExtraTreesClassifier(20, random_state=3))
+    )
+    assert all(ours[name].tobytes() == values.tobytes() for name, values in theirs.items())
 
 
 def test_a_forest_as_arrays_votes_as_it_grew(grown):

@@ -111,7 +111,8 @@ def impaired_shares(
     splits, asked = held_out(impaired, dropping.seed), {SPHERES: spheres_read(impaired.simulated, radii, method)}
     if baselines:
         asked |= baselines_read(impaired.simulated, radii, method)
-    said = {name: [read.trial([split]).predicted for split in splits] for name, read in asked.items()}
+    alone = [[split] for split in splits]
+    said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
     for name, read in asked.items():
         if isinstance(read, Profiled):
             said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)

@@ -19,8 +19,8 @@ from .related.fixed import related
 class Reading(Protocol):
     """One way to tell functions, on objects that it has been prepared for."""
 
-    def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that splits test, each by what that split learns."""
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials, each what is said of the objects that its splits test by what that split learns."""
         ...
 
     def evaluation(self, splits: Splits) -> Evaluation:
@@ -36,10 +36,9 @@ class Neighbours:
     labels: Labels
     method: Method
 
-    def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that one split tests."""
-        (split,) = splits
-        return run_trial(self.distances, self.labels, split, self.method)
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials, each what is said of the objects that one split tests."""
+        return [run_trial(self.distances, self.labels, split, self.method) for (split,) in asked]
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what is said of the objects under a protocol."""

@@ -225,6 +225,6 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
 def forest(random_state: int = 0) -> ExtraTreesClassifier:
     """Return the classifier of one function."""
-    from sklearn.ensemble import ExtraTreesClassifier
+    from .profiles.trees import PlainForest
 
-    return ExtraTreesClassifier(TREES, random_state=random_state)
+    return PlainForest(TREES, random_state=random_state)

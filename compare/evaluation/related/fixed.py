@@ -32,12 +32,16 @@ class Fixed:
         learnt = round(float(np.mean([len(split.train) for split in splits])))
         return Trial(learnt=learnt, rows=rows, scores=self.scores[rows], weights=())
 
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials."""
+        return [self.trial(splits) for splits in asked]
+
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol, of the same ones as others are tested on."""
         return Evaluation(
             labels=self.labels,
             method=CUBES,
-            trials={size: [self.trial([split]) for split in trials] for size, trials in splits.halves.items()},
+            trials={size: self.trials([[split] for split in trials]) for size, trials in splits.halves.items()},
             left_out={name: self.trial(alone) for name, alone in splits.left_out.items()},
         )
 
