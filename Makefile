@@ -40,15 +40,18 @@ figures: setup  ## the pictures in docs/images
 	@$(BIN)/python -m spherefunc_bullet.compare.demo.gallery --out docs/images
 
 MODELS := spherefunc_bullet/learning/models
+LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5
 
-model: setup  ## the models that ship with the package, which learn useless and harmlessly changed copies too
-	@rm -rf build/impaired && $(BIN)/spherefunc dataset impair household build/impaired --copied 12
+model: setup build/impaired $(LIKE_HOUSEHOLD)  ## those that ship with the package: six catalogues, and spoilt copies
 	@for backend in fast bullet; do \
-		$(BIN)/spherefunc train household build/impaired --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
+		$(BIN)/spherefunc train household build/impaired $(LIKE_HOUSEHOLD) --backend $$backend \
+			--out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
+build/impaired:  ## useless and harmlessly changed copies of some objects of household
+	@$(BIN)/spherefunc dataset impair household $@ --copied 12
+
 SCAN_ROOMS := 112
-LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5
 JOBS := 1
 
 scan-model: setup $(LIKE_HOUSEHOLD)  ## the one for scans, which learns what is proposed in virtual rooms, and whole models

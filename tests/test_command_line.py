@@ -502,6 +502,13 @@ def test_evaluate_on_other_data(call, subset, data, tmp_path):
     assert found == {"cup": 1, "table": 1, "sittable": 0}
 
 
+def test_evaluate_learns_several_data_sets_and_tests_on_another(call, subset, data):
+    done = call("evaluate", subset, data, "--test", data, "--radii", "1cm,2cm", "--jobs", 1, "--json")
+    (result,) = json.loads(done.stdout)["results"]
+    assert result["train_size"] == 12 + 16
+    check_refused(call("evaluate", subset, data), "expected one data set", "--test")
+
+
 def test_evaluate_goes_on_without_a_missing_file(call, data, tmp_path):
     for path in data.iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())

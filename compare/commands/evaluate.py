@@ -15,13 +15,17 @@ from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
 
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
+    from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
     from ..mechanics.measures import Measured
 
 
 def evaluate(
-    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
+    data: Annotated[
+        list[str],
+        typer.Argument(metavar="DATA...", help="Folders with manifest.csv or catalogues' names; several with --test."),
+    ],
     test: Annotated[str | None, typer.Option(help="Learn on all of DATA and test on this data set.")] = None,
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
     train_sizes: Annotated[str, typer.Option(help="Training examples, such as 20,45,half.")] = TRAIN_SIZES,
@@ -57,7 +61,7 @@ def evaluate(
 ):
     """Measure how well functions are told, beside baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
-    from spherefunc_bullet.datasets.dataset import open_dataset
+    from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.simulator import sphere_limit
 
@@ -71,27 +75,29 @@ def evaluate(
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
     if picture is not None:
         require_picture(picture, impaired)
-    failures = Failures()
+    if len(data) > 1 and test is None:
+        raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
+    failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     others = asked_besides_labels(tasks)
     chosen = find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
     dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
     lengths = dropping.radii
 
-    def simulated(name: str, how: Dropping = dropping) -> Simulated:
-        """Return a data set by name, simulated."""
-        return simulate_dataset(open_dataset(name), how, jobs=jobs, run=run, failed=failures.add)
+    def simulated(some: Dataset, how: Dropping = dropping) -> Simulated:
+        """Return a data set, simulated."""
+        return simulate_dataset(some, how, jobs=jobs, run=run, failed=failures.add)
 
-    learnt = simulated(data)
+    learnt = simulated(dataset)
     if alternatives:
         from ..evaluation.alternatives import dropped_otherwise, print_alternatives
 
-        dropped = dropped_otherwise(dropping, lambda how: simulated(data, how))
+        dropped = dropped_otherwise(dropping, lambda how: simulated(dataset, how))
         print_alternatives(learnt, lengths, trials, seed, json, sphere_limit(dropping.simulator), dropped)
         failures.exit()
         return
     if test is not None:
-        results = [transfer_result(learnt, simulated(test), lengths, chosen)]
+        results = [transfer_result(learnt, simulated(open_dataset(test)), lengths, chosen)]
     else:
         sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
         protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
@@ -102,13 +108,13 @@ def evaluate(
         from ..evaluation.impaired import impaired_shares
 
         shares = impaired_shares(
-            learnt, open_dataset(data), dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
+            learnt, dataset, dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
         if picture is not None:
             from ..figures.impaired_picture import draw_impaired
 
             draw_impaired(shares, picture)
-    found = measured_tasks(data, dropping, others, task_objects) if others else None
+    found = measured_tasks(dataset, dropping, others, task_objects) if others else None
     print_results(about, results, json, shares, confusion, None if found is None else task_reports(found))
     if found is not None and not json:
         print_measured(found)
@@ -123,15 +129,14 @@ def asked_besides_labels(text: str) -> list[str]:
     return [name for name in asked_tasks(text) if name != LABELS]
 
 
-def measured_tasks(data: str, dropping: Dropping, tasks: list[str], count: int) -> Measured:
+def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: list[str], count: int) -> Measured:
     """Return what the backend does of the tasks besides labels."""
-    from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
 
     from ..mechanics.measures import measured
 
     simulators, ranks = {dropping.simulator.name: dropping.simulator}, load_model(shipped_model("fast"))
-    return measured(open_dataset(data).objects, simulators, tasks, count, ranks, dropping.loading)
+    return measured(dataset.objects, simulators, tasks, count, ranks, dropping.loading)
 
 
 def require_picture(picture: Path, impaired: bool):

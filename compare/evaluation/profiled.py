@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
+from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
-from spherefunc_bullet.learning.profiles.calibration import Kin
+from spherefunc_bullet.learning.profiles.calibration import Kin, kin_of
 from spherefunc_bullet.settling.drops import as_drops
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.settling.settling import Settled
@@ -104,7 +106,13 @@ def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionCla
 
 def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the quantities of the spheres that fell on objects."""
-    return profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+    return replace(profiled(simulated.settled, labels, FunctionClassifier(radii=radii)), kin=kin_in(simulated.objects))
+
+
+def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
+    """Return which objects are copies of others, as their manifests say; None where none is."""
+    originals = [Path(item.of).name for item in objects]
+    return kin_of([item.path.name for item in objects], originals) if any(originals) else None
 
 
 def points_profiled(records: Sequence[ObjectRecord], labels: Labels, radii: tuple[float, ...]) -> Profiled:
