@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 
-from spherefunc_bullet.datasets.dataset import open_dataset, parse_functions
+from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, open_dataset, parse_functions
 from spherefunc_bullet.errors import InputError
 
 
@@ -158,3 +159,11 @@ def test_unknown_name_lists_the_catalogues(tmp_path):
     check_refused("no-such-set", "household, surroundings; found nothing of that name")
     (tmp_path / "model.ply").write_text("")
     check_refused(tmp_path / "model.ply", "found a file")
+
+
+def test_objects_that_are_called_alike_are_told_apart_and_copies_keep_to_their_own():
+    files = [("one/early.ply", "mug.ply"), ("one/mug.ply", ""), ("spoilt/0.ply", "mug.ply"), ("two/mug.ply", "")]
+    files += [("spoilt/1.ply", "one/mug.ply"), ("three/cup.ply", "gone.ply")]
+    names, originals = distinct_names([DatasetObject(path=Path(file), functions=frozenset(), of=of) for file, of in files])
+    assert names == ["early.ply", "mug.ply", "0.ply", "two/mug.ply", "1.ply", "cup.ply"]
+    assert originals == ["mug.ply", "", "mug.ply", "", "two/mug.ply", "gone.ply"]

@@ -323,12 +323,6 @@ def test_copies_count_less_and_belong_to_their_original():
     assert kin.groups[2] == kin.groups[0] and kin.groups[3] == kin.groups[1] and len(set(kin.groups)) == 3
 
 
-def test_catalogues_that_call_their_objects_alike_have_copies_of_their_own():
-    kin = kin_of(["early", "a", "copy", "a", "copy", "b"], ["b", "", "a", "", "a", ""])
-    assert kin.groups[2] == kin.groups[1] != kin.groups[3] == kin.groups[4]
-    assert kin.groups[0] == kin.groups[5]
-
-
 def test_useless_copies_teach_what_is_missing():
     """Chairs whose every other sphere falls through are no seats to who has learnt some of them."""
     objects, labels = toy(24)

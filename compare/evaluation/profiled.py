@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
-from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
-from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
 from spherefunc_bullet.learning.profiles.calibration import Kin, kin_of
@@ -111,8 +110,8 @@ def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, .
 
 def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
     """Return which objects are copies of others, as their manifests say; None where none is."""
-    originals = [Path(item.of).name for item in objects]
-    return kin_of([item.path.name for item in objects], originals) if any(originals) else None
+    names, originals = distinct_names(objects)
+    return kin_of(names, originals) if any(originals) else None
 
 
 def points_profiled(records: Sequence[ObjectRecord], labels: Labels, radii: tuple[float, ...]) -> Profiled:

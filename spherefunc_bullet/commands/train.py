@@ -130,14 +130,14 @@ def require_smaller_spheres(simulated: Simulated, how: Dropping):
 
 def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
+    from ..datasets.dataset import distinct_names
     from ..learning.model_file import new_classifier
 
     labels = [item.functions for item in simulated.objects]
     if not any(labels):
         raise InputError(f"{simulated.name}: expected objects with a function, all are labelled none")
-    names = [item.path.name for item in simulated.objects]
+    names, originals = distinct_names(simulated.objects)
     classifier = new_classifier(how, method)
     if method != "profile":
         return classifier.fit_settled(simulated.settled, labels, names)
-    originals = [Path(item.of).name for item in simulated.objects]
     return classifier.fit_settled(simulated.settled, labels, names, originals)

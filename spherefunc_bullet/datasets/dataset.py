@@ -83,6 +83,28 @@ def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
     return Dataset(" and ".join(dataset.name for dataset in datasets), objects)
 
 
+def distinct_names(objects: Sequence[DatasetObject]) -> tuple[list[str], list[str]]:
+    """Return the objects' names, told apart, and by these what each is a copy of; empty for what is no copy.
+
+    Catalogues call their objects alike: a name that has come before has its folder in front. Of several objects of one
+    name a copy is of the last one before it, or else of the first.
+    """
+    names: list[str] = []
+    first: dict[str, str] = {}  # of the whole objects of one file name, the name that tells it apart
+    for item in objects:
+        name = item.path.name
+        names.append(f"{item.path.parent.name}/{name}" if name in first else name)
+        if not item.of:
+            first.setdefault(name, name)
+    last, originals = dict[str, str](), []
+    for item, name in zip(objects, names, strict=True):
+        of = Path(item.of).name
+        originals.append(last.get(of, first.get(of, of)))
+        if not item.of:
+            last[item.path.name] = name
+    return names, originals
+
+
 def read_manifest(manifest: Path) -> Dataset:
     """Read a ``manifest.csv`` with the columns file and label, and what else there is.
 

@@ -39,21 +39,9 @@ class Kin:
 
 
 def kin_of(names: Sequence[str], originals: Sequence[str]) -> Kin:
-    """Return who is a copy of whom, by names; an empty one is nobody's.
-
-    Of several objects of one name, as catalogues have them, a copy is of the last one before it, or else of the first.
-    """
-    first: dict[str, int] = {}
-    for row, name in enumerate(names):
-        if not originals[row]:
-            first.setdefault(name, row)
-    last, groups = dict[str, int](), []
-    for row, (name, of) in enumerate(zip(names, originals, strict=True)):
-        if of:
-            groups.append(last.get(of, first.setdefault(of, len(names) + len(first))))
-        else:
-            last[name] = row
-            groups.append(row)
+    """Return who is a copy of whom, by names; an empty one is nobody's."""
+    place = {name: row for row, name in enumerate(names) if not originals[row]}
+    groups = [place.setdefault(of, len(names) + len(place)) if of else row for row, of in enumerate(originals)]
     return Kin(weights=np.where([bool(of) for of in originals], COPY_WEIGHT, 1.0), groups=np.array(groups, int))
 
 
