@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sklearn.base import clone
 from things import write_things
 
 from spherefunc_bullet.compare.rooms.baselines import learnt_objects
@@ -137,3 +138,17 @@ def test_a_damaged_file_is_named(tmp_path):
     (tmp_path / "room.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match=r"room\.npz: expected lessons"):
         read_lessons(tmp_path / "room.npz")
+
+
+def test_what_says_nothing_of_a_function_changes_nothing_of_it(model):
+    rng = np.random.default_rng(0)
+    profiles = rng.normal(size=(60, len(model.quantity_names())))
+    members = np.column_stack([profiles[:, 0] > 0, profiles[:, 1] > 0])
+    taught = np.ones_like(members)
+    taught[40:, 1] = False
+    whole, some = clone(model), clone(model)
+    whole.fit_profiles(profiles, members, ("cup", "table"), [str(row) for row in range(60)], taught=taught)
+    some.fit_profiles(profiles[:40], members[:40], ("cup", "table"), [str(row) for row in range(40)])
+    cup, table = (whole.score_profiles(profiles) - some.score_profiles(profiles)).T
+    assert not table.any() and cup.any()
+    assert np.isfinite(list(whole.held_out_f_measures().values())).all()
