@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spherefunc_bullet.learning.function_model import Membership
-from spherefunc_bullet.scenes.recognition.choosing import Candidate, chosen
+from spherefunc_bullet.scenes.recognition.choosing import BARS, Candidate, chosen, claiming
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
@@ -33,6 +33,11 @@ def test_a_blob_gives_way_to_the_pools_in_it():
     assert claims([blob, *pools]) == [("table", 500), ("sittable", 200)]
 
 
+def test_the_whole_goes_before_a_pool_that_is_half_of_it_and_as_sure():
+    sofa, half = candidate(0, CLUSTERS, range(0, 1000), sittable=0.97), candidate(1, POOLS, range(0, 450), sittable=1.0)
+    assert claims([sofa, half]) == [("sittable", 1000)]
+
+
 def test_a_cup_on_a_table_keeps_its_points_and_the_table_its_own():
     table, cup = candidate(0, CLUSTERS, range(0, 1000), table=0.7), candidate(1, POOLS, range(900, 960), cup=0.6)
     assert claims([table, cup]) == [("table", 940), ("cup", 60)]
@@ -52,6 +57,12 @@ def test_what_claims_leave_too_little_of_is_no_object():
     cluster, pool = candidate(0, CLUSTERS, range(0, 100)), candidate(1, POOLS, range(0, 45), cup=0.9)
     assert claims([cluster, pool]) == [("none", 55), ("cup", 45)]
     assert claims([cluster, candidate(1, POOLS, range(0, 95), cup=0.9)]) == [("cup", 100)]
+
+
+def test_a_pool_alone_has_to_be_surer_than_a_cluster():
+    told = candidate(0, CLUSTERS, range(100), table=0.45, cup=0.3, sittable=0.65).functions
+    claimed = {by: {name for name, one in claiming(told, BARS[by]).items() if one.member} for by in BARS}
+    assert claimed == {CLUSTERS: {"table", "sittable"}, POOLS: {"sittable"}}
 
 
 def test_shared_points_are_counted():

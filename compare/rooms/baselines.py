@@ -82,9 +82,10 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
 
 
 def lessons_learnt(rooms: Sequence[Path]) -> Iterator[tuple[ObjectRecord, frozenset[str]]]:
-    """Yield what rooms teach, as the model for scans learns it, and its functions."""
+    """Yield what rooms teach and its functions, as the model for scans learns them; what some are unclear of is not."""
     for one in counted(lesson for path in rooms for lesson in read_lessons(path)):
-        yield one.record, one.functions
+        if not one.unclear:
+            yield one.record, one.functions
 
 
 def objects_learnt(

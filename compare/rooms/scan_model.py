@@ -124,12 +124,14 @@ def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClass
     """
     functions = tuple(sorted(set().union(*(one.functions for one in lessons))))
     members = memberships([one.functions for one in lessons], functions)
+    taught = ~memberships([one.unclear for one in lessons], functions)
     things: dict[str, int] = {}
     groups = np.array([things.setdefault(one.thing or one.name, len(things)) for one in lessons])
     kin = Kin(weights=np.ones(len(lessons)), groups=groups)
     profiles = model.profiles([one.record.settled for one in lessons])
-    model.fit_profiles(profiles, members, functions, [one.name for one in lessons], kin)
-    return model.keep(examples_kept(members.any(axis=1)))
+    model.fit_profiles(profiles, members, functions, [one.name for one in lessons], kin, taught)
+    clear = np.flatnonzero(taught.all(axis=1))
+    return model.keep(clear[examples_kept(members[clear].any(axis=1))])
 
 
 def examples_kept(useful: np.ndarray) -> np.ndarray:

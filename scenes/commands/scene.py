@@ -182,7 +182,7 @@ def print_room(scan: Scan, room: Room):
     none = len(room.objects) - len(table)
     if table:
         columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-        print_table(f"{scan.name}: what objects are for (scores; above 0.5 it is)", columns, table)
+        print_table(f"{scan.name}: what objects are for, and the scores of each function", columns, table)
     print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:
         print(f"inferred, not counted: {item.function}, since {item.reason}")

@@ -9,8 +9,11 @@ import numpy as np
 
 from spherefunc_bullet.learning.function_model import Membership
 
-from .proposals import CLUSTERS, Proposal, shared_points
+from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
+# Scores above which a proposal claims a function, by most F in rooms of things that nobody had learnt: pools are many,
+# and what stands apart is seldom nothing. Of scores that are probabilities.
+BARS = {CLUSTERS: 0.4, POOLS: 0.6}
 _SAME = 0.35  # intersection over union from which on two claims are of one thing
 _WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
 _NEARLY = 0.1  # of score: what differs by less is as sure
@@ -41,6 +44,11 @@ class Candidate:
         return Candidate(proposal=replace(self.proposal, members=members), functions=self.functions, place=self.place)
 
 
+def claiming(functions: dict[str, Membership], least: float) -> dict[str, Membership]:
+    """Return what is said of a proposal, with those functions claimed whose scores are above the least."""
+    return {name: replace(membership, member=membership.score > least) for name, membership in functions.items()}
+
+
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
 
@@ -65,11 +73,12 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
 
 
 def precedence(one: Candidate) -> tuple[int, bool, int, int]:
-    """Return what claims of one thing are ordered by: nearly equal scores leave it to pools, and to the larger one.
+    """Return what claims of one thing are ordered by: nearly equal scores leave it to clusters, and to the larger one.
 
-    A cluster may hold more than what carries its pool, or half of it.
+    A cluster that holds several things is told less surely than the pools in it; of one thing a pool may hold half,
+    as of a sofa one of two seats, which is told as surely as the whole.
     """
-    return -round(one.score / _NEARLY), one.proposal.by == CLUSTERS, -len(one.proposal.members), one.place
+    return -round(one.score / _NEARLY), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
 
 def is_same(one: Candidate, other: Candidate) -> bool:

@@ -29,7 +29,6 @@ class Example:
     cloud: Cloud
     nearest: int  # number of that object, -1 if it overlaps none
     overlap: float  # their intersection over union
-    inside: float  # share of the proposal's points that are the object's
     by: str  # what proposed it
 
     @property
@@ -76,9 +75,8 @@ def proposed_examples(
         own = dense[proposal.members]
         cloud, box = object_cloud(own, completion, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
-            inside = float(np.mean(truth[seen] == number))
             nearest = number if shared > 0 else -1
-            yield Example(cloud=cloud, nearest=nearest, overlap=shared, inside=inside, by=proposal.by)
+            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by)
 
 
 def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -25,7 +25,7 @@ from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import euclidean_clusters
 from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
 from .assumed_ground import holding_anywhere
-from .choosing import Candidate, chosen
+from .choosing import BARS, Candidate, chosen, claiming
 from .completion import DEFAULT, TOP, complete
 from .inferring import inferred_seats
 from .proposals import KINDS, Proposal, Scene, cluster_proposals, propose
@@ -90,7 +90,8 @@ def recognise(
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
-    candidates = judged(dense, proposed, model, completion, watch, ground_seen=levelling.floor_seen)
+    bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
+    candidates = judged(dense, proposed, model, completion, watch, ground_seen=levelling.floor_seen, bars=bars)
     objects = chosen(candidates, FEWEST)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
@@ -131,6 +132,7 @@ def judged(
     completion: Sequence[str],
     watch: Stopwatch,
     ground_seen: bool = True,
+    bars: Mapping[str, float] | None = None,
 ) -> list[Candidate]:
     """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
 
@@ -141,12 +143,16 @@ def judged(
         Receives the seconds of each step.
     ground_seen : bool
         Whether z = 0 is a surface of the scene; else large things are told what they are wherever it may lie.
+    bars : dict of str to float, optional
+        Scores above which proposals of each kind claim a function; without, those above which the model does.
     """
     clouds = [object_cloud(points[one.members], completion, one.support, one.pool) for one in proposals]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], model)
     watch.lap("spheres")
     functions = model.memberships_of(settled, any_heading=True)
+    if bars is not None:
+        functions = [claiming(told, bars[one.by]) for told, one in zip(functions, proposals, strict=True)]
     if not ground_seen:
         functions = holding_anywhere([cloud for cloud, _ in clouds], functions, partial(told_of, model=model), LARGE)
     watch.lap("classification")

@@ -145,20 +145,25 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         functions: Sequence[str],
         names: Sequence[str],
         kin: Kin | None = None,
+        taught: np.ndarray | None = None,
     ) -> FunctionClassifier:
-        """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool."""
+        """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool.
+
+        Parameters
+        ----------
+        taught : (N, F) bool, optional
+            Which object is an example of which function's members or others; without it, each is of all.
+        """
         from sklearn.ensemble import ExtraTreesClassifier
 
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
         self.kin_ = kin_of(self.names_, [""] * len(self.names_)) if kin is None else kin
         base = forest(self.random_state) if self.estimator is None else self.estimator
-        grown = [
-            grown_on(base, profiles, column, self.kin_) if column.any() and not column.all() else None
-            for column in members.T
-        ]
+        columns = list(zip(members.T, (np.ones_like(members) if taught is None else taught).T, strict=True))
+        grown = [self._grown(base, *column) for column in columns]
         self.forests_ = [forest_of(one) if isinstance(one, ExtraTreesClassifier) else one for one in grown]
-        held_out = [self._held_out(base, column) for column in members.T]
+        held_out = [self._held_out(base, *column) for column in columns]
         self.lines_ = [self._line(votes, column) for votes, column in zip(held_out, members.T, strict=True)]
         self.held_out_ = held_out
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
@@ -205,21 +210,36 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             for name, votes, line, column in zip(self.functions_, held_out, self.lines_, self.members_.T, strict=True)
         }
 
-    def _held_out(self, base: ClassifierMixin, members: np.ndarray) -> np.ndarray | None:
-        """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples."""
-        kinds = [len(set(self.kin_.groups[of_kind])) for of_kind in (members, ~members)]
-        if min(kinds) < 2:
+    def _grown(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> ClassifierMixin | None:
+        """Return a classifier of one function, grown on its examples; None where all have it or none has."""
+        own = np.flatnonzero(taught)
+        if members[own].all() or not members[own].any():
             return None
-        return held_out_votes(base, self.profiles_, members, self.kin_, self.random_state)
+        return grown_on(base, self.profiles_[own], members[own], self.kin_.of(own))
+
+    def _held_out(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> np.ndarray | None:
+        """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples.
+
+        What is no example of the function has none: not a number.
+        """
+        own = np.flatnonzero(taught)
+        kin = self.kin_.of(own)
+        if min(len(set(kin.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
+            return None
+        votes = np.full(len(members), np.nan)
+        votes[own] = held_out_votes(base, self.profiles_[own], members[own], kin, self.random_state)
+        return votes
 
     def _line(self, votes: np.ndarray | None, members: np.ndarray) -> Line:
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
-        whole = self.kin_.weights == 1
-        return AS_VOTED if votes is None else calibration_line(votes[whole], members[whole])
+        if votes is None:
+            return AS_VOTED
+        whole = (self.kin_.weights == 1) & ~np.isnan(votes)
+        return calibration_line(votes[whole], members[whole])
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
-        whole = self.kin_.weights == 1
+        whole = (self.kin_.weights == 1) & ~np.isnan(scores)
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
 
 

@@ -63,7 +63,7 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     """Write lessons as arrays, whole or not at all."""
     records = [one.record for one in lessons]
     arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "thing")}
-    shares = ("overlap", "inside", "shown")
+    shares = ("overlap", "shown")
     arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in shares}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
@@ -103,7 +103,6 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             thing=str(arrays["thing"][row]),
             functions=frozenset(filter(None, str(arrays["functions"][row]).split(";"))),
             overlap=float(arrays["overlap"][row]),
-            inside=float(arrays["inside"][row]),
             shown=float(arrays["shown"][row]),
             record=record_at(row, str(name), arrays["size"][row], voxels[row], drops),
         )

@@ -24,7 +24,6 @@ _CARRIED = 0.01  # metres, radius of the spheres that tell what of a thing carri
 _NEAR = 0.04  # metres from such a sphere's centre to a point of the scan that shows its place
 _OBJECT, _PART = 0.4, 0.25  # overlaps from which on a proposal is an object, and is not clearly none
 _SHOWN = 0.25  # least share of such places: a chair's back alone, or a table's legs, tell no function
-_INSIDE, _SCRAP = 0.6, 0.08  # of a part's points that are a useful thing's; overlap below which it is a mere scrap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,8 +67,8 @@ class Lesson:
     name: str
     thing: str  # name of the object that it overlaps most, the same wherever that stands; empty for none
     functions: frozenset[str]  # of that object
+    unclear: frozenset[str] = frozenset()  # functions that it is an example of neither way
     overlap: float = 1.0  # intersection over union of the two
-    inside: float = 1.0  # share of its points that are the object's
     shown: float = 1.0  # share of the places where spheres rest on the object that the scan shows
     record: ObjectRecord
 
@@ -102,13 +101,12 @@ def lesson_of(
 ) -> Lesson:
     """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
     if item is None:
-        return Lesson(name=name, thing="", functions=frozenset(), overlap=0.0, inside=0.0, shown=0.0, record=record)
+        return Lesson(name=name, thing="", functions=frozenset(), overlap=0.0, shown=0.0, record=record)
     return Lesson(
         name=name,
         thing=thing_of(item),
         functions=item.functions,
         overlap=example.overlap,
-        inside=example.inside,
         shown=shown,
         record=record,
     )
@@ -151,14 +149,16 @@ def share_shown(scan: VirtualScan, number: int, places: np.ndarray) -> float:
 
 
 def counted(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
-    """Yield the lessons that something can be learnt from, those of proposals that are none for nothing.
+    """Yield lessons as examples: of which functions, of which neither way, and of all others' lack.
 
-    What overlaps its object enough has its functions, if the scan shows enough of the surface that they need. A part
-    of something of use, such as a sofa's seat without its back, is neither that nor useless, and left out.
+    What overlaps its object enough has its functions, if the scan shows enough of the surface that they need. Below
+    that, or where the surface is hidden, nobody can say whether it has them; small parts and what holds several things
+    have none. Of functions that its object has not, a proposal is never one.
     """
     for one in lessons:
-        if one.overlap >= _OBJECT:
-            if not one.functions or one.shown >= _SHOWN:
-                yield one
-        elif one.overlap < (_SCRAP if one.functions and one.inside >= _INSIDE else _PART):
+        if one.overlap < _PART:
             yield replace(one, functions=frozenset())
+        elif one.overlap >= _OBJECT and one.shown >= _SHOWN:
+            yield one
+        else:
+            yield replace(one, functions=frozenset(), unclear=one.functions)
