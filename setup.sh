@@ -47,10 +47,10 @@ fi
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     echo "setup: installing the package with [$extras] into .venv (some 400 MB to download the first time)" >&2
-    # Compiled on all cores, which pip does on one; ours too, for those who have Python write no bytecode. Of files that
-    # are no Python, such as templates, compiling complains.
+    # Compiled on all cores, which pip does on one, without other packages' tests; ours too, for those who have Python
+    # write no bytecode. Of files that are no Python, such as templates, compiling complains.
     .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -e ".[$extras]"
-    .venv/bin/python -m compileall -qq -j 0 .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
+    .venv/bin/python -m compileall -qq -j 0 -x "/tests?/" .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
     .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" || echo \
         "setup: PyBullet has no wheel here, the bullet backend is left out; with a C++ compiler:" \
         ".venv/bin/pip install -e '.[bullet]'" >&2

@@ -17,7 +17,6 @@ from spherefunc_bullet.compare.evaluation.features import (
     baseline_distances,
     bounding_box_distances,
     cubes_and_heights,
-    voxel_centers,
 )
 from spherefunc_bullet.compare.evaluation.protocol import (
     Labels,
@@ -226,7 +225,7 @@ def test_bounding_box_distances_by_hand():
 def test_height_map_by_hand():
     side = 0.14  # of a square at r = 2 cm, which holds 28 voxels of 5 mm
     low, high = record([1, 1, 1], [(0, 0, 0), (0, 0, 9), (40, 0, 3)]), record([1, 1, 1], [(0, 0, 19)])
-    _, (squares, heights) = cubes_and_heights(voxel_centers(low), side)
+    _, (squares, heights) = cubes_and_heights(low, side)
     assert cube_indices(squares).tolist() == [[0, 0, 0], [1, 0, 0]]
     assert heights == pytest.approx([9.5 * VOXEL, 3.5 * VOXEL])
     distances = baseline_distances([low, high], (0.02,))["height_map"][0.02]

@@ -14,7 +14,7 @@ from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import SPHERES, distances_again, sphere_distances
 from ..evaluation.impaired import Shares, impaired_shares
-from ..evaluation.profiled import spheres_profiled
+from ..evaluation.profiled import evaluations, spheres_profiled
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, shapes_read
 from .entries import Comparison, Entry, dropped_twice, dropping_of
@@ -93,7 +93,8 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
     twice = whole.classifier.profiles([record.settled for record in again.values()])
     both = replace(whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows))
     asked = Splits(halves=splits.halves, left_out={ALONE: asked_again(splits.left_out[ALONE], rows)})
-    evaluation, halves = both.evaluation(asked), Splits(halves=splits.halves)
+    alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
+    evaluation, *by_radius = evaluations([(both, asked), *((one, Splits(halves=splits.halves)) for one in alone)])
     everything = evaluation.left_out[ALONE]
     second = everything.kept(everything.rows >= count)
     return replace(
@@ -101,10 +102,7 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
         labels=labels,
         left_out={ALONE: everything.kept(everything.rows < count)},
         again=replace(second, rows=rows[second.rows]) if again else None,
-        by_radius={
-            radius: spheres_profiled(entry.simulated, labels, (radius,)).evaluation(halves)
-            for radius in entry.radii
-        },
+        by_radius=dict(zip(entry.radii, by_radius, strict=True)),
     )
 
 

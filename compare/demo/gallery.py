@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from joblib import Parallel, delayed
 from PIL import Image, ImageDraw, ImageFont
+from trimesh import Trimesh
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
@@ -54,15 +56,19 @@ SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
 def draw_exhibits(names: Iterable[str], simulator: Simulator, seed: int, caption: str = "") -> dict[str, Image.Image]:
     """Return objects of the catalogue with the spheres that settle on them, captioned, a simulator's name in front."""
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
-    images, exhibits = {}, {name: EXHIBITS[name] for name in names}
-    for name, exhibit in progress(exhibits.items(), len(exhibits), f"drawing {caption}".strip()):
-        mesh = meshes[exhibit.name]
-        cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
-        result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
-        image = object_picture(cloud, result.centers, exhibit.radius, exhibit.view)
-        detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
-        images[name] = captioned(image, f"{caption}: {exhibit.title.lower()}" if caption else exhibit.title, detail)
-    return images
+    exhibits = {name: EXHIBITS[name] for name in names}
+    work = (delayed(drawn)(exhibit, meshes[exhibit.name], simulator, seed, caption) for exhibit in exhibits.values())
+    images = Parallel(n_jobs=-1, return_as="generator")(work)
+    return dict(zip(exhibits, progress(images, len(exhibits), f"drawing {caption}".strip()), strict=True))
+
+
+def drawn(exhibit: Exhibit, mesh: Trimesh, simulator: Simulator, seed: int, caption: str) -> Image.Image:
+    """Return one object with the spheres that settle on it, captioned."""
+    cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
+    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
+    image = object_picture(cloud, result.centers, exhibit.radius, exhibit.view)
+    detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
+    return captioned(image, f"{caption}: {exhibit.title.lower()}" if caption else exhibit.title, detail)
 
 
 def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:

@@ -5,10 +5,13 @@ If nearest neighbours on the bounding box do as well as the spheres, the physics
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
+from joblib import Parallel, delayed
 from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.batch.simulated import Simulated
@@ -17,6 +20,8 @@ from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 SPHERES = "spheres"
+MANY = 50  # objects: for fewer, other processes take longer to start than they save
+Answer = TypeVar("Answer")
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
 
 
@@ -56,11 +61,17 @@ def distances_again(simulated: Simulated, again: Simulated, radii: Sequence[floa
     return Again(rows=rows, distances=distances)
 
 
+def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:
+    """Return what is asked of each object without its spheres, which may be many, of many objects on all cores."""
+    bare = (replace(record, settled={}) for record in records)
+    return Parallel(n_jobs=-1 if len(records) >= MANY else 1)(delayed(ask)(record) for record in bare)
+
+
 def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:
     """Return every baseline's distances between objects, in cubes as large as those of the spheres."""
     occupied, heights = {}, {}
     for radius in radii:
-        pairs = [cubes_and_heights(voxel_centers(record), DIAMETERS * 2 * radius) for record in records]
+        pairs = of_each(partial(cubes_and_heights, side=DIAMETERS * 2 * radius), records)
         occupied[radius], heights[radius] = zip(*pairs, strict=True)
     rooted = {radius: [(keys, np.sqrt(counts)) for keys, counts in cubes] for radius, cubes in occupied.items()}
     values = {"occupancy": occupied, "occupancy_sqrt": rooted, "height_map": heights}
@@ -82,11 +93,12 @@ def cube_distances(objects: Sequence[Counts]) -> np.ndarray:
     return euclidean_distances(counts_matrix(objects, keys))
 
 
-def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Counts, Counts]:
-    """Return how many of an object's points (N, 3) each cube holds, and their top view.
+def cubes_and_heights(record: ObjectRecord, side: float) -> tuple[Counts, Counts]:
+    """Return how many of an object's voxels each cube holds, and their top view.
 
     The top view is the squares of the ground, as cubes on it, and the height over each.
     """
+    points = voxel_centers(record)
     inside, below = cube_keys(points, side), cube_keys(points * [1, 1, 0], side)
     cubes, counts = np.unique(inside, return_counts=True)
     squares, square = np.unique(below, return_inverse=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import partial, reduce
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.settling.settling import Settled
 
 from .evaluation import Evaluation, Trial, Weights
-from .features import voxel_centers
+from .features import of_each, voxel_centers
 from .protocol import Labels, Split, Splits
 
 POINTS = "points"  # by the same quantities
@@ -44,11 +44,8 @@ class Profiled:
         return self.trials([splits])[0]
 
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, on all cores; see `folds_of`."""
-        folds = [folds_of(splits) for splits in asked]
-        work = [delayed(self.said_of)(fold) for own in folds for fold in own]
-        said = iter(Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1)(work))
-        return [joined(splits, own, [next(said) for _ in own]) for splits, own in zip(asked, folds, strict=True)]
+        """Return several trials; see `trials_of`."""
+        return trials_of([(self, splits) for splits in asked])
 
     def said_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
         """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
@@ -64,14 +61,33 @@ class Profiled:
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
-        halves = [[split] for trials in splits.halves.values() for split in trials]
-        said = iter(self.trials([*halves, *splits.left_out.values()]))
-        return Evaluation(
-            labels=self.labels,
+        return evaluations([(self, splits)])[0]
+
+
+def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
+    """Return what was said of objects under protocols, all of it learnt side by side."""
+    wanted: list[tuple[Profiled, Sequence[Split]]] = []
+    for one, protocol in asked:
+        wanted += [(one, [split]) for trials in protocol.halves.values() for split in trials]
+        wanted += [(one, splits) for splits in protocol.left_out.values()]
+    said = iter(trials_of(wanted))
+    return [
+        Evaluation(
+            labels=one.labels,
             method=METHODS["profile"],
-            trials={size: [next(said) for _ in trials] for size, trials in splits.halves.items()},
-            left_out={name: next(said) for name in splits.left_out},
+            trials={size: [next(said) for _ in trials] for size, trials in protocol.halves.items()},
+            left_out={name: next(said) for name in protocol.left_out},
         )
+        for one, protocol in asked
+    ]
+
+
+def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
+    """Return a trial for each, on all cores; see `folds_of`."""
+    folds = [folds_of(splits) for _, splits in asked]
+    work = [delayed(one.said_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
+    said = iter(Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1)(work))
+    return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
 
 
 def folds_of(splits: Sequence[Split]) -> list[Split]:
@@ -116,7 +132,8 @@ def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
 
 def points_profiled(records: Sequence[ObjectRecord], labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
-    return profiled([points_as_drops(record, radii) for record in records], labels, FunctionClassifier(radii=radii))
+    points = of_each(partial(points_as_drops, radii=radii), records)
+    return profiled(points, labels, FunctionClassifier(radii=radii))
 
 
 def fused(features: Sequence[Profiled]) -> Profiled:

@@ -11,6 +11,7 @@ from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.settling.records import ObjectRecord
 
 from ..evaluation import Evaluation, Trial
+from ..features import of_each
 from ..protocol import Labels, Split, Splits
 from .examiner import examined
 from .rules import told_by_rules
@@ -53,6 +54,6 @@ def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, Fixed]
 
 def fixed(tell: Told, records: Sequence[ObjectRecord], labels: Labels) -> Fixed:
     """Return one baseline's scores of objects."""
-    said = [tell(record) for record in records]
+    said = of_each(tell, records)
     scores = [[float(function in functions) for function in labels.functions] for functions in said]
     return Fixed(scores=np.array(scores).reshape(len(records), len(labels.functions)), labels=labels)
