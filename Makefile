@@ -48,8 +48,10 @@ model: setup build/impaired $(LIKE_HOUSEHOLD)  ## those that ship with the packa
 			--out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
-build/impaired:  ## useless and harmlessly changed copies of some objects of household
-	@$(BIN)/spherefunc dataset impair household $@ --copied 12
+CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # what is made of older ones is stale
+
+build/impaired: $(CATALOGUE)  ## useless and harmlessly changed copies of some objects of household
+	@rm -rf $@ && $(BIN)/spherefunc dataset impair household $@ --copied 12
 
 SCAN_ROOMS := 112
 JOBS := 1
@@ -58,8 +60,8 @@ scan-model: setup $(LIKE_HOUSEHOLD)  ## the one for scans, which learns what is 
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.scan_model household $(LIKE_HOUSEHOLD) --rooms $(SCAN_ROOMS) \
 		--keep build/scan-rooms --jobs $(JOBS) --out $(MODELS)/household-scans-fast.npz
 
-build/household-%:  ## another catalogue like household; from 4 on in other proportions as well
-	@$(BIN)/spherefunc dataset build household $@ --seed $* --stretch $(if $(filter 1 2 3,$*),0,0.15)
+build/household-%: $(CATALOGUE)  ## another catalogue like household; from 4 on in other proportions as well
+	@rm -rf $@ && $(BIN)/spherefunc dataset build household $@ --seed $* --stretch $(if $(filter 1 2 3,$*),0,0.15)
 
 clean:
 	rm -rf .venv build demo *.egg-info

@@ -65,8 +65,8 @@ def rooms(
     for room in progress(rooms, count, "scanning rooms"):
         scan = scan_room(room, number, noise, seed, resolution)
         if proposed:
-            proposed = proposed_examples(scan.points, scan.labels)
-            folder.write_proposed(scan, (one for one in proposed if not one.disputed))
+            examples = proposed_examples(scan.points, scan.labels)
+            folder.write_proposed(scan, (one for one in examples if not one.disputed))
         else:
             folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
     manifest = folder.close()
