@@ -86,23 +86,24 @@ def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squ
 
 
 @njit(cache=True)
-def thin_in_bricks(points, low, distance, bricks, contents, kept, links):
+def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, links):
     """Return the points (K, 3) that greedy thinning keeps.
 
     Parameters
     ----------
-    points : (N, 3) float64
-        From ``low`` on, metres.
+    points, backwards : (N, 3) and (M, 3) float64
+        From ``low`` on, metres; after the first ones come the others, the last one first.
     bricks, contents
         As `empty_bricks` makes them, with a cell to spare on each side; a cell holds its last point.
-    kept, links : (N + 1, 4) float64 and the same as int64
+    kept, links : (N + M + 1, 4) float64 and the same as int64
         Scratch: kept points from row 1, each with the one before it in its cell.
     """
     used = count = ONE
     scale = 0.5 / distance
     squared = 0.25 / (scale * scale)
-    for p in range(len(points)):
-        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+    for p in range(len(points) + len(backwards)):
+        point = points[p] if p < len(points) else backwards[len(points) + len(backwards) - 1 - p]
+        x, y, z = point[0], point[1], point[2]
         across, along, up = (x - low[0]) * scale, (y - low[1]) * scale, (z - low[2]) * scale
         if has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared):
             continue

@@ -190,9 +190,9 @@ def _lattice_points(triangle, cover, out, front, back):
 
 
 @njit(cache=True)
-def _candidates(triangles, cover, out):
-    """Fill ``out`` from both ends; return the first free row and the last free row."""
-    front, back = 0, len(out) - 1
+def _candidates(triangles, cover, out, front):
+    """Fill ``out`` from ``front`` and from its end; return the first free row and the last free row."""
+    back = len(out) - 1
     for t in range(len(triangles)):
         triangle = triangles[t]
         first, length, height = _longest_edge(triangle)
@@ -203,22 +203,26 @@ def _candidates(triangles, cover, out):
     return front, back
 
 
-def surface_candidates(triangles: np.ndarray, cover: float) -> tuple[np.ndarray, np.ndarray]:
+def surface_candidates(triangles: np.ndarray, cover: float, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points on triangles such that no location of them is farther than ``cover`` from one.
 
     Parameters
     ----------
     triangles : (M, 3, 3) float64, metres
     cover : float, metres
+    first : (F, 3) float64, metres
+        Points that come before all of them.
 
     Returns
     -------
-    inside, border : (I, 3) and (B, 3) float64, metres
-        Lattice points that lie in a triangle, and those moved onto its border.
+    inside, border : (F + I, 3) and (B, 3) float64, metres
+        After the first points the lattice points that lie in a triangle; and those moved onto its border, last one
+        first.
     """
-    out = np.empty((_bound(triangles, cover), 3))
-    front, back = _candidates(triangles, cover, out)
-    return out[:front], out[:back:-1]
+    out = np.empty((len(first) + _bound(triangles, cover), 3))
+    out[: len(first)] = first
+    front, back = _candidates(triangles, cover, out, len(first))
+    return out[:front], out[back + 1 :]
 
 
 def surface_area(vertices: np.ndarray, faces: np.ndarray) -> float:
@@ -258,5 +262,5 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     cover = COVER * max_gap
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
-    inside, border = surface_candidates(vertices[faces], cover)
-    return thin(np.concatenate([outline, inside, border]), max_gap - cover)
+    inside, border = surface_candidates(vertices[faces], cover, outline)
+    return thin(inside, max_gap - cover, border)

@@ -9,10 +9,12 @@ from numba import njit
 
 from ..compilation import prepare
 from .bricks import empty_bricks, first_in_bricks, thin_in_bricks
+from .corners import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table
 CELLS_A_POINT = 64
+NO_POINTS = np.empty((0, 3))
 _OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
 
 
@@ -83,7 +85,7 @@ def _thin(points, distance, bits):
     return keep
 
 
-def thin(points: np.ndarray, distance: float) -> np.ndarray:
+def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS) -> np.ndarray:
     """Return the points that greedy thinning keeps, in their order.
 
     Parameters
@@ -92,17 +94,22 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
         Earlier points win over later ones.
     distance : float, metres
         No two kept points are nearer to each other; no dropped point is as far from all kept ones.
+    backwards : (M, 3) float64, metres
+        Points that come after the others, the last one first.
 
     Returns
     -------
     (K, 3) float64, metres
     """
     points, distance = np.ascontiguousarray(points, dtype=np.float64), float(distance)
-    low, high = (np.array([end(column) for column in points.T]) for end in (np.min, np.max))
+    corners = np.concatenate([corners_of(part) for part in (points, backwards) if len(part)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     cells = np.floor((high - low) * (0.5 / distance)) + 3
-    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
-        kept = np.empty((len(points) + 1, 4))
-        return thin_in_bricks(points, low, distance, *empty_bricks(cells, len(points)), kept, kept.view(np.int64))
+    count = len(points) + len(backwards)
+    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * count):
+        kept = np.empty((count + 1, 4))
+        return thin_in_bricks(points, backwards, low, distance, *empty_bricks(cells, count), kept, kept.view(np.int64))
+    points = np.concatenate([points, backwards[::-1]])
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
     return points[_thin(points, distance, bits)]
 
