@@ -171,7 +171,7 @@ class Ranks:
 
     def __init__(self, learnt: np.ndarray):
         self.learnt = learnt
-        self.ordered = np.sort(learnt, axis=0)
+        self.ordered = np.ascontiguousarray(np.sort(learnt, axis=0).T)  # so that no quantity is copied to be searched
         self.ranks = ranks_among(self.ordered, learnt)
 
     def distances(self, asked: np.ndarray) -> np.ndarray:
@@ -192,9 +192,9 @@ def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the ranks (A, D) of quantities (A, D) among sorted ones (N, D), 0 to 1; of equal ones the middle."""
+    """Return the ranks (A, D) of quantities (A, D) among sorted ones (D, N), 0 to 1; of equal ones the middle."""
     places = [
-        np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
-        for k in range(ordered.shape[1])
+        learnt.searchsorted(asked, "left") + learnt.searchsorted(asked, "right")
+        for learnt, asked in zip(ordered, rows.T, strict=True)
     ]
-    return np.column_stack(places) / (2 * len(ordered))
+    return np.column_stack(places) / (2 * ordered.shape[1])
