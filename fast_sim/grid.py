@@ -16,7 +16,8 @@ from .kernels import inline_jit
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 4  # spheres
-INSERTED = 40  # points of a cell that are sorted by insertion, at most
+ONE = np.uint32(1)
+INSERTED = np.uint32(40)  # points of a cell that are sorted by insertion, at most
 STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
@@ -135,28 +136,28 @@ def sorted_by_cell(points, low, top, steps, per_metre, nx, ny, nz):
     Within a cell by their place in steps from the lowest corner, x before y before z, so that the order in which they
     came does not matter: a few by insertion, which needs no memory.
     """
-    cells = np.empty(len(points), np.int64)
+    cells = np.empty(len(points), np.uint32)
     start = np.zeros(nx * ny * nz + 1, np.uint32)
     for i in range(len(points)):
         ix = cell_index(points[i, 0] - low[0], per_metre, nx)
         iy = cell_index(points[i, 1] - low[1], per_metre, ny)
         cells[i] = (ix * ny + iy) * nz + cell_index(top - points[i, 2], per_metre, nz)
-        start[cells[i] + 1] += np.uint32(1)
+        start[cells[i] + ONE] += ONE
     for cell in range(nx * ny * nz):
         start[cell + 1] += start[cell]
-    order, keys = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    order, keys = np.empty(len(points), np.uint32), np.empty(len(points), np.int64)
     filled = start[:-1].copy()
     for i in range(len(points)):
         x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
         y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
         z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
         key, cell = (x << 42) | (y << 21) | z, cells[i]
-        first, j = np.int64(start[cell]), np.int64(filled[cell])
-        filled[cell] += np.uint32(1)
-        if start[cell + 1] - start[cell] <= INSERTED:
-            while j > first and keys[j - 1] > key:
-                order[j], keys[j] = order[j - 1], keys[j - 1]
-                j -= 1
+        first, j = start[cell], filled[cell]
+        filled[cell] += ONE
+        if start[cell + ONE] - first <= INSERTED:
+            while j > first and keys[j - ONE] > key:
+                order[j], keys[j] = order[j - ONE], keys[j - ONE]
+                j -= ONE
         order[j], keys[j] = i, key
     for cell in range(nx * ny * nz):
         first, end = start[cell], start[cell + 1]
@@ -164,8 +165,8 @@ def sorted_by_cell(points, low, top, steps, per_metre, nx, ny, nz):
             order[first:end] = order[first:end].copy()[np.argsort(keys[first:end], kind="mergesort")]
     xyz = np.empty((len(points), 3))
     for i in range(len(points)):
-        for axis in range(3):
-            xyz[i, axis] = points[order[i], axis]
+        p = order[i]
+        xyz[i, 0], xyz[i, 1], xyz[i, 2] = points[p, 0], points[p, 1], points[p, 2]
     return xyz, start
 
 

@@ -33,10 +33,11 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
 @njit(error_model="numpy", forceinline=True)
 def by_layer(points, centers, bottom, height):
     """Return the points (M, 3) that are in a centre's layer or next to it, layer by layer, and where each begins."""
-    layers, top = np.empty(len(points), np.int64), np.int64(0)
+    layers, top = np.empty(len(points), np.int32), 0
     for i in range(len(points)):
-        layers[i] = int((points[i, 2] - bottom) / height)
-        top = max(top, layers[i])
+        layer = int((points[i, 2] - bottom) / height)
+        layers[i] = layer
+        top = max(top, layer)
     asked, starts = np.zeros(top + 1, np.bool_), np.zeros(top + 2, np.int64)
     for k in range(len(centers)):
         first, last = around(centers[k, 2], bottom, height, top + 1)
@@ -46,10 +47,11 @@ def by_layer(points, centers, bottom, height):
     starts = np.cumsum(starts)
     placed, free = np.empty((starts[-1], 3)), starts.copy()
     for i in range(len(points)):
-        if asked[layers[i]]:
-            row = free[layers[i]]
+        layer = layers[i]
+        if asked[layer]:
+            row = free[layer]
             placed[row, 0], placed[row, 1], placed[row, 2] = points[i, 0], points[i, 1], points[i, 2]
-            free[layers[i]] += 1
+            free[layer] = row + 1
     return placed, starts
 
 
@@ -114,8 +116,10 @@ def met_everywhere(points, centers, reach):
             across = reach * reach - dz * dz
             if across <= 0:
                 continue
+            if can_meet(dx, dy, across / (dx * dx + dy * dy)) & ~met == NONE:
+                continue
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance * distance <= across or can_meet(dx, dy, across / (distance * distance)) & ~met == NONE:
+            if distance * distance <= across:
                 continue
             spread, angle = math.asin(math.sqrt(across) / distance), math.atan2(dy, dx)
             met |= directions(
