@@ -87,7 +87,7 @@ def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squ
 
 @njit(cache=True)
 def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, links):
-    """Return the points (K, 3) that greedy thinning keeps.
+    """Write the points that greedy thinning keeps; return how many.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, lin
     bricks, contents
         As `empty_bricks` makes them, with a cell to spare on each side; a cell holds its last point.
     kept, links : (N + M + 1, 4) float64 and the same as int64
-        Scratch: kept points from row 1, each with the one before it in its cell.
+        Receives the kept points from row 1, each with the number of the one before it in its cell.
     """
     used = count = ONE
     scale = 0.5 / distance
@@ -111,12 +111,12 @@ def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, lin
         kept[count, 0], kept[count, 1], kept[count, 2] = x, y, z
         links[count, 3], contents[place] = contents[place], count
         count += ONE
-    return kept[1:count, :3].copy()
+    return count - ONE
 
 
 @njit(cache=True)
 def first_in_bricks(points, per_metre, low, bricks, contents, first):
-    """Return of points (N, 3) the first one in x, then y, then z, of each cell (M, 3), in the order of their cells.
+    """Write of points (N, 3) the first one in x, then y, then z, of each cell, in the order of cells; return how many.
 
     Without questions, since whether a cell is new, or a point before another, cannot be foreseen: the row after the
     last one is behind all points.
@@ -128,7 +128,7 @@ def first_in_bricks(points, per_metre, low, bricks, contents, first):
     bricks, contents
         As `empty_bricks` makes them; a cell holds the number of its row, from 1.
     first : (N + 1, 3) float64
-        Scratch.
+        Receives them.
     """
     used, count = ONE, np.uint32(0)
     first[0, 0] = np.inf
@@ -148,4 +148,4 @@ def first_in_bricks(points, per_metre, low, bricks, contents, first):
         first[row, 0] = x if is_before else fx
         first[row, 1] = y if is_before else fy
         first[row, 2] = z if is_before else fz
-    return first[:count]
+    return count

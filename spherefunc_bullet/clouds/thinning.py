@@ -107,8 +107,12 @@ def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS)
     cells = np.floor((high - low) * (0.5 / distance)) + 3
     count = len(points) + len(backwards)
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * count):
+        prepare(thin_in_bricks)
         kept = np.empty((count + 1, 4))
-        return thin_in_bricks(points, backwards, low, distance, *empty_bricks(cells, count), kept, kept.view(np.int64))
+        grid = empty_bricks(cells, count)
+        count = thin_in_bricks(points, backwards, low, distance, *grid, kept, kept.view(np.int64))
+        return kept[1 : count + 1, :3].copy()
+    prepare(_thin)
     points = np.concatenate([points, backwards[::-1]])
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
     return points[_thin(points, distance, bits)]
@@ -124,7 +128,8 @@ def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndar
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
         prepare(first_in_bricks)
         grid = empty_bricks(cells, len(points))
-        return first_in_bricks(points, 1 / side, low.astype(np.int64), *grid, np.empty((len(points) + 1, 3)))
+        first = np.empty((len(points) + 1, 3))
+        return first[: first_in_bricks(points, 1 / side, low.astype(np.int64), *grid, first)]
     prepare(_first_of_cells)
     bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
     return points[_first_of_cells(points, 1 / side, bits)]
