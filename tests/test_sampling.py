@@ -134,7 +134,7 @@ def test_thinning_takes_scattered_points():
 
 @pytest.fixture(params=["bricks", "table"])
 def way(request, monkeypatch):
-    """Thin by either way of finding what is near: a grid in bricks, or a table for clouds that are too sparse for one."""
+    """Thin by either way of finding what is near: a grid in bricks, or a table, for sparse clouds."""
     if request.param == "table":
         monkeypatch.setattr(thinning, "MAX_CELLS", 0)
 
