@@ -104,10 +104,10 @@ def evaluate(
             learnt, dataset, dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
         draw_shares(shares, picture)
-    found = measured_tasks(dataset, dropping, others, task_objects) if others else None
-    print_results(about, results, json, shares, confusion, None if found is None else task_reports(found))
-    if found is not None and not json:
-        print_measured(found)
+    mechanics = measured_tasks(dataset, dropping, others, task_objects) if others else None
+    print_results(about, results, json, shares, confusion, None if mechanics is None else task_reports(mechanics))
+    if mechanics is not None and not json:
+        print_measured(mechanics)
     failures.exit()
 
 
