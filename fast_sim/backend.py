@@ -65,7 +65,7 @@ class FastSimulator:
         InputError
             If the sphere is larger than the object.
         """
-        from spherefunc_bullet.compilation import prepare
+        from spherefunc_bullet.processes.compilation import prepare
 
         from .grid import find_nearest, mark_near_points
         from .sorting import sort_by_cell

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ..compilation import prepare
+from ..processes.compilation import prepare
 from .bricks import empty_bricks, first_in_bricks, thin_in_bricks
 from .corners import corners_of
 
