@@ -56,6 +56,7 @@ def load_alone(kernel: Any):
         load, guarded = code._load_overload, code._guard_against_spurious_io_errors
 
         def load_overload(signature: Any, context: Any) -> Any:
+            """Return the kept code for a signature, or None."""
             rtsys.initialize(context)
             with guarded():
                 return load(signature, context)
