@@ -18,7 +18,7 @@ from spherefunc_bullet.settling.settling import Settled, settle_all
 from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
-from ..scans.filling import filled
+from ..scans.filling import crowded, filled
 from ..scans.levelling import level
 from ..scans.scan import Scan
 from ..segmentation.box import Box, bounding_box
@@ -48,6 +48,7 @@ def compile_kernels():
     """Have the kernels of clusters and smoothing compiled, or loaded, so that stages are timed without that."""
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
+    crowded(few, 0.02)
     euclidean_clusters(few, 0.02)
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import corners_of
+
 from .box import Box, bounding_box
 from .clusters import members_of
 from .walls import Wall
@@ -45,7 +47,8 @@ class Piece:
 
     @classmethod
     def from_points(cls, number: int, points: np.ndarray) -> Piece:
-        return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
+        low, high = corners_of(points)
+        return cls(number=number, points=points, low=low, high=high)
 
 
 def join_pieces(
@@ -159,8 +162,11 @@ def reaches_out(piece: Piece, walls: Sequence[Wall]) -> bool:
 
 def points_around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
-    inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
-    return np.sort(chosen[inside.all(axis=1)])
+    inside = np.ones(len(chosen), bool)
+    for axis in (1, 2):
+        column = points[chosen, axis]
+        inside &= (column > piece.low[axis] - _REACH) & (column < piece.high[axis] + _REACH)
+    return np.sort(chosen[inside])
 
 
 def is_carried(piece: Piece, near: np.ndarray) -> bool:
