@@ -65,7 +65,7 @@ class FastSimulator:
         InputError
             If the sphere is larger than the object.
         """
-        from spherefunc_bullet.compilation import prepare
+        from spherefunc_bullet.processes.compilation import prepare
 
         from .cores import Threads, drop_spheres_at_once
         from .dropping import drop_spheres

@@ -10,7 +10,7 @@ import textwrap
 
 import pytest
 
-from spherefunc_bullet import compilation
+from spherefunc_bullet.processes import compilation
 
 FILES = {
     "numbers": "STEP = 3\nUNUSED = 4\n",

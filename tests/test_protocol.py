@@ -10,7 +10,7 @@ import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation.alternatives import EVERY
-from spherefunc_bullet.compare.evaluation.confusion import said_of
+from spherefunc_bullet.compare.evaluation.confusion import confusion_report
 from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, evaluate, run_trial
 from spherefunc_bullet.compare.evaluation.features import (
     Distances,
@@ -152,7 +152,7 @@ def test_what_was_said_is_counted():
     labels = Labels(("cup", "table"), np.array([[1, 0], [0, 1], [0, 0], [0, 0]], bool), np.zeros((4, 2), bool), None)
     scores = np.array([[0.2, 0.1], [0.4, 0.9], [0.7, 0.8], [0.5, 0.0]])
     weights = [[{0.01: 1.0}, {0.005: 0.4, 0.05: 0.6}]]
-    said = said_of(labels, [Trial(learnt=1, rows=np.arange(4), scores=scores, weights=weights)] * 2)
+    said = confusion_report(labels, [Trial(learnt=1, rows=np.arange(4), scores=scores, weights=weights)] * 2)
     assert said["tested"] == 8 and said["memberships"] == {"none": 4, "one": 2, "several": 2}
     assert said["confusion"] == {
         "cup": {"cup": 0, "table": 0, "none": 2},

@@ -13,7 +13,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_po
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
 from spherefunc_bullet.compare.evaluation.related.examiner import ball_bottoms, examined
 from spherefunc_bullet.compare.evaluation.related.fixed import RELATED, fixed, related
-from spherefunc_bullet.compare.evaluation.related.rules import told_by_rules, water_depths
+from spherefunc_bullet.compare.evaluation.related.rules import functions_by_rules, water_depths
 from spherefunc_bullet.compare.evaluation.related.top_view import NOTHING, TopView, top_view
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord, shape_of
 
@@ -108,7 +108,7 @@ def test_plain_things_are_told(thing, tell):
 
 def test_knees_tell_a_table_from_a_chest_and_rules_do_not():
     chest = seen(at(trimesh.creation.box((1.2, 0.8, 0.74)), 0, 0, 0.37))
-    assert told_by_rules(chest) == {"table"} and examined(chest) == set()
+    assert functions_by_rules(chest) == {"table"} and examined(chest) == set()
 
 
 def test_feet_need_ground_before_a_seat():
@@ -116,7 +116,7 @@ def test_feet_need_ground_before_a_seat():
     ledge = trimesh.util.concatenate(
         [at(trimesh.creation.box((1.4, 1.4, 0.3)), 0, 0, 0.15), at(trimesh.creation.box((0.4, 0.4, 0.15)), 0, 0, 0.375)]
     )
-    assert told_by_rules(seen(ledge)) == {"sittable"} and examined(seen(ledge)) == set()
+    assert functions_by_rules(seen(ledge)) == {"sittable"} and examined(seen(ledge)) == set()
 
 
 def test_water_stands_to_the_brim_and_no_higher():

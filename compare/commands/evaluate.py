@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
+    from ..evaluation.impaired import Shares
     from ..mechanics.measures import Measured
 
 
@@ -63,7 +65,6 @@ def evaluate(
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
-    from spherefunc_bullet.simulator import sphere_limit
 
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
@@ -71,12 +72,7 @@ def evaluate(
     from ..mechanics.measures import task_reports
     from .mechanics import print_measured
 
-    if alternatives and impaired:
-        raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
-    if picture is not None:
-        require_picture(picture, impaired)
-    if len(data) > 1 and test is None:
-        raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
+    require_sensible(data, test, impaired, alternatives, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     others = asked_besides_labels(tasks)
     chosen = find_method(method)
@@ -90,10 +86,7 @@ def evaluate(
 
     learnt = simulated(dataset)
     if alternatives:
-        from ..evaluation.alternatives import dropped_otherwise, print_alternatives
-
-        dropped = dropped_otherwise(dropping, lambda how: simulated(dataset, how))
-        print_alternatives(learnt, lengths, trials, seed, json, sphere_limit(dropping.simulator), dropped)
+        print_read_otherwise(learnt, dropping, lambda how: simulated(dataset, how), trials, json)
         failures.exit()
         return
     if test is not None:
@@ -110,15 +103,47 @@ def evaluate(
         shares = impaired_shares(
             learnt, dataset, dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
         )
-        if picture is not None:
-            from ..figures.impaired_picture import draw_impaired
-
-            draw_impaired(shares, picture)
-    found = measured_tasks(dataset, dropping, others, task_objects) if others else None
-    print_results(about, results, json, shares, confusion, None if found is None else task_reports(found))
-    if found is not None and not json:
-        print_measured(found)
+        draw_shares(shares, picture)
+    mechanics = measured_tasks(dataset, dropping, others, task_objects) if others else None
+    print_results(about, results, json, shares, confusion, None if mechanics is None else task_reports(mechanics))
+    if mechanics is not None and not json:
+        print_measured(mechanics)
     failures.exit()
+
+
+def require_sensible(data: list[str], test: str | None, impaired: bool, alternatives: bool, picture: Path | None):
+    """Raise InputError for options that do not go together, before the spheres fall, which may take hours."""
+    from ..figures.impaired_picture import require_ending
+
+    if alternatives and impaired:
+        raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
+    if picture is not None and not impaired:
+        raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
+    if picture is not None:
+        require_ending(picture)
+    if len(data) > 1 and test is None:
+        raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
+
+
+def print_read_otherwise(
+    learnt: Simulated, dropping: Dropping, simulated: Callable[[Dropping], Simulated], trials: int, json: bool
+):
+    """Print what the paper leaves open, read one way and another."""
+    from spherefunc_bullet.simulator import sphere_limit
+
+    from ..evaluation.alternatives import dropped_otherwise, print_alternatives
+
+    dropped = dropped_otherwise(dropping, simulated)
+    limit = sphere_limit(dropping.simulator)
+    print_alternatives(learnt, dropping.radii, trials, dropping.seed, json, limit, dropped)
+
+
+def draw_shares(shares: Shares, picture: Path | None):
+    """Draw what still works and what is told, where a picture is asked for."""
+    if picture is not None:
+        from ..figures.impaired_picture import draw_impaired
+
+        draw_impaired(shares, picture)
 
 
 def asked_besides_labels(text: str) -> list[str]:
@@ -137,12 +162,3 @@ def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: list[str], count
 
     simulators, ranks = {dropping.simulator.name: dropping.simulator}, load_model(shipped_model("fast"))
     return measured(dataset.objects, simulators, tasks, count, ranks, dropping.loading)
-
-
-def require_picture(picture: Path, impaired: bool):
-    """Raise InputError before the spheres fall, which may take hours, if the picture could not be drawn."""
-    from ..figures.impaired_picture import require_ending
-
-    if not impaired:
-        raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
-    require_ending(picture)

@@ -16,7 +16,7 @@ from spherefunc_bullet.quantities import parse_length, parse_lengths
 
 if TYPE_CHECKING:
     from ..rooms.curves import ReportHead
-    from ..rooms.trials import Condition, ConditionRow
+    from ..rooms.trials import Condition, ConditionRow, RoomTrial
 
 
 def rooms(
@@ -94,20 +94,26 @@ def rooms(
     )
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, lambda rooms: progress(rooms, count, "scanning rooms"), jobs)
-    about: ReportHead = {
-        "data": dataset.name,
-        "model": str(model) if model else f"the other half, {examples}",
-        "backend": make_simulator(folds[0].model.simulator).name,
+    learnt = str(model) if model else f"the other half, {examples}"
+    about = head_of(trial, dataset.name, learnt, make_simulator(folds[0].model.simulator).name)
+    show(about, [total.row(condition) for condition, total in counts.items()], report, json)
+    failures.exit()
+
+
+def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead:
+    """Return how rooms were furnished, scanned and told."""
+    return {
+        "data": data,
+        "model": model,
+        "backend": backend,
         "tolerance": trial.settings.cluster_tolerance,
         "large_tolerance": trial.settings.large_tolerance,
-        "completion": list(steps),
+        "completion": list(trial.completion),
         "proposals": list(trial.proposals),
         "lived_in": asdict(trial.lived_in),
         "resolution": asdict(trial.resolution),
-        "seed": seed,
+        "seed": trial.seed,
     }
-    show(about, [total.row(condition) for condition, total in counts.items()], report, json)
-    failures.exit()
 
 
 def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | None, json: bool):

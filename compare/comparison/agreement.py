@@ -97,8 +97,8 @@ def norms(matrix: sparse.csr_matrix) -> np.ndarray:
 
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float | None:
     """Return the median of ratios (N,); of zero by zero there is none, and of others by zero it is infinite."""
-    told = (above > 0) | (below > 0)
-    ratios = np.divide(above[told], below[told], out=np.full(told.sum(), np.inf), where=below[told] > 0)
+    decided = (above > 0) | (below > 0)
+    ratios = np.divide(above[decided], below[decided], out=np.full(decided.sum(), np.inf), where=below[decided] > 0)
     return median(ratios)
 
 

@@ -46,7 +46,7 @@ def shares_of_copies(
     """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
     shares: Shares = {}
     for entry in comparison.entries:
-        found = impaired_shares(
+        copies = impaired_shares(
             entry.simulated,
             dataset,
             dropping_of(entry.candidate, experiment, experiment.seeds[0]),
@@ -57,13 +57,13 @@ def shares_of_copies(
             jobs=jobs,
             failed=failures.add,
         )
-        add_shares(shares, found, entry.name)
+        add_shares(shares, copies, entry.name)
     return shares
 
 
-def add_shares(shares: Shares, found: Shares, name: str):
+def add_shares(shares: Shares, copies: Shares, name: str):
     """Add what one simulator's spheres say of copies, under its name, and of baselines what there is."""
-    for function, kinds in found.items():
+    for function, kinds in copies.items():
         for kind, row in kinds.items():
             said = {
                 name + key.removeprefix(SPHERES) if key.startswith(SPHERES) else key: value

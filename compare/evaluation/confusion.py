@@ -32,16 +32,16 @@ class Said(TypedDict):
     radii: dict[str, dict[str, int]]  # function -> radius in metres -> how often it counted most
 
 
-def said_of(labels: Labels, trials: Sequence[Trial]) -> Said:
+def confusion_report(labels: Labels, trials: Sequence[Trial]) -> Said:
     """Return who was taken for what, and by which radii."""
-    found, columns = count_confusion(labels, *trials), range(len(labels.functions))
+    confusion, columns = count_confusion(labels, *trials), range(len(labels.functions))
     several = np.minimum(np.concatenate([trial.predicted.sum(axis=1) for trial in trials]), 2)
     none, one, more = np.bincount(several, minlength=3).tolist()
-    rows = [dict(zip(found.labels, row, strict=True)) for row in found.counts.tolist()]
+    rows = [dict(zip(confusion.labels, row, strict=True)) for row in confusion.counts.tolist()]
     return {
         "tested": len(several),
         "memberships": {"none": none, "one": one, "several": more},
-        "confusion": dict(zip(found.labels, rows, strict=True)),
+        "confusion": dict(zip(confusion.labels, rows, strict=True)),
         "radii": {
             labels.functions[k]: {f"{radius:g}": n for radius, n in sorted(radius_counts(trials, k).items())}
             for k in columns

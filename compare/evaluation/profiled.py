@@ -47,7 +47,7 @@ class Profiled:
         """Return several trials; see `trials_of`."""
         return trials_of([(self, splits) for splits in asked])
 
-    def said_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
+    def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
         """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
         learnt = self.learnt(fold.train)
         weights = [{learnt.radius_[name]: 1.0} for name in self.labels.functions]
@@ -85,7 +85,7 @@ def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
 def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
     folds = [folds_of(splits) for _, splits in asked]
-    work = [delayed(one.said_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
+    work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
     said = iter(Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1)(work))
     return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
 

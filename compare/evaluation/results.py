@@ -11,7 +11,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import say
 from spherefunc_bullet.learning.method import AnyMethod
 
-from .confusion import Said, said_of
+from .confusion import Said, confusion_report
 from .evaluation import Evaluation, FunctionQuality
 from .features import SPHERES
 from .protocol import Protocol, Split, Splits, labels_of
@@ -44,11 +44,11 @@ def results_of(evaluations: Mapping[str, Evaluation]) -> list[Result]:
     spheres, results = evaluations[SPHERES], []
     for size, trials in spheres.trials.items():
         figures = {name: evaluation.quality(size) for name, evaluation in evaluations.items()}
-        said = said_of(spheres.labels, trials)
+        said = confusion_report(spheres.labels, trials)
         results.append(result("random_splits", size, figures) | {"trials": len(trials), "said": said})
     for protocol, pooled in spheres.left_out.items():
         figures = {name: evaluation.left_out_quality(protocol) for name, evaluation in evaluations.items()}
-        results.append(result(protocol, pooled.learnt, figures) | {"said": said_of(spheres.labels, [pooled])})
+        results.append(result(protocol, pooled.learnt, figures) | {"said": confusion_report(spheres.labels, [pooled])})
     return results
 
 
@@ -75,4 +75,4 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
     evaluations = {name: read.evaluation(splits) for name, read in readings(both, radii, method).items()}
     figures = {name: evaluation.quality(count) for name, evaluation in evaluations.items()}
-    return result("test", count, figures) | {"said": said_of(labels, evaluations[SPHERES].trials[count])}
+    return result("test", count, figures) | {"said": confusion_report(labels, evaluations[SPHERES].trials[count])}

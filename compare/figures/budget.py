@@ -55,12 +55,12 @@ def budgets(simulated: Simulated, timed: Sequence[Cloud], backend: str, counts: 
     """Return what each number of drops gives across the sources of a data set, and what it costs on some clouds."""
     radii = tuple(simulated.records[0].settled)
     splits = Protocol(groups=True).splits(labels_of(simulated))
-    told = few_drops(simulated, radii, counts, splits)
+    shares = few_drops(simulated, radii, counts, splits)
     times = {count: 1000 * median_seconds(timed, backend, radii, count) for count in counts}
     return [
         Budget(backend=backend, drops=count, milliseconds=round(times[count], 2), function=name, f_measure=f_measure)
         for count in counts
-        for name, f_measure in told[count].items()
+        for name, f_measure in shares[count].items()
     ]
 
 

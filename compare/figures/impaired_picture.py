@@ -154,8 +154,8 @@ def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
         rows = [dict(mean_rows(kinds, list(columns))) for kinds in shares.values()]
         means = [row[name]["share"] for row in rows if name in row]
         if means:
-            told = [(column, np.mean([mean[key] for mean in means])) for key, column in columns.items()]
-            said = ", ".join(f"{column} {per_cent(mean)} %" for column, mean in told)
+            means_told = [(column, np.mean([mean[key] for mean in means])) for key, column in columns.items()]
+            said = ", ".join(f"{column} {per_cent(mean)} %" for column, mean in means_told)
             sentences.append(f"Of {words} are still called useful by {said}.")
     return sentences
 

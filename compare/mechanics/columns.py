@@ -91,18 +91,18 @@ def main(
     stands = columns(paths, make_simulator("fast"), "stands")
     nothing = np.empty((len(paths), 0))
     features = {SPHERES: nothing, f"and {KEPT}": kept, f"and {STANDING}": stands, "and all": np.hstack([kept, stands])}
-    found = {name: across_sources(base, more, seeds) for name, more in features.items()}
-    print_json(found) if json else print_found(found, dataset.name)
+    results = {name: across_sources(base, more, seeds) for name, more in features.items()}
+    print_json(results) if json else print_rows(results, dataset.name)
     failures.exit()
 
 
-def print_found(found: dict[str, list[dict[str, float]]], data: str):
+def print_rows(results: dict[str, list[dict[str, float]]], data: str):
     """Print the mean F-measure of each function, and its spread over the forests."""
-    functions = list(next(iter(found.values()))[0])
+    functions = list(next(iter(results.values()))[0])
     rows = [
         [name, *(f"{np.mean([row[one] for row in rows]):.3f} ± {np.std([row[one] for row in rows]):.3f}"
                  for one in functions)]
-        for name, rows in found.items()
+        for name, rows in results.items()
     ]
     print_table(f"{data}: F-measures across sources, mean and spread of the forests", ["columns", *functions], rows)
 

@@ -138,18 +138,18 @@ def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
     return gains > losses, float(chance)
 
 
-def sentences(found: Measured) -> dict[str, str]:
+def sentences(mechanics: Measured) -> dict[str, str]:
     """Return for each task that was asked what fidelity buys."""
-    return {task: bought(task, found.outcomes(task), unable) for task, unable in found.unable.items()}
+    return {task: bought(task, mechanics.outcomes(task), unable) for task, unable in mechanics.unable.items()}
 
 
-def task_reports(found: Measured) -> dict[str, dict[str, Any]]:
+def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:
     """Return what was measured of each task, ready for JSON, with its sentence."""
-    scores = {"poses": found.poses, "standing": found.standing, "keeping": found.keeping}
-    said, same = sentences(found), found.agreement
+    scores = {"poses": mechanics.poses, "standing": mechanics.standing, "keeping": mechanics.keeping}
+    said, same = sentences(mechanics), mechanics.agreement
     reports = {}
-    for task, unable in found.unable.items():
-        rows = [asdict(one) for one in found.outcomes(task)]
+    for task, unable in mechanics.unable.items():
+        rows = [asdict(one) for one in mechanics.outcomes(task)]
         more = {name: plain(one) for name, one in scores[task].items()}
         reports[task] = {"says": said[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:

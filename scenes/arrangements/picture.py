@@ -30,16 +30,17 @@ def colour_of(number: int) -> np.ndarray:
     return COLOURS[number % len(COLOURS)]
 
 
-def together_picture(found: Together, view: View = VIEW) -> Image.Image:
+def together_picture(together: Together, view: View = VIEW) -> Image.Image:
     """Return things with the spheres of their common drop, and below them whose spheres have which colour."""
-    cloud = united([thing.placed.cloud for thing in found.things], "together")
-    centers = np.concatenate([thing.carries for thing in found.things])
-    colours = np.concatenate([np.tile(colour_of(k), (len(thing.carries), 1)) for k, thing in enumerate(found.things)])
-    image = render_balls(cloud, centers, found.radius, colours, view)
-    canvas = Image.new("RGB", (image.width, image.height + LINE * len(found.things) + 16), PAPER)
+    cloud = united([thing.placed.cloud for thing in together.things], "together")
+    centers = np.concatenate([thing.carries for thing in together.things])
+    tiles = [np.tile(colour_of(k), (len(thing.carries), 1)) for k, thing in enumerate(together.things)]
+    colours = np.concatenate(tiles)
+    image = render_balls(cloud, centers, together.radius, colours, view)
+    canvas = Image.new("RGB", (image.width, image.height + LINE * len(together.things) + 16), PAPER)
     canvas.paste(image, (0, 0))
     pen = ImageDraw.Draw(canvas)
-    for number, thing in enumerate(found.things):
+    for number, thing in enumerate(together.things):
         middle = image.height + LINE * number + LINE / 2
         pen.ellipse((24, middle - 10, 44, middle + 10), fill=tuple(int(255 * c) for c in colour_of(number)))
         words = legend(thing)
@@ -66,12 +67,12 @@ def function_words(thing: ThingAmong) -> str:
 
 
 def write_together_page(
-    found: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
+    together: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
 ) -> Path:
     """Write a page that stands alone: the picture, a table of things, and what is odd about how they stand."""
     data = base64.b64encode(png_of(picture)).decode()
     parts = ["<h1>Several things together</h1>"]
-    parts += [f"<p>{escape(note)}</p>" for note in found.notes]
+    parts += [f"<p>{escape(note)}</p>" for note in together.notes]
     parts.append(f'<img alt="Spheres coloured by what carries them" src="data:image/png;base64,{data}">')
     parts.append(table_html(head, rows, texts=2))
     return write_text(path, page_html("Several things together", parts, style=STYLE))

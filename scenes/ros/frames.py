@@ -48,14 +48,14 @@ class FrameTree:
 
         Between two times that something was said of a frame the nearer one is taken, without interpolation.
         """
-        frame, T, found = plain(frame), np.eye(4), {}
+        frame, T, placed = plain(frame), np.eye(4), {}
         for _ in range(_DEEPEST):
-            found.setdefault(frame.rpartition("/")[2], (frame, T))
+            placed.setdefault(frame.rpartition("/")[2], (frame, T))
             edge = self.edge_at(frame, stamp)
             if edge is None:
                 break
             frame, T = edge.parent, edge.T_parent_child @ T
-        return next((found[name] for name in LEVEL if name in found), None)
+        return next((placed[name] for name in LEVEL if name in placed), None)
 
 
 def plain(frame: str) -> str:

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..compilation import prepare
 from ..errors import InputError
+from ..processes.compilation import prepare
 from ..simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,

@@ -118,8 +118,8 @@ def _require_points(points: ArrayLike, name: str) -> np.ndarray:
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     if len(points) < MIN_POINTS:
-        found = f"got {len(points)}; is it empty, cut off or too small?"
-        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {found}")
+        problem = f"got {len(points)}; is it empty, cut off or too small?"
+        raise InputError(f"{name}: expected at least {MIN_POINTS} points, {problem}")
     if not np.isfinite(points).all():
         broken = int((~np.isfinite(points)).any(axis=1).sum())
         raise InputError(f"{name}: expected finite points, got NaN or infinity in {broken}; drop those first")
@@ -207,8 +207,8 @@ def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *
     needed = needed_samples(vertices, faces, max_gap)
     if needed > MAX_SAMPLES:
         wide = unit_question(float(np.ptp(vertices, axis=0).max()))
-        found = f"this surface needs {needed:.2g}: {wide}, or a room instead of an object?"
-        raise InputError(f"{name}: expected at most {MAX_SAMPLES} samples, {found}")
+        problem = f"this surface needs {needed:.2g}: {wide}, or a room instead of an object?"
+        raise InputError(f"{name}: expected at most {MAX_SAMPLES} samples, {problem}")
     points = _require_points(sample_surface(vertices, faces, max_gap), name)
     on_ground = placed(points)
     return Cloud(on_ground, name, Mesh(vertices + (on_ground[0] - points[0]), faces))

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ..compilation import prepare
+from ..processes.compilation import prepare
 from .outline import merge_vertices, outline_points
 from .thinning import thin
 

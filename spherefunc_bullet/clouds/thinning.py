@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ..compilation import prepare
+from ..processes.compilation import prepare
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table

@@ -17,7 +17,7 @@ BEST = 2  # functions that are named then
 
 def members_of(row: Row) -> list[str]:
     """Return the functions that a file's object has."""
-    return [name for name, told in row["functions"].items() if told["member"]]
+    return [name for name, membership in row["functions"].items() if membership["member"]]
 
 
 def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool):
@@ -50,13 +50,13 @@ def answer_text(row: Row) -> str:
 
 def scores_of(row: Row) -> list[str]:
     """Return an object's scores."""
-    return [f"{told['score']:.2f}" for told in row["functions"].values()]
+    return [f"{membership['score']:.2f}" for membership in row["functions"].values()]
 
 
 def best_scores(row: Row) -> str:
     """Return an object's best scores with what they are for, as many as a narrow table holds."""
-    told = sorted(row["functions"].items(), key=lambda item: -item[1]["score"])
-    return " ".join(f"{name} {membership['score']:.2f}" for name, membership in told[:BEST])
+    memberships = sorted(row["functions"].items(), key=lambda item: -item[1]["score"])
+    return " ".join(f"{name} {membership['score']:.2f}" for name, membership in memberships[:BEST])
 
 
 def table_width(rows: Sequence[Row], functions: Sequence[str]) -> int:

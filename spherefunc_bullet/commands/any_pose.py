@@ -31,28 +31,28 @@ def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: s
         if isinstance(outcome, InputError):
             failures.add(outcome)
             continue
-        _, result, told, seconds = outcome
-        row = {"file": str(files[index]), "functions": best_functions(told), "notes": list(result.notes)}
+        _, result, answers, seconds = outcome
+        row = {"file": str(files[index]), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})
     print_json(rows) if json else print_best(rows, classifier.functions_)
     failures.exit()
 
 
-def best_functions(told: Sequence[PoseFunctions]) -> Row:
+def best_functions(answers: Sequence[PoseFunctions]) -> Row:
     """Return for each function its score in the best pose, and that pose."""
     from ..learning.any_pose import best_poses
 
-    found = {}
-    for name, number in best_poses(told).items():
-        pose, membership = told[number].pose, told[number].functions[name]
-        found[name] = {
+    best = {}
+    for name, number in best_poses(answers).items():
+        pose, membership = answers[number].pose, answers[number].functions[name]
+        best[name] = {
             "member": membership.member,
             "score": membership.score,
             "radius": membership.radius,
             "rotation": pose.rotation.round(9).tolist(),
             "probability": round(pose.probability, 6),
         }
-    return found
+    return best
 
 
 def print_best(rows: Sequence[Row], functions: Sequence[str]):

@@ -97,11 +97,11 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
         elif place.is_dir():
-            found = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
-            if not found:
+            files = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
+            if not files:
                 kinds = ", ".join(sorted(SUFFIXES))
                 raise InputError(f"{place}: expected a folder with models or scans ({kinds}), found none")
-            yield from found
+            yield from files
         else:
             yield place
 
@@ -136,7 +136,7 @@ def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> t
     started = time.perf_counter()
     kept = KeptFile(file, dropping, report=say)
     settled = classifier.settled_by(kept.runs)
-    for_nothing = not any(told.member for told in classifier.memberships_of([settled])[0].values())
+    for_nothing = not any(membership.member for membership in classifier.memberships_of([settled])[0].values())
     one_view = for_nothing and kept.tells("one_view", looks_like_one_view)
     return settled, time.perf_counter() - started, one_view
 
@@ -147,9 +147,9 @@ def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionMod
     from ..learning.reasons.answer import worded
 
     started = time.perf_counter()
-    told = classifier.memberships_of([settled])[0]
-    row = {"file": str(file), "functions": {name: asdict(membership) for name, membership in told.items()}}
-    reasons, doubtful = worded(classifier, settled, [membership.score for membership in told.values()])
+    memberships = classifier.memberships_of([settled])[0]
+    row = {"file": str(file), "functions": {name: asdict(membership) for name, membership in memberships.items()}}
+    reasons, doubtful = worded(classifier, settled, [membership.score for membership in memberships.values()])
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
     row["seconds"] = round(seconds + time.perf_counter() - started, 3)
     if explain:
@@ -168,9 +168,9 @@ def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
     columns = ("file", "functions", *functions, "unsure", "error")
     table = []
     for row in rows:
-        told = row.get("functions", {})
-        scores = [told[name]["score"] if name in told else "" for name in functions]
-        label = label_text(members_of(row)) if told else ""
+        memberships = row.get("functions", {})
+        scores = [memberships[name]["score"] if name in memberships else "" for name in functions]
+        label = label_text(members_of(row)) if memberships else ""
         table.append([row["file"], label, *scores, row.get("unsure", ""), row.get("error", "")])
     write_csv(path, columns, table)
 

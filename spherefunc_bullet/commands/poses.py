@@ -57,9 +57,9 @@ def poses(
         if isinstance(outcome, InputError):
             failures.add(outcome)
             continue
-        cloud, result, told, seconds = outcome
-        rows.append(row_of(files[index], result, told, seconds))
-        drawn.append((cloud, told))
+        cloud, result, answers, seconds = outcome
+        rows.append(row_of(files[index], result, answers, seconds))
+        drawn.append((cloud, answers))
     draw(drawn, picture, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
     failures.exit()
@@ -78,14 +78,14 @@ def posed_file(
     return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
 
 
-def row_of(file: Path, result: PoseResult, told: Sequence[PoseFunctions], seconds: float) -> Row:
+def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], seconds: float) -> Row:
     """Return what the contract prints of one file."""
     from ..learning.any_pose import best_poses
 
     return {
         "file": str(file),
-        "poses": [pose_row(one) for one in told],
-        "best": best_poses(told),
+        "poses": [pose_row(one) for one in answers],
+        "best": best_poses(answers),
         "drops": result.drops,
         "timed_out": result.timed_out,
         "notes": list(result.notes),
@@ -101,7 +101,7 @@ def pose_row(one: PoseFunctions) -> Row:
         "probability": round(one.pose.probability, 6),
         "statics": round(one.pose.statics, 6),
         "tilt_deg": round(one.pose.tilt_deg, 2),
-        "functions": {name: {"member": told.member, "score": told.score} for name, told in one.functions.items()},
+        "functions": {name: {"member": row.member, "score": row.score} for name, row in one.functions.items()},
     }
 
 
@@ -109,7 +109,7 @@ def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | N
     """Draw objects in their poses where a picture or a page is asked for."""
     from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
 
-    shown = [ObjectPoses(cloud=cloud, told=told) for cloud, told in objects if told]
+    shown = [ObjectPoses(cloud=cloud, told=answers) for cloud, answers in objects if answers]
     if picture is not None and shown:
         write_picture(poses_picture(shown), picture)
     if page is not None and shown:
@@ -125,11 +125,11 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
         if row["timed_out"]:
             say(f"{Path(row['file']).name}: {row['timed_out']} of {row['drops']} drops never came to rest")
         for number, pose in enumerate(row["poses"]):
-            told = pose["functions"]
-            members = [name for name in functions if told[name]["member"]]
+            answers = pose["functions"]
+            members = [name for name in functions if answers[name]["member"]]
             start = [Path(row["file"]).name if number == 0 else "", f"{pose['tilt_deg']:.0f}°"]
             shares = [f"{pose[key]:.3f}" for key in ("probability", "statics")]
-            scores = [f"{told[name]['score']:.2f}" for name in functions]
+            scores = [f"{answers[name]['score']:.2f}" for name in functions]
             table.append([*start, *shares, ", ".join(members) or "none", *scores])
     if table:
         head = ["file", "turned by", "probability", "by statics", "for", *functions]

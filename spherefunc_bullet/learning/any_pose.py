@@ -36,11 +36,11 @@ def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: FunctionMode
     """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
     how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
     clouds = [turned_cloud(cloud, pose.rotation) for pose in poses]
-    told = classifier.memberships_of([classifier.settled_by(partial(settle, one, *how)) for one in clouds])
-    return [PoseFunctions(pose=pose, functions=functions) for pose, functions in zip(poses, told, strict=True)]
+    answers = classifier.memberships_of([classifier.settled_by(partial(settle, one, *how)) for one in clouds])
+    return [PoseFunctions(pose=pose, functions=functions) for pose, functions in zip(poses, answers, strict=True)]
 
 
-def best_poses(told: Sequence[PoseFunctions]) -> dict[str, int]:
+def best_poses(answers: Sequence[PoseFunctions]) -> dict[str, int]:
     """Return for each function which pose has the highest score, of equal ones the likelier, which comes first."""
-    names = told[0].functions if told else ()
-    return {name: int(np.argmax([one.functions[name].score for one in told])) for name in names}
+    names = answers[0].functions if answers else ()
+    return {name: int(np.argmax([one.functions[name].score for one in answers])) for name in names}

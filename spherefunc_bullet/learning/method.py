@@ -82,7 +82,7 @@ def find_cube_method(method: str | AnyMethod) -> Method:
     InputError
         If it is none.
     """
-    found = find_method(method)
-    if not isinstance(found, Method):
-        raise InputError(f"method {found.name!r}: expected cubes or paper, which count spheres in cubes")
-    return found
+    chosen = find_method(method)
+    if not isinstance(chosen, Method):
+        raise InputError(f"method {chosen.name!r}: expected cubes or paper, which count spheres in cubes")
+    return chosen

@@ -280,7 +280,7 @@ def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
     from .function_classifier import FunctionClassifier
     from .method import Method, find_method
 
-    found = find_method(method)
-    if isinstance(found, Method):
-        return CubeClassifier(how.simulator, radii=how.radii, method=found, seed=how.seed)
+    chosen = find_method(method)
+    if isinstance(chosen, Method):
+        return CubeClassifier(how.simulator, radii=how.radii, method=chosen, seed=how.seed)
     return FunctionClassifier(how.simulator, radii=how.radii, drops=how.length.drops, seed=how.seed)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ..compilation import prepare
+from ..processes.compilation import prepare
 
 DIRECTIONS = 64
 NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(2**64 - 1)  # directions as bits

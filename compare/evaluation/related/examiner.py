@@ -52,14 +52,14 @@ HAND, TALLEST = 0.12, 0.25  # metres: what a hand spans, and a wine glass's heig
 
 def examined(record: ObjectRecord) -> frozenset[str]:
     """Return which of the functions cup, sittable and table an object has for the agents."""
-    found = {"cup"} if holds_a_ball(record) else set()
+    functions = {"cup"} if holds_a_ball(record) else set()
     if record.size[2] >= SEAT[0]:
         for above, knee_high in headings(record):
-            if "sittable" not in found and carries_a_person(above):
-                found.add("sittable")
-            if "table" not in found and serves_a_person(above, knee_high):
-                found.add("table")
-    return frozenset(found)
+            if "sittable" not in functions and carries_a_person(above):
+                functions.add("sittable")
+            if "table" not in functions and serves_a_person(above, knee_high):
+                functions.add("table")
+    return frozenset(functions)
 
 
 def headings(record: ObjectRecord) -> Iterator[tuple[TopView, TopView]]:

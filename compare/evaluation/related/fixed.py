@@ -14,10 +14,10 @@ from ..evaluation import Evaluation, Trial
 from ..features import of_each
 from ..protocol import Labels, Split, Splits
 from .examiner import examined
-from .rules import told_by_rules
+from .rules import functions_by_rules
 
 Told = Callable[[ObjectRecord], frozenset[str]]  # the functions that an object has
-RELATED: dict[str, Told] = {"rules": told_by_rules, "examiner": examined}
+RELATED: dict[str, Told] = {"rules": functions_by_rules, "examiner": examined}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -60,7 +60,7 @@ TABLE = SurfaceRule(lowest=0.60, highest=0.80, uneven=0.02, disc=0.40, area=0.24
 CUP = CavityRule(tallest=0.25, grip=0.12, smallest=50e-6, largest=1e-3, deepest=0.03, proportion=0.5)
 
 
-def told_by_rules(record: ObjectRecord) -> frozenset[str]:
+def functions_by_rules(record: ObjectRecord) -> frozenset[str]:
     """Return which of the functions cup, sittable and table an object has by the rules."""
     view = top_view(record)
     coarse = view.turned(0.0, SQUARE, margin=SQUARE)

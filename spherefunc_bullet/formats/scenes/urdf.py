@@ -51,11 +51,11 @@ def named_meshes(path: Path) -> list[Path]:
         tree = ElementTree.parse(path)
     except (OSError, ElementTree.ParseError, ValueError):
         return []
-    found = []
+    files = []
     for mesh in tree.iter("mesh"):
         target = _inside(mesh.get("filename", ""), path.parent)
-        found += [target] if target is not None and target.is_file() else []
-    return sorted(set(found))
+        files += [target] if target is not None and target.is_file() else []
+    return sorted(set(files))
 
 
 def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:

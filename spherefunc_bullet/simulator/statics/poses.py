@@ -39,8 +39,8 @@ def ways_down(facets: Facets, settings: PoseSettings, counts: np.ndarray | None 
 
 def counted(facets: Facets, down: np.ndarray) -> np.ndarray:
     """Return in which share of rests, directions (N, 3) that point down, a body lay in each way, (W,)."""
-    found = facets.ways[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
-    return np.bincount(found, minlength=facets.ways.max() + 1) / max(1, len(down))
+    ways = facets.ways[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
+    return np.bincount(ways, minlength=facets.ways.max() + 1) / max(1, len(down))
 
 
 def at_rest(facets: Facets, down: np.ndarray) -> np.ndarray:
