@@ -21,7 +21,7 @@ from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
 from .assumed_ground import Told, holding_anywhere
-from .choosing import Candidate, claiming
+from .choosing import Bar, Candidate, claiming
 from .completion import TOP, complete
 from .proposals import Proposal
 from .surroundings import NAMES, Surroundings
@@ -42,7 +42,7 @@ class Asking:
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
     ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large things hold wherever it may lie
-    bars: Mapping[str, float] | None = None  # scores above which each kind claims a function; else the model's own
+    bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
     surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
 
 
