@@ -6,7 +6,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -67,23 +67,33 @@ class FastSimulator:
         """
         from spherefunc_bullet.processes.compilation import prepare
 
-        from .cores import Threads, drop_spheres_at_once
-        from .dropping import drop_spheres
+        from .grid import find_nearest, mark_near_points
+        from .sorting import sort_by_cell
 
-        kernel = drop_spheres if self.cores == 1 else drop_spheres_at_once
-        prepare(kernel)
+        kernel, threads = self.kernel()
+        prepare(kernel, sort_by_cell, find_nearest, mark_near_points)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         kept = cloud.once("the short run of each radius by fast", dict[float, DropRun])
         run = kept.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
         if run is None or not run.begins(settings, self, seed):
             run = DropRun(cloud, settings, self, seed)
-        with nullcontext() if self.cores == 1 else Threads(self.cores):
+        with threads:
             run.go_on(kernel, settings)
         run.seconds += time.perf_counter() - started
         if settings.max_drops is not None and settings.max_drops <= SHORT:
             kept[settings.radius] = run
         return run.result()
+
+    def kernel(self) -> tuple[Callable[..., bool], AbstractContextManager[None]]:
+        """Return what drops spheres, and the threads that it needs."""
+        if self.cores == 1:
+            from .dropping import drop_spheres
+
+            return drop_spheres, nullcontext()
+        from .cores import Threads, drop_spheres_at_once
+
+        return drop_spheres_at_once, Threads(self.cores)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
         """Return by statics how a cloud's object can lie (see `TellsPoses.poses`); nothing is dropped."""
@@ -116,7 +126,6 @@ class DropRun:
 
     def __init__(self, cloud: Cloud, settings: DropSettings, how: FastSimulator, seed: int):
         from .contact import MAX_CONTACTS
-        from .cores import on_cores
         from .grid import point_grid, point_spacing, sphere_grid
         from .nearby import POINT_REACH, nowhere
 
@@ -133,6 +142,8 @@ class DropRun:
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
         self.nearby = [nowhere(len(points), MAX_CONTACTS)]
         if how.cores > 1:
+            from .cores import on_cores
+
             self.nearby.append(on_cores(how.cores, self.nearby[0]))
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)

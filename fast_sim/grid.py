@@ -12,11 +12,11 @@ import numpy as np
 from numba import njit
 
 from .kernels import inline_jit
+from .sorting import cell_index, sorted_by_cell
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
 BLOCK = 4  # spheres
-INSERTED = 40  # points of a cell that are sorted by insertion, at most
 STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
@@ -75,7 +75,7 @@ def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: fl
     side = cell_side(high - low, max(radius, min(2 * radius, 0.02)))  # the larger, the more points a cell
     nx, ny, nz = (np.floor((high - low) / side).astype(int) + 1).tolist()
     steps = np.maximum((high - low) / 2**20, 1e-12)  # about a micrometre, a million to an axis
-    xyz, start = sorted_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz)
+    start, xyz = sorted_by_cell(points, low, high[2], steps, 1 / side, nx, ny, nz)
     return PointGrid(xyz, start, low[0], low[1], high[2], side, 1 / side, nx, ny, nz)
 
 
@@ -83,19 +83,21 @@ def point_spacing(points: PointGrid) -> float:
     """Return the median distance between neighbouring points, metres, over a thousand evenly chosen ones."""
     count = len(points.xyz)
     chosen = np.arange(0, count, max(1, count // SPACING_POINTS))
-    return float(np.median(nearest_distances(points, chosen)))
+    nearest = np.empty(len(chosen))
+    find_nearest(points, chosen, nearest)
+    return float(np.median(nearest))
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_distances(points, chosen):
-    """Return each chosen point's distance to its nearest neighbour, at most one cell's side.
+def find_nearest(points, chosen, nearest):
+    """Write each chosen point's distance to its nearest neighbour, at most one cell's side.
 
     Its own cell is searched first: what lies there mostly is nearer than the next one.
     """
-    nearest = np.full(len(chosen), points.cell * points.cell)
     for k in range(len(chosen)):
         x, y, z = points.xyz[chosen[k], 0], points.xyz[chosen[k], 1], points.xyz[chosen[k], 2]
         across, along, down = x - points.left, y - points.front, points.top - z
+        best = points.cell * points.cell
         ix = cell_index(across, points.per_metre, points.nx)
         iy = cell_index(along, points.per_metre, points.ny)
         iz = cell_index(down, points.per_metre, points.nz)
@@ -103,18 +105,18 @@ def nearest_distances(points, chosen):
             gap_x = gap_to(across, ix + step_x, points.cell, points.nx)
             for step_y in STEPS:
                 gap_y = gap_to(along, iy + step_y, points.cell, points.ny)
-                if gap_x * gap_x + gap_y * gap_y > nearest[k]:
+                if gap_x * gap_x + gap_y * gap_y > best:
                     continue
                 for step_z in STEPS:
                     gap_z = gap_to(down, iz + step_z, points.cell, points.nz)
-                    if gap_x * gap_x + gap_y * gap_y + gap_z * gap_z > nearest[k]:
+                    if gap_x * gap_x + gap_y * gap_y + gap_z * gap_z > best:
                         continue
                     cell = ((ix + step_x) * points.ny + iy + step_y) * points.nz + iz + step_z
                     for i in range(points.start[cell], points.start[cell + 1]):
                         dx, dy, dz = points.xyz[i, 0] - x, points.xyz[i, 1] - y, points.xyz[i, 2] - z
                         if i != chosen[k]:
-                            nearest[k] = min(nearest[k], dx * dx + dy * dy + dz * dz)
-    return np.sqrt(nearest)
+                            best = min(best, dx * dx + dy * dy + dz * dz)
+        nearest[k] = math.sqrt(best)
 
 
 @inline_jit
@@ -126,47 +128,6 @@ def gap_to(place, cell, side, count):
     if cell < 0 or cell >= count:
         return math.inf
     return max(0.0, max(cell * side - place, place - (cell + 1) * side) - 1e-9)
-
-
-@njit(cache=True, error_model="numpy")
-def sorted_by_cell(points, low, top, steps, per_metre, nx, ny, nz):
-    """Return points (N, 3) sorted by cell, from the top down, and the first point of each cell.
-
-    Within a cell by their place in steps from the lowest corner, x before y before z, so that the order in which they
-    came does not matter: a few by insertion, which needs no memory.
-    """
-    cells = np.empty(len(points), np.int64)
-    start = np.zeros(nx * ny * nz + 1, np.uint32)
-    for i in range(len(points)):
-        ix = cell_index(points[i, 0] - low[0], per_metre, nx)
-        iy = cell_index(points[i, 1] - low[1], per_metre, ny)
-        cells[i] = (ix * ny + iy) * nz + cell_index(top - points[i, 2], per_metre, nz)
-        start[cells[i] + 1] += np.uint32(1)
-    for cell in range(nx * ny * nz):
-        start[cell + 1] += start[cell]
-    order, keys = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
-    filled = start[:-1].copy()
-    for i in range(len(points)):
-        x = np.int64(math.floor((points[i, 0] - low[0]) / steps[0]))
-        y = np.int64(math.floor((points[i, 1] - low[1]) / steps[1]))
-        z = np.int64(math.floor((points[i, 2] - low[2]) / steps[2]))
-        key, cell = (x << 42) | (y << 21) | z, cells[i]
-        first, j = np.int64(start[cell]), np.int64(filled[cell])
-        filled[cell] += np.uint32(1)
-        if start[cell + 1] - start[cell] <= INSERTED:
-            while j > first and keys[j - 1] > key:
-                order[j], keys[j] = order[j - 1], keys[j - 1]
-                j -= 1
-        order[j], keys[j] = i, key
-    for cell in range(nx * ny * nz):
-        first, end = start[cell], start[cell + 1]
-        if end - first > INSERTED:
-            order[first:end] = order[first:end].copy()[np.argsort(keys[first:end], kind="mergesort")]
-    xyz = np.empty((len(points), 3))
-    for i in range(len(points)):
-        for axis in range(3):
-            xyz[i, axis] = points[order[i], axis]
-    return xyz, start
 
 
 def sphere_grid(
@@ -213,12 +174,6 @@ def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     for new, old in zip(room, spheres, strict=False):
         new[: len(old)] = old
     return SphereGrid(*room, *spheres[len(room) :])
-
-
-@inline_jit
-def cell_index(offset, per_metre, count):
-    """Return the cell that holds an offset from the grid's edge, or the nearest one."""
-    return min(count - 1, max(0, int(offset * per_metre)))
 
 
 @inline_jit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import pickle
+import subprocess
 import sys
 import textwrap
 
@@ -90,3 +91,28 @@ def test_kernels_are_found_again_in_their_folders():
     cloud_from_mesh([[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]], [[0, 1, 2], [0, 1, 3]])
     compilation.forget_stale(sampling._candidates)
     assert any(compilation.cached_code(sampling._candidates))
+
+
+LABEL = """
+import sys
+import numpy as np
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.settling.drops import Length
+from spherefunc_bullet.settling.settling import settle
+
+cloud = cloud_from_mesh([[0, 0, 0.1], [0.2, 0, 0.1], [0, 0.2, 0.1]], [[0, 1, 2]])
+settle(cloud, "fast", [0.01, 0.03], length=Length(drops=40))
+print("numba.np.arrayobj" in sys.modules)
+"""
+
+
+def test_kept_kernels_are_loaded_without_the_compiler():
+    """The first process may compile; what it keeps is loaded by the second without numba's functions of arrays."""
+    told = [subprocess.run([sys.executable, "-c", LABEL], capture_output=True, text=True, check=True) for _ in range(2)]
+    assert told[1].stdout.split() == ["False"]
+
+
+def test_what_was_not_kept_is_compiled(kernels):
+    _, run = kernels
+    compilation.prepare(run)
+    assert run(1.5) == 6.0 and len(run.signatures) == 2

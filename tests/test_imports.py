@@ -50,6 +50,15 @@ def test_help_is_light():
     assert loaded_by(code + "try:\n    main()\nexcept SystemExit:\n    pass") == set()
 
 
+def test_a_command_is_read_alone():
+    from spherefunc_bullet.commands.command_line import application
+
+    assert [command.name for command in application("classify").registered_commands] == ["classify"]
+    every = {command.name for command in application().registered_commands}
+    assert {"classify", "simulate", "train"} < every
+    assert {command.name for command in application("clasify").registered_commands} == every
+
+
 @pytest.mark.parametrize(
     "asking",
     [

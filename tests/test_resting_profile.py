@@ -367,3 +367,15 @@ def test_short_thresholds_change_no_vote():
     near = np.nextafter(grown.threshold[:, None].astype(np.float32), np.array([-np.inf, np.inf], np.float32))
     asked = np.vstack([X, np.repeat(near.ravel(), 4).reshape(-1, 4)])
     assert np.array_equal(grown.votes(asked), short.votes(asked))
+
+
+def test_an_object_asked_again_is_told_by_what_was_learnt_since():
+    objects, labels = toy(12)
+    model = learnt(objects, labels)
+    before = model.score_settled(objects[:1])
+    assert np.array_equal(model.score_settled(objects[:1]), before)
+    assert np.array_equal(model.score_settled(objects)[:1], before)
+    swapped = ["sittable" if label == "table" else "table" for label in labels]
+    names = [str(k) for k in range(12)]
+    model.fit_settled(objects, swapped, names)
+    assert np.abs(model.score_settled(objects[:1]) - before).max() > 0.5

@@ -18,7 +18,7 @@ from spherefunc_bullet.fast_sim.contact import (
     steepest_descent,
 )
 from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
-from spherefunc_bullet.fast_sim.grid import insert, nearest_distances, point_grid, sphere_grid
+from spherefunc_bullet.fast_sim.grid import find_nearest, insert, point_grid, sphere_grid
 from spherefunc_bullet.fast_sim.nearby import DEPTH, begin, look_around, nowhere
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -395,5 +395,19 @@ def test_neighbour_distances_through_the_grid():
     points = point_grid(cloud, cloud.min(axis=0), cloud.max(axis=0), 0.02)
     ordered = points.xyz
     truth = cKDTree(ordered).query(ordered, k=2)[0][:, 1]
-    # Farther than a cell's side is not looked.
-    assert np.allclose(nearest_distances(points, np.arange(2000)), np.minimum(truth, points.cell))
+    nearest = np.empty(2000)
+    find_nearest(points, np.arange(2000), nearest)
+    assert np.allclose(nearest, np.minimum(truth, points.cell))  # farther than a cell's side is not looked
+
+
+@pytest.mark.parametrize("radius", [0.004, 0.05])  # few points to a cell, and hundreds
+def test_a_grid_does_not_depend_on_the_order_of_points(radius):
+    random = np.random.default_rng(6)
+    cloud = random.uniform(0, 0.2, (3000, 3))
+    cloud = np.concatenate([cloud, cloud[:50]])  # some at the same place
+    low, high = cloud.min(axis=0), cloud.max(axis=0)
+    grid, mixed = (point_grid(points, low, high, radius) for points in (cloud, random.permutation(cloud)))
+    assert np.array_equal(grid.xyz, mixed.xyz) and np.array_equal(grid.start, mixed.start)
+    cells = np.floor((cloud[:, :2] - low[:2]) * grid.per_metre).astype(int)
+    columns = np.bincount(cells[:, 0] * grid.ny + cells[:, 1], minlength=grid.nx * grid.ny)
+    assert np.array_equal(np.diff(grid.start[:: grid.nz].astype(int)), columns)

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from spherefunc_bullet.clouds import thinning
+from spherefunc_bullet.clouds.corners import corners_of
 from spherefunc_bullet.clouds.sampling import sample_surface
-from spherefunc_bullet.clouds.thinning import thin
+from spherefunc_bullet.clouds.thinning import one_per_cell, thin
 
 MAX_GAP = 0.005
 ROUNDING = 1e-9  # metres: coordinates of a few metres in float64, with room to spare
@@ -128,3 +130,42 @@ def test_thinning_is_greedy_in_order():
 def test_thinning_takes_scattered_points():
     points = 0.0216 * np.stack(np.meshgrid(*[np.arange(30.0)] * 3), axis=-1).reshape(-1, 3)
     assert len(thin(points, 0.0027)) == len(points)
+
+
+@pytest.fixture(params=["bricks", "table"])
+def way(request, monkeypatch):
+    """Thin by either way of finding what is near: a grid in bricks, or a table, for sparse clouds."""
+    if request.param == "table":
+        monkeypatch.setattr(thinning, "MAX_CELLS", 0)
+
+
+def scattered(count, size):
+    """Return points on both sides of the origin, each of some of them twice, (N, 3), metres."""
+    points = np.random.default_rng(7).uniform(-size, size, size=(count, 3))
+    return np.concatenate([points, points[::5], points[::7] + [1e-4, 0, 0]])
+
+
+def test_points_that_come_backwards_are_thinned_last(way):
+    points = scattered(500, 0.03)
+    expected = thin(points, 0.004)
+    kept = []
+    for point in points:
+        if all(np.linalg.norm(point - other) >= 0.004 for other in kept):
+            kept.append(point)
+    assert np.array_equal(expected, np.array(kept))
+    assert np.array_equal(thin(points[:200], 0.004, points[200:][::-1]), expected)
+
+
+def test_the_first_point_of_each_cell_stays(way):
+    points = scattered(3000, 0.04)
+    cells = np.floor(points / 0.01)
+    order = np.lexsort([*points.T[::-1], *cells.T])
+    first = np.append(True, (np.diff(cells[order], axis=0) != 0).any(axis=1))
+    found = one_per_cell(points, 0.01, corners_of(points))
+    assert np.array_equal(found[np.lexsort([*np.floor(found / 0.01).T])], points[order][first])
+
+
+@pytest.mark.parametrize("count", [1, 63, 64, 65, 1000])
+def test_corners_hold_all_points(count):
+    points = np.random.default_rng(count).normal(size=(count, 3))
+    assert np.array_equal(corners_of(points), [points.min(axis=0), points.max(axis=0)])

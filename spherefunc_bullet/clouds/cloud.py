@@ -15,6 +15,7 @@ from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
 from ..quantities import BY_FILE
+from .corners import corners_of
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
 
 MIN_POINTS = 10
@@ -126,12 +127,6 @@ def _require_points(points: ArrayLike, name: str) -> np.ndarray:
     return points
 
 
-def corners_of(points: np.ndarray) -> np.ndarray:
-    """Return the lowest and the highest corner (2, 3) of the bounding box of points (N, 3), metres."""
-    columns = points.T  # one by one, which is ten times as quick as axis=0 over rows of three
-    return np.array([[column.min() for column in columns], [column.max() for column in columns]])
-
-
 def placed(points: np.ndarray) -> np.ndarray:
     """Return points moved so that their bounding box is centred on the z axis and rests on z = 0.
 
@@ -139,8 +134,13 @@ def placed(points: np.ndarray) -> np.ndarray:
     ----------
     points : (N, 3) float64, metres
     """
+    return points - centre_on_ground(points)
+
+
+def centre_on_ground(points: np.ndarray) -> np.ndarray:
+    """Return the middle (3,) of the lower face of the bounding box of points (N, 3), metres."""
     low, high = corners_of(points)
-    return points - [low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]]
+    return np.array([low[0] + (high[0] - low[0]) / 2, low[1] + (high[1] - low[1]) / 2, low[2]])
 
 
 def cloud_from_points(
@@ -209,9 +209,10 @@ def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *
         wide = unit_question(float(np.ptp(vertices, axis=0).max()))
         problem = f"this surface needs {needed:.2g}: {wide}, or a room instead of an object?"
         raise InputError(f"{name}: expected at most {MAX_SAMPLES} samples, {problem}")
-    points = _require_points(sample_surface(vertices, faces, max_gap), name)
-    on_ground = placed(points)
-    return Cloud(on_ground, name, Mesh(vertices + (on_ground[0] - points[0]), faces))
+    points = sample_surface(vertices, faces, max_gap)
+    first = points[0].copy()
+    points -= centre_on_ground(points)
+    return Cloud(points, name, Mesh(vertices + (points[0] - first), faces))
 
 
 def _without_gaps(points: np.ndarray, name: str, report: Report) -> np.ndarray:

@@ -87,4 +87,6 @@ def outline_points(vertices: np.ndarray, faces: np.ndarray, pitch: float) -> np.
     edge = np.repeat(np.arange(len(edges)), inner)
     step = np.arange(len(edge)) - np.repeat(np.cumsum(inner) - inner, inner) + 1
     along = start[edge] + (end - start)[edge] * (step / steps[edge])[:, None]
-    return np.concatenate([vertices[np.unique(edges)], along])
+    is_corner = np.zeros(len(vertices), dtype=bool)
+    is_corner[edges.ravel()] = True
+    return np.concatenate([vertices[is_corner], along])

@@ -48,8 +48,8 @@ def _longest_edge(triangle):
 
 
 @njit(cache=True)
-def _corners_in_plane(triangle):
-    """Return a triangle's corners along two axes of its plane, (3, 2).
+def _write_corners(triangle, corners):
+    """Write a triangle's corners along two axes of its plane, (3, 2).
 
     The axes depend on the plane's normal only, and up to their sign, which the lattice does not mind, not on
     the normal's: so neighbours in one plane get the same ones, whatever their winding.
@@ -63,11 +63,9 @@ def _corners_in_plane(triangle):
     length = math.sqrt(ux * ux + uy * uy + uz * uz)
     ux, uy, uz = ux / length, uy / length, uz / length
     vx, vy, vz = y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
-    corners = np.empty((3, 2))
     for c in range(3):
         corners[c, 0] = triangle[c, 0] * ux + triangle[c, 1] * uy + triangle[c, 2] * uz
         corners[c, 1] = triangle[c, 0] * vx + triangle[c, 1] * vy + triangle[c, 2] * vz
-    return corners
 
 
 @njit(cache=True)
@@ -142,8 +140,8 @@ def _sliver_points(triangle, first, length, cover, out, row):
 
 
 @njit(cache=True)
-def _bound(triangles, cover):
-    """Return at most how many candidates the triangles have."""
+def _bound(triangles, cover, corners):
+    """Return at most how many candidates the triangles have; ``corners`` (3, 2) is scratch."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
     total = 0
     for t in range(len(triangles)):
@@ -152,7 +150,7 @@ def _bound(triangles, cover):
         if height <= _SLIVER * cover:
             total += max(1, int(math.ceil(length / (1.9 * cover))))
             continue
-        corners = _corners_in_plane(triangle)
+        _write_corners(triangle, corners)
         first_row, last_row = _rows(corners, cover)
         for j in range(first_row, last_row + 1):
             left, right = _row_span(corners, j * rise - cover, j * rise + cover)
@@ -161,10 +159,10 @@ def _bound(triangles, cover):
 
 
 @njit(cache=True)
-def _lattice_points(triangle, cover, out, front, back):
+def _lattice_points(triangle, cover, corners, out, front, back):
     """Write one triangle's candidates: those inside it from the front, those moved onto it from the back."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
-    corners = _corners_in_plane(triangle)
+    _write_corners(triangle, corners)
     ax, ay = corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1]
     bx, by = corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1]
     inverse = 1.0 / (ax * by - ay * bx)
@@ -190,35 +188,43 @@ def _lattice_points(triangle, cover, out, front, back):
 
 
 @njit(cache=True)
-def _candidates(triangles, cover, out):
-    """Fill ``out`` from both ends; return the first free row and the last free row."""
-    front, back = 0, len(out) - 1
+def _candidates(triangles, cover, corners, out, front):
+    """Fill ``out`` from ``front`` and from its end; return the first free row and the last free row.
+
+    ``corners`` (3, 2) is scratch.
+    """
+    back = len(out) - 1
     for t in range(len(triangles)):
         triangle = triangles[t]
         first, length, height = _longest_edge(triangle)
         if height <= _SLIVER * cover:
             back = _sliver_points(triangle, first, length, cover, out, back)
         else:
-            front, back = _lattice_points(triangle, cover, out, front, back)
+            front, back = _lattice_points(triangle, cover, corners, out, front, back)
     return front, back
 
 
-def surface_candidates(triangles: np.ndarray, cover: float) -> tuple[np.ndarray, np.ndarray]:
+def surface_candidates(triangles: np.ndarray, cover: float, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points on triangles such that no location of them is farther than ``cover`` from one.
 
     Parameters
     ----------
     triangles : (M, 3, 3) float64, metres
     cover : float, metres
+    first : (F, 3) float64, metres
+        Points that come before all of them.
 
     Returns
     -------
-    inside, border : (I, 3) and (B, 3) float64, metres
-        Lattice points that lie in a triangle, and those moved onto its border.
+    inside, border : (F + I, 3) and (B, 3) float64, metres
+        After the first points the lattice points that lie in a triangle; and those moved onto its border, last one
+        first.
     """
-    out = np.empty((_bound(triangles, cover), 3))
-    front, back = _candidates(triangles, cover, out)
-    return out[:front], out[:back:-1]
+    corners = np.empty((3, 2))
+    out = np.empty((len(first) + _bound(triangles, cover, corners), 3))
+    out[: len(first)] = first
+    front, back = _candidates(triangles, cover, corners, out, len(first))
+    return out[:front], out[back + 1 :]
 
 
 def surface_area(vertices: np.ndarray, faces: np.ndarray) -> float:
@@ -254,9 +260,9 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     -------
     (K, 3) float64, metres
     """
-    prepare(_candidates)
+    prepare(_bound, _candidates)
     cover = COVER * max_gap
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
-    inside, border = surface_candidates(vertices[faces], cover)
-    return thin(np.concatenate([outline, inside, border]), max_gap - cover)
+    inside, border = surface_candidates(vertices[faces], cover, outline)
+    return thin(inside, max_gap - cover, border)

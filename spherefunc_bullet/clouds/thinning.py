@@ -8,10 +8,13 @@ import numpy as np
 from numba import njit
 
 from ..processes.compilation import prepare
+from .bricks import empty_bricks, first_in_bricks, thin_in_bricks
+from .corners import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table
 CELLS_A_POINT = 64
+NO_POINTS = np.empty((0, 3))
 _OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
 
 
@@ -82,40 +85,7 @@ def _thin(points, distance, bits):
     return keep
 
 
-@njit(cache=True)
-def _has_kept_in_grid(points, p, low, scale, grid, follower):
-    """Return whether a kept point is nearer to point ``p`` than half a cell, as `_has_kept_near`."""
-    x, y, z = points[p, 0], points[p, 1], points[p, 2]
-    squared = 0.25 / (scale * scale)
-    i0 = int((x - low[0]) * scale + 0.5)
-    j0 = int((y - low[1]) * scale + 0.5)
-    k0 = int((z - low[2]) * scale + 0.5)
-    for i in range(i0, i0 + 2):
-        for j in range(j0, j0 + 2):
-            for k in range(k0, k0 + 2):
-                if _near_in_chain(points, grid[i, j, k], follower, x, y, z, squared):
-                    return True
-    return False
-
-
-@njit(cache=True)
-def _thin_in_grid(points, low, distance, grid):
-    """Return the mask of the kept points, by a grid of -1 over the points' box with a cell to spare on each side."""
-    keep = np.zeros(len(points), dtype=np.bool_)
-    follower = np.full(len(points), -1, dtype=np.int32)
-    scale = 0.5 / distance
-    for p in range(len(points)):
-        if not _has_kept_in_grid(points, p, low, scale, grid, follower):
-            i = int((points[p, 0] - low[0]) * scale) + 1
-            j = int((points[p, 1] - low[1]) * scale) + 1
-            k = int((points[p, 2] - low[2]) * scale) + 1
-            follower[p] = grid[i, j, k]
-            grid[i, j, k] = p
-            keep[p] = True
-    return keep
-
-
-def thin(points: np.ndarray, distance: float) -> np.ndarray:
+def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS) -> np.ndarray:
     """Return the points that greedy thinning keeps, in their order.
 
     Parameters
@@ -124,17 +94,26 @@ def thin(points: np.ndarray, distance: float) -> np.ndarray:
         Earlier points win over later ones.
     distance : float, metres
         No two kept points are nearer to each other; no dropped point is as far from all kept ones.
+    backwards : (M, 3) float64, metres
+        Points that come after the others, the last one first.
 
     Returns
     -------
     (K, 3) float64, metres
     """
     points, distance = np.ascontiguousarray(points, dtype=np.float64), float(distance)
-    low, high = (np.array([end(column) for column in points.T]) for end in (np.min, np.max))
+    corners = np.concatenate([corners_of(part) for part in (points, backwards) if len(part)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
     cells = np.floor((high - low) * (0.5 / distance)) + 3
-    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
-        grid = np.full(cells.astype(int), -1, np.int32)
-        return points[_thin_in_grid(points, low, distance, grid)]
+    count = len(points) + len(backwards)
+    if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * count):
+        prepare(thin_in_bricks)
+        kept = np.empty((count + 1, 4))
+        grid = empty_bricks(cells, count)
+        count = thin_in_bricks(points, backwards, low, distance, *grid, kept, kept.view(np.int64))
+        return kept[1 : count + 1, :3].copy()
+    prepare(_thin)
+    points = np.concatenate([points, backwards[::-1]])
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
     return points[_thin(points, distance, bits)]
 
@@ -147,9 +126,10 @@ def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndar
     low, high = bounds
     low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
-        prepare(_first_in_grid)
-        grid = np.zeros(cells.astype(int), np.int32)  # untouched parts of which cost nothing
-        return _first_in_grid(points, 1 / side, low.astype(np.int64), grid)
+        prepare(first_in_bricks)
+        grid = empty_bricks(cells, len(points))
+        first = np.empty((len(points) + 1, 3))
+        return first[: first_in_bricks(points, 1 / side, low.astype(np.int64), *grid, first)]
     prepare(_first_of_cells)
     bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
     return points[_first_of_cells(points, 1 / side, bits)]
@@ -162,28 +142,6 @@ def _comes_first(points, p, other):
         if points[p, axis] != points[other, axis]:
             return points[p, axis] < points[other, axis]
     return False
-
-
-@njit(cache=True)
-def _first_in_grid(points, per_metre, low, grid):
-    """Return the points (M, 3) of `_first_of_cells`, by a grid of 0 over their cells with one to spare on each side."""
-    kept, count = np.empty(len(points), np.int32), 0
-    for p in range(len(points)):
-        i = int(math.floor(points[p, 0] * per_metre)) - low[0]
-        j = int(math.floor(points[p, 1] * per_metre)) - low[1]
-        k = int(math.floor(points[p, 2] * per_metre)) - low[2]
-        place = grid[i, j, k] - 1  # among the kept ones
-        if place < 0:
-            kept[count] = p
-            count += 1
-            grid[i, j, k] = count
-        elif _comes_first(points, p, kept[place]):
-            kept[place] = p
-    placed = np.empty((count, 3))
-    for row in range(count):
-        for axis in range(3):
-            placed[row, axis] = points[kept[row], axis]
-    return placed
 
 
 @njit(cache=True)

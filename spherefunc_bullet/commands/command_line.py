@@ -5,6 +5,7 @@ Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import entry_points
 from typing import Annotated
 
@@ -27,15 +28,19 @@ def spherefunc(
     """Tell what an object is for from how spheres come to rest on it."""
 
 
-def application() -> typer.Typer:
-    """Return the application with every registered subcommand, ours and other packages'."""
+def application(word: str | None = None) -> typer.Typer:
+    """Return the application with every registered subcommand, ours and other packages'.
+
+    Where a word names one of them, that one alone: reading the parameters of all takes longer than importing it.
+    """
     app = typer.Typer(
         name="spherefunc",
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         callback=spherefunc,
     )
-    for point in sorted(entry_points(group="spherefunc.commands"), key=lambda point: point.name):
+    points = entry_points(group="spherefunc.commands")
+    for point in sorted(points.select(name=word) if word in points.names else points, key=lambda point: point.name):
         command = point.load()
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=point.name)
@@ -47,5 +52,5 @@ def application() -> typer.Typer:
 def main():
     """Run the command line; a user's mistake is one line on stderr and exit code 2."""
     log_on_stderr()
-    app = application()
+    app = application(sys.argv[1] if len(sys.argv) > 1 else None)
     run(lambda: app(prog_name="spherefunc"))

@@ -20,25 +20,53 @@ from typing import Any
 logger = logging.getLogger("spherefunc")
 
 
-@cache
-def prepare(kernel: Any):
-    """Make sure, once in a process, that a kernel's cached code is of today's sources; say so if it is to be compiled.
+def prepare(*kernels: Any):
+    """Make sure, once in a process, that kernels' cached code is of today's sources; say so if any is to be compiled.
 
     Parameters
     ----------
-    kernel : numba dispatcher
+    kernels : numba dispatchers
         With ``cache=True``.
     """
-    load_compiler()
+    for kernel in kernels:
+        _prepare(kernel)
+
+
+@cache
+def _prepare(kernel: Any):
+    """Do as `prepare` for one kernel."""
     for called in kernels_of(kernel):
         forget_stale(called)
-    if not any(cached_code(kernel)):
+    if any(cached_code(kernel)):
+        load_alone(kernel)
+    else:
+        load_compiler()
         _announce()
+
+
+def load_alone(kernel: Any):
+    """Let a kernel's cached code be loaded without all that numba needs to compile one, a quarter of a new process.
+
+    Where there is none for what it is called with, numba loads that when it compiles.
+    """
+    with suppress(ImportError, AttributeError):  # another version of numba, which loads what it wants
+        from numba.core.runtime import rtsys
+
+        code = kernel._cache
+        load, guarded = code._load_overload, code._guard_against_spurious_io_errors
+
+        def load_overload(signature: Any, context: Any) -> Any:
+            rtsys.initialize(context)
+            with guarded():
+                return load(signature, context)
+            return None
+
+        code.load_overload = load_overload
 
 
 @cache
 def load_compiler():
-    """Load numba's functions of arrays, which every kernel needs, without SciPy's linear algebra.
+    """Load numba's functions of arrays, which compiling needs, without SciPy's linear algebra.
 
     They import that only to know whether it is there, and it takes a fifth of a second of each new process. It is
     there, since this package requires it; a kernel that multiplies matrices imports it itself.

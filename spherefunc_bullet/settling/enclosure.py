@@ -27,30 +27,37 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
         Of the spheres, metres.
     """
     prepare(met_everywhere)
-    return met_everywhere(points, np.asarray(centers, np.float64), NARROWER * radius)
+    reach, z = NARROWER * radius, points[:, 2]
+    bottom, layers = z.min(), int((z.max() - z.min()) / reach) + 1
+    rooms = np.empty(len(points), np.int32), np.zeros(layers, np.bool_), np.zeros((2, layers + 1), np.int64)
+    met = np.zeros(len(centers), np.bool_)
+    met_everywhere(points, np.asarray(centers, np.float64), reach, bottom, *rooms, np.empty((len(points), 3)), met)
+    return met
 
 
 @njit(error_model="numpy", forceinline=True)
-def by_layer(points, centers, bottom, height):
-    """Return the points (M, 3) that are in a centre's layer or next to it, layer by layer, and where each begins."""
-    layers, top = np.empty(len(points), np.int64), np.int64(0)
+def sort_by_layer(points, centers, bottom, height, layers, asked, starts, placed):
+    """Write the points that are in a centre's layer or next to it, layer by layer, and where each layer begins.
+
+    What is written into is as `met_everywhere` takes it.
+    """
+    count = len(asked)
+    for k in range(len(centers)):
+        first, last = around(centers[k, 2], bottom, height, count)
+        for layer in range(first, last):
+            asked[layer] = True
     for i in range(len(points)):
         layers[i] = int((points[i, 2] - bottom) / height)
-        top = max(top, layers[i])
-    asked, starts = np.zeros(top + 1, np.bool_), np.zeros(top + 2, np.int64)
-    for k in range(len(centers)):
-        first, last = around(centers[k, 2], bottom, height, top + 1)
-        asked[first:last] = True
-    for layer in layers:
-        starts[layer + 1] += asked[layer]
-    starts = np.cumsum(starts)
-    placed, free = np.empty((starts[-1], 3)), starts.copy()
+        starts[0, layers[i] + 1] += asked[layers[i]]
+    for layer in range(count):
+        starts[0, layer + 1] += starts[0, layer]
+        starts[1, layer] = starts[0, layer]
     for i in range(len(points)):
-        if asked[layers[i]]:
-            row = free[layers[i]]
+        layer = layers[i]
+        if asked[layer]:
+            row = starts[1, layer]
             placed[row, 0], placed[row, 1], placed[row, 2] = points[i, 0], points[i, 1], points[i, 2]
-            free[layers[i]] += 1
-    return placed, starts
+            starts[1, layer] = row + 1
 
 
 @njit(error_model="numpy", forceinline=True)
@@ -97,25 +104,40 @@ def can_meet(dx, dy, squared_sine):
 
 
 @njit(cache=True, error_model="numpy")
-def met_everywhere(points, centers, reach):
-    """Return whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`, (S,) bool."""
+def met_everywhere(points, centers, reach, bottom, layers, asked, starts, placed, met_all):
+    """Tell whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
+
+    Parameters
+    ----------
+    points, centers : (N, 3) and (S, 3) float64, metres
+    reach, bottom : float, metres
+        How high a layer is, and where the lowest begins.
+    layers : (N,) int32
+        Scratch: each point's layer.
+    asked : (L,) bool
+        All False; receives which layers are looked at.
+    starts : (2, L + 1) int64
+        All 0; receives where each layer begins, and ends.
+    placed : (N, 3) float64
+        Scratch: the points that are looked at, layer by layer.
+    met_all : (S,) bool
+        All False; receives the answers.
+    """
     step = 2 * math.pi / DIRECTIONS
-    met_all = np.zeros(len(centers), np.bool_)
-    bottom = points[0, 2]
-    for i in range(len(points)):
-        bottom = min(bottom, points[i, 2])
-    placed, starts = by_layer(points, centers, bottom, reach)
+    sort_by_layer(points, centers, bottom, reach, layers, asked, starts, placed)
     for k in range(len(centers)):
         x, y, z = centers[k, 0], centers[k, 1], centers[k, 2]
-        first, last = around(z, bottom, reach, len(starts) - 1)
+        first, last = around(z, bottom, reach, len(asked))
         met = NONE
-        for i in range(starts[first], starts[last]):
+        for i in range(starts[0, first], starts[0, last]):
             dx, dy, dz = placed[i, 0] - x, placed[i, 1] - y, placed[i, 2] - z
             across = reach * reach - dz * dz
             if across <= 0:
                 continue
+            if can_meet(dx, dy, across / (dx * dx + dy * dy)) & ~met == NONE:
+                continue
             distance = math.sqrt(dx * dx + dy * dy)
-            if distance * distance <= across or can_meet(dx, dy, across / (distance * distance)) & ~met == NONE:
+            if distance * distance <= across:
                 continue
             spread, angle = math.asin(math.sqrt(across) / distance), math.atan2(dy, dx)
             met |= directions(
@@ -124,4 +146,3 @@ def met_everywhere(points, centers, reach):
             if met == EVERY:
                 met_all[k] = True
                 break
-    return met_all

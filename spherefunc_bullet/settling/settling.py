@@ -93,7 +93,7 @@ def measured_run(
 
     Entries that were made before memory was measured lack it.
     """
-    warm_up(simulator)
+    warm_up(simulator, length)
     forget_peak()
     rows, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed, length)
     run = {"centers": rows, "seconds": np.array(seconds), "drops": np.array(drops)}
@@ -101,14 +101,15 @@ def measured_run(
     return run if peak is None or not drops else run | {"memory": np.array(peak)}
 
 
-def warm_up(simulator: Simulator):
-    """Have a simulator compile or load its code before the first run of this process is timed."""
-    kind = f"{simulator.name} {simulator.options()}"
+def warm_up(simulator: Simulator, length: Length = LIMITED):
+    """Have a simulator compile or load its code for runs of a length before the first one of this process is timed."""
+    few = None if length.drops is None else 1
+    kind = f"{simulator.name} {simulator.options()} {few}"
     if kind in _warm:
         return
     _warm.add(kind)
     with suppress(InputError):  # what is wrong with the simulator is said of the object
-        simulator.drop(small_plate(), DropSettings(radius=0.02, max_spheres=1))
+        simulator.drop(small_plate(), DropSettings(radius=0.02, max_spheres=1, max_drops=few))
 
 
 def small_plate() -> Cloud:

@@ -107,7 +107,9 @@ class Columns:
         return self.tops - self.bottoms + 2 * self.radius
 
     def kept(self, which: np.ndarray) -> Columns:
-        """Return the columns of some spheres (S,) bool."""
+        """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
+        if which.all():
+            return self
         return Columns(
             centers=self.centers[which],
             radius=self.radius,

@@ -125,7 +125,7 @@ def share_on_spheres(centers: np.ndarray, radius: float) -> float:
     first, second = near_pairs(centers, TOUCHING * radius)
     rise = centers[first, 2] - centers[second, 2]
     resting = np.where(rise > 0, first, second)[np.abs(rise) > 0.5 * radius]
-    return len(np.unique(resting)) / len(centers)
+    return np.count_nonzero(np.bincount(resting)) / len(centers)
 
 
 def carrying_level(columns: Columns, height: float, level: Columns, piece: Columns) -> Profile:
@@ -171,7 +171,7 @@ class Ranks:
 
     def __init__(self, learnt: np.ndarray):
         self.learnt = learnt
-        self.ordered = np.sort(learnt, axis=0)
+        self.ordered = np.ascontiguousarray(np.sort(learnt, axis=0).T)  # so that no quantity is copied to be searched
         self.ranks = ranks_among(self.ordered, learnt)
 
     def distances(self, asked: np.ndarray) -> np.ndarray:
@@ -192,9 +192,9 @@ def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
 
 
 def ranks_among(ordered: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the ranks (A, D) of quantities (A, D) among sorted ones (N, D), 0 to 1; of equal ones the middle."""
+    """Return the ranks (A, D) of quantities (A, D) among sorted ones (D, N), 0 to 1; of equal ones the middle."""
     places = [
-        np.searchsorted(ordered[:, k], rows[:, k], "left") + np.searchsorted(ordered[:, k], rows[:, k], "right")
-        for k in range(ordered.shape[1])
+        learnt.searchsorted(asked, "left") + learnt.searchsorted(asked, "right")
+        for learnt, asked in zip(ordered, rows.T, strict=True)
     ]
-    return np.column_stack(places) / (2 * len(ordered))
+    return np.column_stack(places) / (2 * ordered.shape[1])

@@ -1,0 +1,151 @@
+"""A dense grid of cells, in bricks of 4 x 4 x 4 of which there are only those that hold points.
+
+Points lie on surfaces, so most bricks are none, and the cells around a point are near each other in memory: most of the
+time of a plain grid goes into memory that is touched for the first time.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # as powers of two: 2, 4, 16 and 64
+INSIDE = np.uint32(3)  # the bits of a cell's place within its brick, along one axis
+
+
+def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return room for a grid of so many cells (3,) that so many points are entered in, as kernels take it.
+
+    Returns
+    -------
+    bricks : (X, Y, Z) uint32
+        The number of each brick, from 1; 0 where there is none yet.
+    contents : ((B + 1) * 64,) uint32
+        What each cell of each brick holds, brick 0 nothing; untouched parts of it cost nothing.
+    """
+    bricks = np.zeros((cells.astype(np.int64) + 3) // 4, np.uint32)
+    return bricks, np.zeros(64 * (min(points, bricks.size) + 1), np.uint32)
+
+
+@njit(forceinline=True)
+def within(i, j, k):
+    """Return the place of a cell within its brick."""
+    return ((i & INSIDE) << LINE) + ((j & INSIDE) << SIDE) + (k & INSIDE)
+
+
+@njit(forceinline=True)
+def place_of(bricks, used, i, j, k):
+    """Return the place of a cell, its brick made if there is none, and how many bricks there are, the empty one too."""
+    brick = bricks[i >> SIDE, j >> SIDE, k >> SIDE]
+    if brick == 0:
+        brick = bricks[i >> SIDE, j >> SIDE, k >> SIDE] = used
+        used += ONE
+    return (brick << CELLS) + within(i, j, k), used
+
+
+@njit(forceinline=True)
+def near_in_chain(kept, links, other, x, y, z, squared):
+    """Return whether one of the kept points of a cell is near (x, y, z); each is followed by the one it links to."""
+    while other > 0:
+        dx, dy, dz = kept[other, 0] - x, kept[other, 1] - y, kept[other, 2] - z
+        if dx * dx + dy * dy + dz * dz < squared:
+            return True
+        other = np.uint32(links[other, 3])
+    return False
+
+
+@njit(forceinline=True)
+def own_cell(offset):
+    """Return the cell of an offset in cells from the first whole one, before which there is one to spare."""
+    return np.uint32(int(offset) + 1)
+
+
+@njit(forceinline=True)
+def beside(offset, own):
+    """Return the cell next to the own one of an offset on whose side it lies."""
+    return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - own)
+
+
+@njit(forceinline=True)
+def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared):
+    """Return whether a kept point is near (x, y, z), which lies so many cells from the grid's first whole one.
+
+    Cells are two distances wide, so that the ball around a point touches at most two along each axis. The point's own
+    one is looked at first, since what is too near mostly is there.
+    """
+    i, j, k = own_cell(across), own_cell(along), own_cell(up)
+    for a in (i, beside(across, i)):
+        for b in (j, beside(along, j)):
+            for c in (k, beside(up, k)):
+                last = contents[(bricks[a >> SIDE, b >> SIDE, c >> SIDE] << CELLS) + within(a, b, c)]
+                if near_in_chain(kept, links, last, x, y, z, squared):
+                    return True
+    return False
+
+
+@njit(cache=True)
+def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, links):
+    """Write the points that greedy thinning keeps; return how many.
+
+    Parameters
+    ----------
+    points, backwards : (N, 3) and (M, 3) float64
+        From ``low`` on, metres; after the first ones come the others, the last one first.
+    bricks, contents
+        As `empty_bricks` makes them, with a cell to spare on each side; a cell holds its last point.
+    kept, links : (N + M + 1, 4) float64 and the same as int64
+        Receives the kept points from row 1, each with the number of the one before it in its cell.
+    """
+    used = count = ONE
+    scale = 0.5 / distance
+    squared = 0.25 / (scale * scale)
+    for p in range(len(points) + len(backwards)):
+        point = points[p] if p < len(points) else backwards[len(points) + len(backwards) - 1 - p]
+        x, y, z = point[0], point[1], point[2]
+        across, along, up = (x - low[0]) * scale, (y - low[1]) * scale, (z - low[2]) * scale
+        if has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared):
+            continue
+        place, used = place_of(bricks, used, own_cell(across), own_cell(along), own_cell(up))
+        kept[count, 0], kept[count, 1], kept[count, 2] = x, y, z
+        links[count, 3], contents[place] = contents[place], count
+        count += ONE
+    return count - ONE
+
+
+@njit(cache=True)
+def first_in_bricks(points, per_metre, low, bricks, contents, first):
+    """Write of points (N, 3) the first one in x, then y, then z, of each cell, in the order of cells; return how many.
+
+    Without questions, since whether a cell is new, or a point before another, cannot be foreseen: the row after the
+    last one is behind all points.
+
+    Parameters
+    ----------
+    low : (3,) int64
+        The first cell of the grid.
+    bricks, contents
+        As `empty_bricks` makes them; a cell holds the number of its row, from 1.
+    first : (N + 1, 3) float64
+        Receives them.
+    """
+    used, count = ONE, np.uint32(0)
+    first[0, 0] = np.inf
+    for p in range(len(points)):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        i = np.uint32(int(math.floor(x * per_metre)) - low[0])
+        j = np.uint32(int(math.floor(y * per_metre)) - low[1])
+        k = np.uint32(int(math.floor(z * per_metre)) - low[2])
+        place, used = place_of(bricks, used, i, j, k)
+        is_new = contents[place] == 0
+        row = np.uint32(count if is_new else contents[place] - ONE)
+        contents[place] = row + ONE
+        count += np.uint32(is_new)
+        first[count, 0] = np.inf
+        fx, fy, fz = first[row, 0], first[row, 1], first[row, 2]
+        is_before = (x < fx) | ((x == fx) & ((y < fy) | ((y == fy) & (z < fz))))
+        first[row, 0] = x if is_before else fx
+        first[row, 1] = y if is_before else fy
+        first[row, 2] = z if is_before else fz
+    return count
