@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from clouds import level as sheet_at
 from clouds import mug
@@ -24,8 +26,13 @@ def by_height(clouds: list[Cloud]) -> list[dict[str, Membership]]:
     ]
 
 
+def on_lower_ground(*clouds: Cloud) -> Callable[[Sequence[int], float], list[dict[str, Membership]]]:
+    """Return what tells some of the clouds, by their places, on a ground that lies lower."""
+    return lambda places, lower: by_height([Cloud(clouds[k].points + [0.0, 0.0, lower]) for k in places])
+
+
 def kept(*clouds: Cloud) -> list[set[str]]:
-    told = holding_anywhere(clouds, by_height(list(clouds)), by_height, 0.5)
+    told = holding_anywhere(clouds, by_height(list(clouds)), on_lower_ground(*clouds), 0.5)
     return [{name for name, membership in one.items() if membership.member} for one in told]
 
 
@@ -38,13 +45,13 @@ def test_small_things_keep_their_claims_and_scores_stay():
     cup = Cloud(mug().points)
     assert kept(cup) == [{"cup"}]
     seat = Cloud(sheet_at(0.8, 0.6, 0.42)[::8])
-    (told,) = holding_anywhere([seat], by_height([seat]), by_height, 0.5)
+    (told,) = holding_anywhere([seat], by_height([seat]), on_lower_ground(seat), 0.5)
     assert told["sittable"].score == 0.7
 
 
 def test_nothing_is_asked_where_nothing_is_claimed():
-    def refuse(clouds: list[Cloud]) -> list[dict[str, Membership]]:
-        assert not len(clouds)
+    def refuse(places: Sequence[int], lower: float) -> list[dict[str, Membership]]:
+        assert not len(places)
         return []
 
     high = Cloud(np.vstack([sheet_at(0.8, 0.6, 1.4)[::8]]))

@@ -60,9 +60,14 @@ def test_what_claims_leave_too_little_of_is_no_object():
 
 
 def test_a_pool_alone_has_to_be_surer_than_a_cluster():
-    told = candidate(0, CLUSTERS, range(100), table=0.45, cup=0.3, sittable=0.65).functions
+    told = candidate(0, CLUSTERS, range(100), table=0.5, cup=0.3, sittable=0.7).functions
     claimed = {by: {name for name, one in claiming(told, BARS[by]).items() if one.member} for by in BARS}
     assert claimed == {CLUSTERS: {"table", "sittable"}, POOLS: {"sittable"}}
+
+
+def test_seats_are_told_less_surely_than_cups():
+    told = candidate(0, CLUSTERS, range(100), table=0.4, cup=0.4, sittable=0.4).functions
+    assert {name for name, one in claiming(told, BARS[CLUSTERS]).items() if one.member} == {"sittable"}
 
 
 def test_shared_points_are_counted():

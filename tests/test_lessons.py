@@ -17,6 +17,7 @@ from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, examples_ke
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import furnish
 from spherefunc_bullet.settling.records import ObjectRecord
 
@@ -46,7 +47,8 @@ def kept(rooms, model, tmp_path_factory):
 
 def lesson(**how) -> Lesson:
     record = ObjectRecord(path=Path(), size=np.ones(3), voxels=np.ones((1, 3)), settled={}, seconds={}, drops={})
-    return Lesson(name="one", thing="sofa", functions=frozenset({"sittable"}), record=record, **how)
+    beside = np.zeros(len(NAMES))
+    return Lesson(name="one", thing="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
 
 
 @pytest.mark.parametrize(
@@ -82,6 +84,7 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
         told = ("name", "thing", "functions", "overlap", "shown")
         assert [getattr(one, name) for name in told] == [getattr(other, name) for name in told]
         assert np.array_equal(one.record.voxels, other.record.voxels)
+        assert np.array_equal(one.beside, other.beside)
         for radius, drops in one.record.settled.items():
             assert np.array_equal(drops, other.record.settled[radius], equal_nan=True)
     assert len(lesson_paths(folder)) == 2

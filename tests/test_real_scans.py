@@ -240,9 +240,10 @@ def test_the_command_scores_a_room_that_is_known(tmp_path):
     assert [path.name for path in (tmp_path / "review").iterdir()] == ["room.png"]
 
 
-def test_the_table_is_read_by_people(tmp_path):
+@pytest.mark.parametrize("how", [(), ("--alone",)])
+def test_the_table_is_read_by_people(tmp_path, how):
     write_labelled_room(tmp_path)
-    done = real_scans(tmp_path)
+    done = real_scans(tmp_path, *how)
     lines = done.stdout.splitlines()
     assert any(line.startswith("room ") and " 1/1 " in line for line in lines)
     assert lines[-1].startswith("all: ") and "of 3 found" in lines[-1]

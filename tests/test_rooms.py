@@ -17,7 +17,8 @@ from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT, complete, steps_of
-from spherefunc_bullet.scenes.recognition.recognition import object_cloud, recognise
+from spherefunc_bullet.scenes.recognition.judging import object_cloud
+from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.depth_image import kinect_like, load_depth_image
 from spherefunc_bullet.scenes.scans.scan import load_scan, scan_from_points
 from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box

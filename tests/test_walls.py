@@ -40,3 +40,13 @@ def test_a_piece_in_a_walls_plane_is_of_the_wall_and_a_thing_before_it_is_not():
     ends = np.cumsum([len(long), len(piece), len(chest)])
     assert (labels[ends[0] : ends[1]] == WALL).mean() > 0.9
     assert (labels[ends[1] : ends[2]] == 0).mean() > 0.9
+
+
+@pytest.mark.parametrize(("depth", "bottom", "is_wall"), [(0.5, 0.3, False), (0.2, 0.3, True), (0.5, 1.2, True)])
+def test_a_low_thing_that_reaches_out_from_a_wall_is_furniture_and_not_hung_on_it(depth, bottom, is_wall):
+    """An armchair's foot is hidden from cameras above it; a radiator is as low, and a wall cupboard reaches as far."""
+    seat = moved(level(0.6, depth, bottom + 0.1), 0.0, 1.46 - depth / 2)
+    front = sheet([-0.3, 1.46 - depth, bottom], [0.6, 0, 0], [0, 0, 0.1])
+    thing = np.vstack([seat, front])
+    labels = segment(np.vstack([thing, wall(-2.0, 4.0, 2.2), level(4.0, 3.0, 0.0)[::4]]))
+    assert (labels[: len(thing)] == WALL).mean() > 0.9 if is_wall else (labels[: len(thing)] == 0).mean() > 0.9

@@ -22,7 +22,7 @@ from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.method import CUBES, PROFILE_RADII
 from spherefunc_bullet.learning.validation import member_scores
-from spherefunc_bullet.scenes.recognition.recognition import SMALLEST_RADII, value_for_size
+from spherefunc_bullet.scenes.recognition.judging import SMALLEST_RADII, value_for_size
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import Settled
 

@@ -21,6 +21,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.model_file import save_model
 from spherefunc_bullet.learning.profiles.calibration import Kin
+from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
 from .lessons.files import kept_lessons
@@ -54,10 +55,10 @@ class Taught:
 
 
 def streets_of(datasets: Sequence[Dataset], rooms: int, seed: int) -> list[Street]:
-    """Return so many rooms by kind: of each data set tidy and lived-in ones; last, two that stereo cameras see."""
+    """Return so many rooms by kind: of each data set tidy and lived-in ones; last, four that stereo cameras see."""
     ways = [(dataset, lived_in, SIGHTS) for dataset in datasets for lived_in in (TIDY, LIVED_IN)]
-    for place, lived_in in ((0, LIVED_IN), (-1, TIDY)):
-        ways.append((datasets[place], lived_in, STEREO_SIGHTS))
+    for place, lived_in in ((0, LIVED_IN), (-1, TIDY), (2, LIVED_IN), (3, TIDY)):
+        ways.append((datasets[place % len(datasets)], lived_in, STEREO_SIGHTS))
     counts = shares(rooms, len(ways))
     return [
         Street(dataset=dataset, lived_in=lived_in, sights=sights, rooms=count, seed=seed + place)
@@ -130,6 +131,7 @@ def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClass
     kin = Kin(weights=np.ones(len(lessons)), groups=groups)
     profiles = model.profiles([one.record.settled for one in lessons])
     model.fit_profiles(profiles, members, functions, [one.name for one in lessons], kin, taught)
+    model.fit_in_scenes(np.array([one.beside for one in lessons]), NAMES, members, taught)
     clear = np.flatnonzero(taught.all(axis=1))
     return model.keep(clear[examples_kept(members[clear].any(axis=1))])
 

@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.learning.model_file import load_model, new_classifier
-from spherefunc_bullet.scenes.recognition.recognition import LARGE
+from spherefunc_bullet.scenes.recognition.judging import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room

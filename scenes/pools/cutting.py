@@ -30,10 +30,10 @@ class Footprint:
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
-        place = np.floor(points[:, :2] / CELL).astype(np.int64) - self.corner
-        known = ((place >= 0) & (place < self.mask.shape)).all(axis=1)
+        x, y = (np.floor(points[:, k] / CELL).astype(np.int64) - self.corner[k] for k in range(2))
+        known = (x >= 0) & (x < self.mask.shape[0]) & (y >= 0) & (y < self.mask.shape[1])
         inside = np.zeros(len(points), bool)
-        inside[known] = self.mask[tuple(place[known].T)]
+        inside[known] = self.mask[x[known], y[known]]
         return inside
 
     def grown(self, distance: float) -> Footprint:

@@ -75,7 +75,10 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
 def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
     low, high = feet.min(axis=0) - [1, 1, _AROUND], feet.max(axis=0) + [1, 1, _AROUND]
-    return ((points >= low) & (points <= high)).all(axis=1)
+    inside = np.ones(len(points), bool)
+    for column, least, most in zip(points.T, low, high, strict=True):  # which is much quicker than rows of three
+        inside &= (column >= least) & (column <= most)
+    return inside
 
 
 def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scans.cells import cells
+from ..scans.cells import Cells, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from .cutting import footprint_of
 from .surfaces import Pool
@@ -18,6 +18,7 @@ _AROUND = 0.03  # metres beyond a top's edge
 _SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
 _APART = (0.01, 0.02)  # metres between things, the sensor being near or far
+_DENSE, _VEIL = 5, 0.3  # points in a cell of surfaces that are dense, and the share of that which a veil lacks
 _LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no thing
 
 
@@ -66,15 +67,27 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
     return plane
 
 
+def unveiled(fine: Cells) -> list[np.ndarray]:
+    """Return the members of each thing in cells that hold as many points as a surface does, none of sparse scans.
+
+    Between a thing's edge and what is behind it stereo cameras see veils, which join neighbours. They lie along the
+    line of sight, so that a cell holds few of their points.
+    """
+    usual = np.percentile(fine.counts, 75)
+    if usual < _DENSE:
+        return []
+    filled = fine.counts >= _VEIL * usual
+    number = np.full(len(fine.counts), -1)
+    number[filled] = euclidean_clusters(fine.means[filled], _APART[0])
+    return members_of(number[fine.cell_of])
+
+
 def things_on(top: Top) -> list[np.ndarray]:
     """Return the members of each thing that stands on a top, indices of the scene's points, by both tolerances."""
     if not len(top.points):
         return []
     fine = cells(top.points, _FINE)
-    found = [
-        members
-        for apart in _APART
-        for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])
-        if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])
-    ]
+    found = [members for apart in _APART for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])]
+    found += unveiled(fine)
+    found = [members for members in found if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])]
     return [top.indices[members] for members in found if np.ptp(top.points[members], axis=0).max() < _TALLEST]

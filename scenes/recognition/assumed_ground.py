@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.learning.function_model import Membership
 
@@ -15,7 +13,7 @@ _LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above 
 
 
 def holding_anywhere(
-    clouds: Sequence[Cloud], told: Sequence[Told], asked: Callable[[Sequence[Cloud]], list[Told]], large: float
+    clouds: Sequence[Cloud], told: Sequence[Told], asked: Callable[[Sequence[int], float], list[Told]], large: float
 ) -> list[Told]:
     """Return what is told of objects, without what a lower ground would make untrue of large ones.
 
@@ -26,7 +24,7 @@ def holding_anywhere(
     told : sequence of dict
         What is told of them there.
     asked : callable
-        Tells it of other clouds.
+        Tells it of some of them, by their places, on a ground so much lower, metres.
     large : float
         Metres: what is smaller stands on what was seen, or is told by its own height.
     """
@@ -37,8 +35,7 @@ def holding_anywhere(
     ]
     kept = list(told)
     for lower in _LOWER:
-        raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
-        for k, other in zip(doubted, asked(raised), strict=True):
+        for k, other in zip(doubted, asked(doubted, lower), strict=True):
             kept[k] = {
                 name: replace(membership, member=membership.member and other[name].member)
                 for name, membership in kept[k].items()

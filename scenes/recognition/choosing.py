@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,9 +11,22 @@ from spherefunc_bullet.learning.function_model import Membership
 
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
-# Scores above which a proposal claims a function, by most F in rooms of things that nobody had learnt: pools are many,
-# and what stands apart is seldom nothing. Of scores that are probabilities.
-BARS = {CLUSTERS: 0.4, POOLS: 0.6}
+
+@dataclass(frozen=True, kw_only=True)
+class Bar:
+    """The score above which a proposal claims a function."""
+
+    usual: float
+    by_function: Mapping[str, float] = field(default_factory=dict)  # of those that have another
+
+    def of(self, name: str) -> float:
+        """Return a function's."""
+        return self.by_function.get(name, self.usual)
+
+
+# By most F in rooms of things that nobody had learnt: pools are many, and what stands apart is seldom nothing; a bar is
+# half of the F that is reached, more or less, and seats are told least surely. Of scores that are probabilities.
+BARS = {CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.5, "sittable": 0.35}), POOLS: Bar(usual=0.65)}
 _SAME = 0.35  # intersection over union from which on two claims are of one thing
 _WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
 _NEARLY = 0.1  # of score: what differs by less is as sure
@@ -44,9 +57,9 @@ class Candidate:
         return Candidate(proposal=replace(self.proposal, members=members), functions=self.functions, place=self.place)
 
 
-def claiming(functions: dict[str, Membership], least: float) -> dict[str, Membership]:
-    """Return what is said of a proposal, with those functions claimed whose scores are above the least."""
-    return {name: replace(membership, member=membership.score > least) for name, membership in functions.items()}
+def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:
+    """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
+    return {name: replace(told, member=told.score > bar.of(name)) for name, told in functions.items()}
 
 
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:

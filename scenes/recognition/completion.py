@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 
 from ..segmentation.box import bounding_box
@@ -66,7 +67,7 @@ def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: flo
     (M, 3) float64, metres
         The points, smoothed if asked, then those added.
     """
-    small = np.ptp(points, axis=0).max() <= _VESSEL
+    small = np.ptp(corners_of(points), axis=0).max() <= _VESSEL
     if "smooth" in steps and small:
         points = smoothed(points)
     if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
@@ -88,8 +89,9 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
     """
     from scipy.spatial import ConvexHull, QhullError
 
-    (*_, lowest), (*_, highest) = points.min(axis=0), points.max(axis=0)
-    if np.ptp(points, axis=0).max() > _VESSEL or lowest > support + _CUT:
+    low, high = corners_of(points)
+    lowest, highest = low[2], high[2]
+    if (high - low).max() > _VESSEL or lowest > support + _CUT:
         return np.empty((0, 3))
     if bounding_box(points).size[1] < _NARROWEST:
         return np.empty((0, 3))
@@ -102,7 +104,6 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
     lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
     if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _RIM:
         return np.empty((0, 3))
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     x, y = (np.arange(low[k], high[k] + _SPACING, _SPACING) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)

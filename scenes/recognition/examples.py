@@ -12,10 +12,11 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..scans.filling import filled
 from ..scans.levelling import level
-from ..segmentation.segmentation import Segmentation, segment
+from ..segmentation.segmentation import WALL, Segmentation, segment
 from .completion import DEFAULT
+from .judging import is_fragment, object_cloud
 from .proposals import KINDS, Scene, propose
-from .recognition import is_fragment, object_cloud
+from .surroundings import Surroundings
 
 _OBJECT = 0.4  # intersection over union from which on a proposal is an object
 _PART = 0.25  # from here to there it is disputed, and no example
@@ -30,6 +31,7 @@ class Example:
     nearest: int  # number of that object, -1 if it overlaps none
     overlap: float  # their intersection over union
     by: str  # what proposed it
+    beside: np.ndarray  # (S,) what surrounds it, see `surroundings`
 
     @property
     def number(self) -> int | None:
@@ -66,7 +68,7 @@ def proposed_examples(
     dense = filled(levelling.to_level(points), settings.leaf_size)
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
-    sizes = np.bincount(truth[truth >= 0])
+    sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
     for proposal in propose(scene, simulator, kinds):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < _FEWEST:
@@ -76,7 +78,8 @@ def proposed_examples(
         cloud, box = object_cloud(own, completion, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
             nearest = number if shared > 0 else -1
-            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by)
+            beside = place.of(own, box.size, proposal.support)
+            yield Example(cloud=cloud, nearest=nearest, overlap=shared, by=proposal.by, beside=beside)
 
 
 def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:

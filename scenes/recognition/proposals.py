@@ -133,8 +133,8 @@ def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
 
 def support_heights(parts: list[np.ndarray]) -> list[float]:
     """Return the height that each object stands on, metres: the top of what is right below it, else the floor's 0."""
-    lows, highs = (np.array([end(part, axis=0) for part in parts]).reshape(-1, 3) for end in (np.min, np.max))
-    return [top_below(k, parts, lows, highs) for k in range(len(parts))]
+    corners = np.array([corners_of(part) for part in parts]).reshape(-1, 2, 3)
+    return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[Proposal]:

@@ -2,52 +2,38 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 
-from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.quantities import Stopwatch
-from spherefunc_bullet.settling.settling import Settled, settle_all
 
-from ..pools.levelling import levelled
-from ..pools.surfaces import Pool
 from ..scans.cells import cells
-from ..scans.filling import filled
+from ..scans.filling import crowded, filled
 from ..scans.levelling import level
 from ..scans.scan import Scan
-from ..segmentation.box import Box, bounding_box
+from ..segmentation.box import bounding_box
 from ..segmentation.clusters import euclidean_clusters
-from ..segmentation.segmentation import LEFT_OVER, Segmentation, segment
-from .assumed_ground import holding_anywhere
-from .choosing import BARS, Candidate, chosen, claiming
-from .completion import DEFAULT, TOP, complete
+from ..segmentation.segmentation import LEFT_OVER, WALL, Segmentation, segment
+from .choosing import BARS, Candidate, chosen
+from .completion import DEFAULT
 from .inferring import inferred_seats
-from .proposals import KINDS, Proposal, Scene, cluster_proposals, propose
+from .judging import Asking, is_fragment, judged, surroundings_for
+from .proposals import KINDS, Scene, cluster_proposals, propose
 from .room import Room, SceneObject
 from .smoothing import smoothed
 
-logger = logging.getLogger("spherefunc")
-LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a fragment would be one of
-# Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
-# that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
-SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
-SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
 MANY = 2_000_000  # points: what has more is thinned before anything else
 FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
 FEWEST = 60  # points of an object
-FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
 def compile_kernels():
     """Have the kernels of clusters and smoothing compiled, or loaded, so that stages are timed without that."""
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
+    crowded(few, 0.02)
     euclidean_clusters(few, 0.02)
 
 
@@ -91,7 +77,11 @@ def recognise(
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
     watch.lap("pools")
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
-    candidates = judged(dense, proposed, model, completion, watch, ground_seen=levelling.floor_seen, bars=bars)
+    around = surroundings_for(model, dense, labels == WALL)
+    asking = Asking(
+        model=model, completion=completion, ground_seen=levelling.floor_seen, bars=bars, surroundings=around
+    )
+    candidates = judged(dense, proposed, asking, watch)
     objects = chosen(candidates, FEWEST)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
@@ -121,57 +111,9 @@ def recognise_objects(
     model, completion
         See `recognise`.
     """
-    candidates = judged(points, cluster_proposals(points, labels), model, completion, Stopwatch())
+    asking = Asking(model=model, completion=completion)
+    candidates = judged(points, cluster_proposals(points, labels), asking, Stopwatch())
     return [scene_object(number, points, one) for number, one in enumerate(candidates)]
-
-
-def judged(
-    points: np.ndarray,
-    proposals: Sequence[Proposal],
-    model: FunctionModel,
-    completion: Sequence[str],
-    watch: Stopwatch,
-    ground_seen: bool = True,
-    bars: Mapping[str, float] | None = None,
-) -> list[Candidate]:
-    """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres, level frame
-    watch : Stopwatch
-        Receives the seconds of each step.
-    ground_seen : bool
-        Whether z = 0 is a surface of the scene; else large things are told what they are wherever it may lie.
-    bars : dict of str to float, optional
-        Scores above which proposals of each kind claim a function; without, those above which the model does.
-    """
-    clouds = [object_cloud(points[one.members], completion, one.support, one.pool) for one in proposals]
-    watch.lap("completion")
-    settled = settled_on([cloud for cloud, _ in clouds], model)
-    watch.lap("spheres")
-    functions = model.memberships_of(settled, any_heading=True)
-    if bars is not None:
-        functions = [claiming(told, bars[one.by]) for told, one in zip(functions, proposals, strict=True)]
-    if not ground_seen:
-        functions = holding_anywhere([cloud for cloud, _ in clouds], functions, partial(told_of, model=model), LARGE)
-    watch.lap("classification")
-    candidates = []
-    for place, (proposal, told) in enumerate(zip(proposals, functions, strict=True)):
-        if is_fragment(points[proposal.members], clouds[place][1], proposal.support):
-            told = {name: replace(membership, member=False) for name, membership in told.items()}
-        candidates.append(Candidate(proposal=proposal, functions=told, place=place))
-    return candidates
-
-
-def told_of(clouds: Sequence[Cloud], model: FunctionModel) -> list[dict[str, Membership]]:
-    """Return what a model says of clouds."""
-    return model.memberships_of(settled_on(clouds, model), any_heading=True)
-
-
-def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
-    """Return whether points (N, 3) are a part of something that is not seen whole: small, and carried by nothing."""
-    return bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
 
 
 def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> SceneObject:
@@ -197,43 +139,3 @@ def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
     return numbered
 
 
-def object_cloud(
-    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None
-) -> tuple[Cloud, Box]:
-    """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
-    box = bounding_box(points)
-    spacing = value_for_size(SPACINGS, box.size.max())
-    seen = cells(points, spacing).means if spacing else points
-    even = levelled(seen, pool) if pool is not None and TOP in completion else seen
-    whole = complete(even, completion, support=support)
-    own = (whole - [*box.center[:2], support]) @ box.axes.T
-    return Cloud(own, "object"), box
-
-
-def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[Settled]:
-    """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
-
-    An object that the simulator cannot do holds no spheres, and that is logged.
-    """
-    settled: list[Settled] = [{} for _ in clouds]
-    radii = [telling_radii(cloud, model) for cloud in clouds]
-    names = [cloud.name for cloud in clouds]
-    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
-        if isinstance(outcome, InputError):
-            logger.warning("object %d: %s", number, outcome)
-        else:
-            settled[number] = outcome
-    return settled
-
-
-def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
-    """Return what an object's largest side chooses, 0 for what is small."""
-    return next((value for least, value in choices if side >= least), 0.0)
-
-
-def telling_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
-    """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
-    if model.length.drops is not None:
-        return model.chosen_radii()
-    smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
-    return [radius for radius in model.chosen_radii() if radius >= smallest]

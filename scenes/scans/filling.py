@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
+from numba import njit
 
 from .cells import cells
 
@@ -35,29 +38,77 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     some = places[:: max(1, len(places) // _LOOKED_AT)]
     if np.mean(tree.query(some, _NEIGHBORS + 1)[0][:, -1] > _SPARSE * side) < _SOMEWHERE:
         return points
-    distances, neighbors = tree.query(places, _NEIGHBORS + 1, distance_upper_bound=_WIDEST)
-    return np.vstack([points, between(places, mutual_pairs(distances, neighbors, _SPARSE * side), side)])
+    alone = ~crowded(places, _SPARSE * side)
+    nearest = partial(tree.query, k=_NEIGHBORS + 1, distance_upper_bound=_WIDEST)
+    own, beside = np.flatnonzero(alone), nearest(places[alone])[1]
+    others = np.setdiff1d(beside[beside < len(places)], own)
+    asked, neighbors = np.append(own, others), np.vstack([beside, nearest(places[others])[1]])
+    return np.vstack([points, between(places, mutual_pairs(asked, neighbors, alone), side)])
 
 
-def mutual_pairs(distances: np.ndarray, neighbors: np.ndarray, sparse: float) -> np.ndarray:
-    """Return the pairs (P, 2) of points that are each other's neighbours, at least one where neighbours are far.
+def mutual_pairs(asked: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) -> np.ndarray:
+    """Return the pairs (P, 2) of points that are each other's neighbours, at least one of which stands alone.
 
     Parameters
     ----------
-    distances, neighbors : (N, K + 1) float64 and int64
-        Of each point and its neighbours, itself first; infinite and N where there are no more.
-    sparse : float
-        Metres to the last neighbour from which on a point counts as standing alone.
+    asked : (A,) int64
+        Of N points those that stand alone, and their neighbours.
+    neighbors : (A, K + 1) int64
+        Of each of these and its neighbours, itself first; N where there are no more.
+    alone : (N,) bool
     """
-    count = len(distances)
-    first = np.repeat(np.arange(count), neighbors.shape[1] - 1)
+    count = len(alone)
+    first = np.repeat(asked, neighbors.shape[1] - 1)
     second = neighbors[:, 1:].ravel()
     known = second < count
     keys = np.sort((np.minimum(first, second) * (count + 1) + np.maximum(first, second))[known])
     keys = keys[1:][keys[1:] == keys[:-1]]
     pairs = np.column_stack([keys // (count + 1), keys % (count + 1)])
-    alone = distances[:, -1] > sparse
-    return pairs[alone[pairs].any(axis=1)]
+    return pairs[alone[pairs[:, 0]] | alone[pairs[:, 1]]]
+
+
+def crowded(places: np.ndarray, reach: float) -> np.ndarray:
+    """Return which places (N, 3) have as many others within a reach in metres as a point has neighbours, (N,) bool."""
+    grid = cells(places, reach)
+    enough = np.zeros(len(places), np.bool_)
+    count_around(np.ascontiguousarray(places[grid.order]), grid.keys, grid.start, reach * reach, enough)
+    out = np.empty(len(places), bool)
+    out[grid.order] = enough
+    return out
+
+
+@njit(cache=True, error_model="numpy")
+def count_around(points, keys, start, square, enough):
+    """Mark the points that have enough others within a reach.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres
+        Sorted by the cell of a grid as wide as the reach.
+    keys : (C,) int64
+        Of the cells, ascending, as `cells` packs them.
+    start : (C + 1,) int64
+        The first point of each cell, and the number of all.
+    square : float
+        Of the reach, square metres.
+    enough : (N,) bool
+        Receives them.
+    """
+    columns = np.empty((9, 2), np.int64)
+    for cell in range(len(keys)):
+        for column in range(9):  # the three cells along z follow one another
+            key = keys[cell] + ((column // 3 - 1) << 42) + ((column % 3 - 1) << 21)
+            columns[column, 0] = start[np.searchsorted(keys, key - 1)]
+            columns[column, 1] = start[np.searchsorted(keys, key + 2)]
+        for i in range(start[cell], start[cell + 1]):
+            count = -1  # itself
+            for column in range(9):
+                for j in range(columns[column, 0], columns[column, 1]):
+                    x, y, z = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
+                    count += x * x + y * y + z * z <= square
+                if count >= _NEIGHBORS:
+                    break
+            enough[i] = count >= _NEIGHBORS
 
 
 def between(places: np.ndarray, pairs: np.ndarray, side: float) -> np.ndarray:

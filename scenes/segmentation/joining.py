@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import corners_of
+
 from .box import Box, bounding_box
 from .clusters import members_of
+from .walls import Wall
 
 _FEWEST = 10  # voxels: what is smaller is noise
 _REACH = 0.12  # metres: the widest gap that is bridged
@@ -23,7 +26,8 @@ _FOOT = 0.01  # metres around what is seen of a foot: a stemmed glass's went wit
 _WITHIN = 0.5  # of a piece that lies over or under another's outline, for the two to be one
 _MARGIN = 0.03  # metres that the outline is widened by
 _PROBES = 100  # points of a piece that are looked at for that
-_HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs on it
+_HANGS = 0.06  # metres from a wall: what is nearer and stands on nothing hangs on it,
+_LOW, _DEEP = 0.6, 0.35  # metres: unless it begins so low and reaches out so far, as an armchair does, its foot hidden
 _VESSEL = 0.35  # metres: the largest vessel
 _LEVEL_RIM = 0.02  # metres by which the rim of two pieces of a vessel may differ
 _SAME_WIDTH = 1.25  # of the wider piece's width: both sides of one vessel are as wide as it is
@@ -43,10 +47,13 @@ class Piece:
 
     @classmethod
     def from_points(cls, number: int, points: np.ndarray) -> Piece:
-        return cls(number=number, points=points, low=points.min(axis=0), high=points.max(axis=0))
+        low, high = corners_of(points)
+        return cls(number=number, points=points, low=low, high=high)
 
 
-def join_pieces(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground: np.ndarray) -> np.ndarray:
+def join_pieces(
+    points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, ground: np.ndarray, walls: Sequence[Wall] = ()
+) -> np.ndarray:
     """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
 
     What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
@@ -59,10 +66,12 @@ def join_pieces(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, gr
         Clusters, numbered from 0.
     wall, ground : (W, 3), (G, 3) float64, metres
         Voxels of walls and of the ground.
+    walls : sequence of Wall
+        Their planes.
     """
     pieces = [Piece.from_points(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
     links, hanging = vessel_sides(pieces, ground), []
-    walls, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
+    distance, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
     x = points[along_x, 0]
     lows, highs = (np.array([getattr(piece, end) for piece in pieces]).reshape(-1, 3) for end in ("low", "high"))
     for piece in pieces:
@@ -78,7 +87,7 @@ def join_pieces(points: np.ndarray, cluster_of: np.ndarray, wall: np.ndarray, gr
         if carried and piece.low[2] > _BASE:
             continue
         whole = whole_of(piece, points[near], cluster_of[near])
-        if not carried and walls(piece.points) < _HANGS:
+        if not carried and distance(piece.points) < _HANGS and not reaches_out(piece, walls):
             hanging.append(piece.number)
         elif whole is not None:
             links.append((piece.number, whole))
@@ -145,10 +154,19 @@ def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
     return nearest
 
 
+def reaches_out(piece: Piece, walls: Sequence[Wall]) -> bool:
+    """Return whether a piece is low and reaches far into the room from all walls: furniture with its back to one."""
+    depths = [np.percentile(wall.ahead(piece.points), 90) for wall in walls]
+    return bool(depths) and bool(piece.low[2] < _LOW and min(depths) > _DEEP)
+
+
 def points_around(piece: Piece, points: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Return the indices of those among the chosen points (N, 3) that lie within reach of a piece's sides and ends."""
-    inside = (points[chosen, 1:] > piece.low[1:] - _REACH) & (points[chosen, 1:] < piece.high[1:] + _REACH)
-    return np.sort(chosen[inside.all(axis=1)])
+    inside = np.ones(len(chosen), bool)
+    for axis in (1, 2):
+        column = points[chosen, axis]
+        inside &= (column > piece.low[axis] - _REACH) & (column < piece.high[axis] + _REACH)
+    return np.sort(chosen[inside])
 
 
 def is_carried(piece: Piece, near: np.ndarray) -> bool:

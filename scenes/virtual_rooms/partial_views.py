@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from spherefunc_bullet.clouds.cloud import Cloud
 
 from ..recognition.completion import DEFAULT
-from ..recognition.recognition import object_cloud
+from ..recognition.judging import object_cloud
 from .scans import VirtualScan
 
 

@@ -21,8 +21,9 @@ from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
 from .profiles.forest import Forest, forest_of
+from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
-from .profiles.quantities import rank_distances
+from .profiles.quantities import NAMES, rank_distances
 from .validation import quality
 
 if TYPE_CHECKING:
@@ -124,8 +125,12 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
-        """Learn from more objects: all examples are kept, and forests are grown anew from all of them."""
+        """Learn from more objects: all examples are kept, and forests are grown anew from all of them.
+
+        What was learnt of scans is given up, since nothing surrounds these.
+        """
         check_is_fitted(self, "members_")
+        self.in_scenes_ = None
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
         kin = self.kin_.with_more(len(names))
@@ -169,6 +174,24 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
+    def fit_in_scenes(
+        self, beside: np.ndarray, names: Sequence[str], members: np.ndarray, taught: np.ndarray
+    ) -> FunctionClassifier:
+        """Learn from what surrounds the training objects (N, S), by its names, as well; see `ProfileModel`.
+
+        Parameters
+        ----------
+        members, taught : (N, F) bool
+            See `fit_profiles`, which comes first.
+        """
+        both = clone(self).fit_profiles(
+            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.kin_, taught
+        )
+        forests = [one.in_short() for one in both.forests_ if isinstance(one, Forest)]
+        if len(forests) == len(self.functions_):  # else some function is all examples', or none's
+            self.in_scenes_ = SceneForests(names=tuple(names), forests=forests, lines=both.lines_)
+        return self
+
     def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
@@ -195,7 +218,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def _radius(self, grown: ClassifierMixin | None) -> float:
         """Return the radius whose quantities count most in a classifier, metres."""
-        weights = getattr(grown, "feature_importances_", np.zeros(self.profiles_.shape[1]))
+        count = len(self.radii) * len(NAMES)  # what surrounds objects, which comes after, is of no radius
+        weights = getattr(grown, "feature_importances_", np.zeros(count))[:count]
         by_radius = dict(zip(self.radii, weights.reshape(len(self.radii), -1).sum(axis=1), strict=True))
         return max(sorted(by_radius, reverse=True), key=by_radius.get)
 

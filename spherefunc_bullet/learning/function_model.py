@@ -71,7 +71,11 @@ class FunctionModel(ABC):
 
     def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
         """Return what each object is for, by the function's name; see `score_settled`."""
-        scores, radius = self.score_settled(settled, any_heading=any_heading), self.radius_
+        return self.memberships_by(self.score_settled(settled, any_heading=any_heading))
+
+    def memberships_by(self, scores: np.ndarray) -> list[dict[str, Membership]]:
+        """Return what objects are for by their scores (N, F)."""
+        radius = self.radius_
         return [
             {
                 name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=radius[name])

@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 from .lesson import Lesson, Sight, room_lessons
 
-FORMAT = 1  # of the files; another number, scanned anew
+FORMAT = 3  # of the files; another number, scanned anew
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
 
 
@@ -66,6 +66,7 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     shares = ("overlap", "shown")
     arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in shares}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
+    arrays["beside"] = np.array([one.beside for one in lessons], float)
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
     arrays |= packed("voxels", [record.voxels for record in records])
     for radius in records[0].settled if records else ():
@@ -104,6 +105,7 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             functions=frozenset(filter(None, str(arrays["functions"][row]).split(";"))),
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),
+            beside=arrays["beside"][row],
             record=record_at(row, str(name), arrays["size"][row], voxels[row], drops),
         )
         for row, name in enumerate(arrays["name"])

@@ -12,6 +12,8 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
+from spherefunc_bullet.scenes.recognition.surroundings import alone
+from spherefunc_bullet.scenes.segmentation.box import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
@@ -57,6 +59,7 @@ STEREO_SIGHTS = (
     Sight(views=1, noise=0.5, window=5, blur=2.0, close=8),
     Sight(views=1, noise=0.5, window=5, blur=3.0, close=8),
     Sight(views=3, noise=0.5, window=5, blur=1.5, close=8),
+    Sight(views=1, noise=0.5, window=9, blur=5.0, close=8),
 )
 
 
@@ -71,6 +74,7 @@ class Lesson:
     overlap: float = 1.0  # intersection over union of the two
     shown: float = 1.0  # share of the places where spheres rest on the object that the scan shows
     record: ObjectRecord
+    beside: np.ndarray  # (S,) what surrounds it
 
 
 def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
@@ -101,7 +105,9 @@ def lesson_of(
 ) -> Lesson:
     """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
     if item is None:
-        return Lesson(name=name, thing="", functions=frozenset(), overlap=0.0, shown=0.0, record=record)
+        return Lesson(
+            name=name, thing="", functions=frozenset(), overlap=0.0, shown=0.0, record=record, beside=example.beside
+        )
     return Lesson(
         name=name,
         thing=thing_of(item),
@@ -109,6 +115,7 @@ def lesson_of(
         overlap=example.overlap,
         shown=shown,
         record=record,
+        beside=example.beside,
     )
 
 
@@ -129,7 +136,9 @@ def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -
     """Return what a whole model teaches."""
     settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
     name, thing = item.path.name, thing_of(item)
-    return Lesson(name=name, thing=thing, functions=item.functions, record=record_of(name, cloud, settled))
+    beside = alone(cloud.points, bounding_box(cloud.points).size)
+    record = record_of(name, cloud, settled)
+    return Lesson(name=name, thing=thing, functions=item.functions, record=record, beside=beside)
 
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:

@@ -8,7 +8,8 @@ import numpy as np
 
 from ...errors import InputError
 from .calibration import Kin
-from .forest import Forest
+from .forest import Forest, kept_forests, rebuilt_forests
+from .in_scenes import rebuilt_scenes, scenes_kept
 from .profile_model import PROFILE, ProfileModel
 from .quantities import NAMES
 
@@ -22,6 +23,9 @@ def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.nda
         early, parts = learnt_kept(model.early_)
         about["early"] = early
         arrays |= {EARLY + name: values for name, values in parts.items()}
+    if model.in_scenes_ is not None:
+        scenes, parts = scenes_kept(model.in_scenes_)
+        about, arrays = about | scenes, arrays | parts
     return about, arrays
 
 
@@ -29,11 +33,10 @@ def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarr
     """Return what is kept of what was learnt from runs of one length."""
     arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
     arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
-    for i, one in enumerate(model.forests_):
-        if isinstance(one, Forest):
-            arrays |= {f"{name}_{i}": values for name, values in one.arrays().items()}
-        elif one is not None:
+    for one in model.forests_:
+        if one is not None and not isinstance(one, Forest):
             raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
+    arrays |= kept_forests(model.forests_)
     about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
     radii = [model.radius_[name] for name in model.functions_]
     return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
@@ -53,20 +56,16 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
         raise ValueError("weights and names differ in number")
     if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
         raise ValueError("quantities and names differ in number")
-    model.forests_ = [None if f"roots_{i}" not in arrays else rebuilt_forest(arrays, i) for i in range(len(names))]
+    model.forests_ = rebuilt_forests(arrays, len(names))
     for one in model.forests_:
         if one is not None:
             one.require_whole(model.profiles_.shape[1])
+    model.in_scenes_ = rebuilt_scenes(about, arrays, model.profiles_.shape[1])
 
 
 def fill_early(model: ProfileModel, early: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
     """Give a model what its file holds of the first drops, to be read by another one that is empty."""
     early.functions_, early.members_, early.names_ = model.functions_, model.members_, model.names_
     parts = {name.removeprefix(EARLY): values for name, values in arrays.items() if name.startswith(EARLY)}
-    fill_profiles(early, about | about["early"], parts | {"names": arrays["names"]})
+    fill_profiles(early, about | about["early"] | {"surroundings": ()}, parts | {"names": arrays["names"]})
     model.early_ = early
-
-
-def rebuilt_forest(arrays: dict[str, np.ndarray], i: int) -> Forest:
-    """Return one function's forest."""
-    return Forest(**{name: arrays[f"{name}_{i}"] for name in ("roots", "feature", "threshold", "below", "vote")})

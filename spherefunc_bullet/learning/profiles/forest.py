@@ -121,6 +121,21 @@ def forest_of(grown: ExtraTreesClassifier) -> Forest:
     return Forest(roots=starts.astype(np.int32), **{name: joined[name].astype(kind) for name, kind in kinds.items()})
 
 
+def kept_forests(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
+    """Return the arrays of forests, by name and place."""
+    grown = [(place, one) for place, one in enumerate(forests) if one is not None]
+    return {f"{name}_{place}": values for place, one in grown for name, values in one.arrays().items()}
+
+
+def rebuilt_forests(arrays: dict[str, np.ndarray], count: int) -> list[Forest | None]:
+    """Return so many forests of the arrays of `kept_forests`, None where there is none."""
+    names = ("roots", "feature", "threshold", "below", "vote")
+    return [
+        Forest(**{name: arrays[f"{name}_{place}"] for name in names}) if f"roots_{place}" in arrays else None
+        for place in range(count)
+    ]
+
+
 def in_pairs(tree: Any) -> dict[str, np.ndarray]:
     """Return the nodes of a tree, as scikit-learn holds it, level by level: two children stand side by side."""
     left, right = tree.children_left, tree.children_right

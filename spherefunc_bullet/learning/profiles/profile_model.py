@@ -11,9 +11,10 @@ import numpy as np
 from ...settling.drops import NO_DROPS, Length, settled_count
 from ...settling.settling import Settled
 from ...simulator import Simulator
-from ..function_model import FunctionModel
+from ..function_model import FunctionModel, Membership
 from .calibration import Kin, Line, calibrated
 from .forest import Forest, Grove, grove_of
+from .in_scenes import SceneForests
 from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ class ProfileModel(FunctionModel):
         What was learnt, see `FunctionClassifier`.
     early_ : ProfileModel or None
         What was learnt from the first drops on the same objects; it answers where it is sure.
+    in_scenes_ : SceneForests or None
+        What was learnt from the quantities and what surrounds objects in scans; it answers where that is known.
     """
 
     drops: int
@@ -53,6 +56,7 @@ class ProfileModel(FunctionModel):
     kin_: Kin
     familiar_: float
     early_: ProfileModel | None = None
+    in_scenes_: SceneForests | None = None
     _ranks: Ranks | None = None  # of the training objects, once somebody has asked
     _grove: tuple[list[Forest], Grove] | None = None  # the forests, and what they are asked by
     _asked: tuple[list[tuple[float, np.ndarray]], np.ndarray] | None = None  # the last drops, and their quantities
@@ -97,6 +101,10 @@ class ProfileModel(FunctionModel):
             rows = [row for row, own in enumerate(readers) if own is reader]
             scores[rows] = reader.score_profiles(reader.profiles([settled[row] for row in rows]))
         return scores
+
+    def memberships_in_scene(self, settled: Sequence[Settled], beside: np.ndarray) -> list[dict[str, Membership]]:
+        """Return what objects of a scan are for by what surrounds them (N, S) as well, see `in_scenes_`."""
+        return self.memberships_by(self.in_scenes_.scores(self.profiles(settled), beside))
 
     def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
         """Return the first drops where these make sure what the object is for, else all; see `FunctionModel`."""
@@ -184,4 +192,5 @@ class ProfileModel(FunctionModel):
         alone.forests_, alone.lines_ = [self.forests_[column]], [self.lines_[column]]
         alone.radius_ = {name: self.radius_[name]}
         alone.early_ = self.early_ and self.early_.only(name)
+        alone.in_scenes_ = self.in_scenes_ and self.in_scenes_.only(column)
         return alone

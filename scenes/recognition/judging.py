@@ -1,0 +1,163 @@
+"""What a model says of proposals, each completed, and of what surrounds them."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
+from spherefunc_bullet.quantities import Stopwatch
+from spherefunc_bullet.settling.settling import Settled, settle_all
+
+from ..pools.levelling import levelled
+from ..pools.surfaces import Pool
+from ..scans.cells import cells
+from ..segmentation.box import Box, bounding_box
+from .assumed_ground import Told, holding_anywhere
+from .choosing import Bar, Candidate, claiming
+from .completion import TOP, complete
+from .proposals import Proposal
+from .surroundings import NAMES, Surroundings
+
+logger = logging.getLogger("spherefunc")
+LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a fragment would be one of
+# Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
+# that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
+SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
+SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
+FLOATS = 0.10  # metres above its support: what begins higher does not stand
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Asking:
+    """How proposals are asked about."""
+
+    model: FunctionModel
+    completion: Sequence[str]  # see `completion.complete`
+    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large things hold wherever it may lie
+    bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
+    surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
+
+
+class Part(NamedTuple):
+    """A proposal with its points (K, 3) and their box."""
+
+    proposal: Proposal
+    points: np.ndarray
+    box: Box
+
+
+def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarray) -> Surroundings | None:
+    """Return the surroundings in a scene of points (N, 3), some of walls (N,) bool, for a model that has learnt such.
+
+    Raises
+    ------
+    InputError
+        If it has learnt other ones than these.
+    """
+    scenes = model.in_scenes_ if isinstance(model, ProfileModel) else None
+    if scenes is None:
+        return None
+    if scenes.names != NAMES:
+        raise InputError("the model has learnt other surroundings than this version reads; train it again")
+    return Surroundings(points=points, is_wall=is_wall)
+
+
+def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, watch: Stopwatch) -> list[Candidate]:
+    """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+    watch : Stopwatch
+        Receives the seconds of each step.
+    """
+    clouds = [object_cloud(points[one.members], asking.completion, one.support, one.pool) for one in proposals]
+    watch.lap("completion")
+    settled = settled_on([cloud for cloud, _ in clouds], asking.model)
+    watch.lap("spheres")
+    parts = [Part(one, points[one.members], box) for one, (_, box) in zip(proposals, clouds, strict=True)]
+    functions = told_of(parts, settled, asking)
+    if not asking.ground_seen:
+
+        def asked_lower(doubted: Sequence[int], lower: float) -> list[Told]:
+            raised = [Cloud(clouds[k][0].points + np.array([0.0, 0.0, lower]), clouds[k][0].name) for k in doubted]
+            return told_of([parts[k] for k in doubted], settled_on(raised, asking.model), asking, lower)
+
+        functions = holding_anywhere([cloud for cloud, _ in clouds], functions, asked_lower, LARGE)
+    watch.lap("classification")
+    candidates = []
+    for place, (proposal, told) in enumerate(zip(proposals, functions, strict=True)):
+        if is_fragment(points[proposal.members], clouds[place][1], proposal.support):
+            told = {name: replace(membership, member=False) for name, membership in told.items()}
+        candidates.append(Candidate(proposal=proposal, functions=told, place=place))
+    return candidates
+
+
+def told_of(
+    parts: Sequence[Part], settled: Sequence[Settled], asking: Asking, lower: float = 0.0
+) -> list[Told]:
+    """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
+    if asking.surroundings is None or not parts:
+        told = asking.model.memberships_of(settled, any_heading=True)
+    else:
+        around = asking.surroundings.of
+        beside = [around(one.points, one.box.size, one.proposal.support - lower) for one in parts]
+        told = asking.model.memberships_in_scene(settled, np.array(beside))
+    if asking.bars is None:
+        return told
+    return [claiming(own, asking.bars[one.proposal.by]) for own, one in zip(told, parts, strict=True)]
+
+
+def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
+    """Return whether points (N, 3) are a part of something that is not seen whole: small, and carried by nothing."""
+    return bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
+
+
+def object_cloud(
+    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None
+) -> tuple[Cloud, Box]:
+    """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
+    box = bounding_box(points)
+    spacing = value_for_size(SPACINGS, box.size.max())
+    seen = cells(points, spacing).means if spacing else points
+    even = levelled(seen, pool) if pool is not None and TOP in completion else seen
+    whole = complete(even, completion, support=support)
+    own = (whole - [*box.center[:2], support]) @ box.axes.T
+    return Cloud(own, "object"), box
+
+
+def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[Settled]:
+    """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
+
+    An object that the simulator cannot do holds no spheres, and that is logged.
+    """
+    settled: list[Settled] = [{} for _ in clouds]
+    radii = [telling_radii(cloud, model) for cloud in clouds]
+    names = [cloud.name for cloud in clouds]
+    for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
+        if isinstance(outcome, InputError):
+            logger.warning("object %d: %s", number, outcome)
+        else:
+            settled[number] = outcome
+    return settled
+
+
+def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float:
+    """Return what an object's largest side chooses, 0 for what is small."""
+    return next((value for least, value in choices if side >= least), 0.0)
+
+
+def telling_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
+    """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
+    if model.length.drops is not None:
+        return model.chosen_radii()
+    smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
+    return [radius for radius in model.chosen_radii() if radius >= smallest]

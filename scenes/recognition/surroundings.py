@@ -1,0 +1,198 @@
+"""What surrounds a proposal in its scan: what rises behind it, lies over and under it, or goes on beyond its edge.
+
+Spheres fall on what was cut out, as if it stood alone. Whether its level goes on beyond the cut, is free on three
+sides, carries something, or has a wall behind it or a top over it, only the scene tells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..scans.cells import cells
+
+_SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
+_SQUARE = 2  # voxels along the side of the squares that areas are told in
+_REACH = 0.42  # metres beyond a proposal within which the scene is looked at
+_WAYS = 24  # directions
+_BAND = 0.02  # metres above and below the level that are of it
+_SLAB = 0.03  # metres likewise, of the points that its outline is of
+_EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
+_RISES = 0.10  # metres above the level: a back, a wall, a neighbour
+_LOW = 0.25  # metres above the level: things that stand on it
+_LOWER = 0.04  # metres below the level: another thing beside it
+_GROUND = 0.03  # metres above the ground
+_WALL = 0.05  # metres: squares of walls seen from above
+NAMES = (
+    "long", "wide", "high",  # metres, of its box
+    "level", "over_level", "level_area", "level_share",  # height over the support; what is above; m2; of its footprint
+    "backed", "backed_aside", "closed_below", "hollow_below", "begins",  # by its own points
+    "carries", "covered",  # by others' points over it, shares of the level
+    "goes_on", "beside", "walled_near", "walled_far", "lower_near", "ground_near", "unseen_near",  # of all directions
+    "highest_near", "highest_far",  # metres above the level, of what is around
+    "from_wall",  # metres, at most 1
+)  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Voxels:
+    """A scene's voxels of one size, sorted along x."""
+
+    side: float  # metres
+    means: np.ndarray  # (V, 3) float64, metres
+    keys: np.ndarray  # (V,) int64, ascending, as `cells` packs them
+
+    def around(self, low: np.ndarray, high: np.ndarray, own: np.ndarray) -> np.ndarray:
+        """Return the means (K, 3) of voxels within reach of a box's corners (3,), without those of own keys (C,)."""
+        ends = np.array([[low[0] - _REACH, 0, 0], [high[0] + _REACH, 0, 0]])
+        first, last = np.searchsorted(self.keys, cells(ends, self.side).keys)
+        y = self.means[first:last, 1]
+        near = first + np.flatnonzero((y > low[1] - _REACH) & (y < high[1] + _REACH))
+        keys = self.keys[near]
+        place = np.minimum(np.searchsorted(own, keys), len(own) - 1)
+        return self.means[near[own[place] != keys]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surroundings:
+    """A scene, to be asked what surrounds parts of it."""
+
+    points: np.ndarray  # (N, 3) float64, metres, level frame; floor and walls too
+    is_wall: np.ndarray  # (N,) bool
+
+    def of(self, own: np.ndarray, size: np.ndarray, support: float) -> np.ndarray:
+        """Return what surrounds some points of the scene (K, 3), by NAMES (S,).
+
+        Parameters
+        ----------
+        size : (3,) float64, metres
+            Of the box around them.
+        support : float
+            The height that they stand on, metres.
+        """
+        voxels = self._voxels[next(side for least, side in _SIDES if size.max() >= least)]
+        mine = cells(own, voxels.side)
+        level = level_of(mine.means, voxels.side)
+        low, high = mine.means.min(axis=0), mine.means.max(axis=0)
+        others = voxels.around(low, high, mine.keys)
+        shape = own_shape(mine.means, level, support)
+        wall = np.hypot(*(self._walls - level.middle).T).min(initial=np.inf) - level.edge.mean()
+        return np.array([
+            *size[:2], high[2] - low[2], level.height - support, high[2] - level.height, level.area, level.share,
+            *shape, low[2] - support, *around_level(others, level, support), min(float(wall), 1.0),
+        ])  # fmt: skip
+
+    @cached_property
+    def _voxels(self) -> dict[float, Voxels]:
+        found = {}
+        for _, side in _SIDES:
+            thinned = cells(self.points, side)
+            found[side] = Voxels(side=side, means=thinned.means, keys=thinned.keys)
+        return found
+
+    @cached_property
+    def _walls(self) -> np.ndarray:
+        return cells(self.points[self.is_wall] * [1, 1, 0], _WALL).means[:, :2]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Level:
+    """The height that most of a proposal's columns end at, and the ground below it."""
+
+    height: float  # metres
+    middle: np.ndarray  # (2,) metres
+    edge: np.ndarray  # (D,) metres from the middle to the edge, in each direction
+    area: float  # square metres
+    share: float  # of the proposal's columns
+    lowest: np.ndarray  # (C,) metres, where each column begins
+    square: float  # metres, side of the columns
+
+    def covered(self, points: np.ndarray) -> float:
+        """Return the area that points (N, 3) are above or below, as a share of the level's."""
+        return len(cells(points * [1, 1, 0], self.square).keys) * self.square**2 / max(self.area, self.square**2)
+
+
+def level_of(voxels: np.ndarray, side: float) -> Level:
+    """Return the level of a proposal's voxels (C, 3) of a side in metres."""
+    square = _SQUARE * side
+    columns = cells(voxels * [1, 1, 0], square)
+    tops, lowest = np.full(len(columns.keys), -np.inf), np.full(len(columns.keys), np.inf)
+    np.maximum.at(tops, columns.cell_of, voxels[:, 2])
+    np.minimum.at(lowest, columns.cell_of, voxels[:, 2])
+    tops.sort()
+    counts = np.searchsorted(tops, tops + 2 * _BAND, side="right") - np.arange(len(tops))
+    best = int(np.argmax(counts))
+    height = float(np.median(tops[best : best + counts[best]]))
+    slab = voxels[np.abs(voxels[:, 2] - height) <= _SLAB]
+    flat = cells(slab * [1, 1, 0], square).means[:, :2]
+    middle = flat.mean(axis=0)
+    way, far = polar(flat, middle)
+    edge = np.zeros(_WAYS)
+    np.maximum.at(edge, way, far)
+    return Level(
+        height=height,
+        middle=middle,
+        edge=np.where(edge > 0, edge, far.mean()) + square / 2,
+        area=len(flat) * square**2,
+        share=len(flat) / len(columns.keys),
+        lowest=lowest,
+        square=square,
+    )
+
+
+def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
+    """Return how a proposal's own voxels (C, 3) rise above its level and close what is below it.
+
+    Directions in which they rise, how one-sided these are, directions closed by sides, and columns with nothing below.
+    """
+    way, far = polar(voxels[:, :2], level.middle)
+    backs = np.unique(way[voxels[:, 2] > level.height + _RISES])
+    angles = backs * (2 * np.pi / _WAYS)
+    aside = float(np.hypot(np.cos(angles).mean(), np.sin(angles).mean())) if len(backs) else 0.0
+    rise = level.height - support
+    between = (voxels[:, 2] > support + 0.25 * rise) & (voxels[:, 2] < support + 0.7 * rise)
+    closed = share_of_ways(way[between & (far > 0.6 * level.edge[way])])
+    return [len(backs) / _WAYS, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
+
+
+def around_level(others: np.ndarray, level: Level, support: float) -> list[float]:
+    """Return what other voxels (K, 3) of the scene are over a proposal's level and around it, from `carries` on."""
+    way, far = polar(others[:, :2], level.middle)
+    beyond, above = far - level.edge[way], others[:, 2] - level.height
+    over, ring = beyond < 0, (beyond > 0) & (beyond < _NEAR)
+    standing, rises = others[:, 2] > support + _GROUND, above > _RISES
+    at_edge = beyond > -_BAND
+    highest = [
+        float(np.percentile(above[which], 95)) if which.any() else support - level.height
+        for which in (ring, (beyond > 0) & (beyond < _FAR))
+    ]
+    return [
+        level.covered(others[over & (above > _BAND) & (above < _LOW)]),
+        level.covered(others[over & rises]),
+        share_of_ways(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * _BAND)]),
+        share_of_ways(way[ring & standing]),
+        share_of_ways(way[at_edge & (beyond < _NEAR) & rises]),
+        share_of_ways(way[at_edge & (beyond < _FAR) & rises]),
+        share_of_ways(way[ring & (above < -_LOWER) & standing]),
+        share_of_ways(way[ring & (np.abs(others[:, 2]) < _GROUND)]),
+        1 - share_of_ways(way[ring]),
+        *highest,
+    ]
+
+
+def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return direction (N,) int and distance (N,) of places (N, 2) from a middle (2,)."""
+    x, y = places[:, 0] - middle[0], places[:, 1] - middle[1]
+    return np.floor(np.arctan2(y, x) / (2 * np.pi) * _WAYS).astype(int) % _WAYS, np.hypot(x, y)
+
+
+def share_of_ways(ways: np.ndarray) -> float:
+    """Return the share of all directions that are among some (N,)."""
+    return np.count_nonzero(np.bincount(ways, minlength=_WAYS)) / _WAYS
+
+
+def alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return what surrounds an object's points (N, 3) in a box of a size (3,) where there is nothing else, by NAMES."""
+    return Surroundings(points=points, is_wall=np.zeros(len(points), bool)).of(points, size, 0.0)

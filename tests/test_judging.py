@@ -1,0 +1,95 @@
+"""What is said of proposals: by whom, above which bars, and by what surrounds them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clouds import level
+from room_shapes import square_table
+from sklearn.ensemble import ExtraTreesClassifier
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.learning.model_file import load_model, save_model
+from spherefunc_bullet.quantities import Stopwatch
+from spherefunc_bullet.scenes.recognition.choosing import BARS
+from spherefunc_bullet.scenes.recognition.judging import Asking, judged, surroundings_for
+from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
+from spherefunc_bullet.scenes.recognition.surroundings import NAMES
+
+STOOL = square_table(0.6, 0.6, 0.45)
+ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
+
+
+class Sure(FunctionClassifier):
+    """Says the same of everything."""
+
+    functions_ = ("sittable",)
+
+    def memberships_of(self, settled, *, any_heading=False):
+        return [{"sittable": Membership(member=True, score=0.5, radius=0.03)} for _ in settled]
+
+
+@pytest.fixture(scope="module")
+def learnt() -> FunctionClassifier:
+    """Return a model that knows a function by what surrounds things alone: the first quantity of that."""
+    forest = ExtraTreesClassifier(50, random_state=0)
+    model = FunctionClassifier("fast", radii=(0.03,), drops=20, early_drops=0, estimator=forest)
+    rng = np.random.default_rng(0)
+    profiles, beside = rng.uniform(size=(80, len(model.quantity_names()))), rng.uniform(size=(80, len(NAMES)))
+    members = np.column_stack([beside[:, 0] > 0.5, profiles[:, 0] > 0.5])
+    names = [str(row) for row in range(80)]
+    model.fit_profiles(profiles, members, ("cup", "table"), names)
+    return model.fit_in_scenes(beside, NAMES, members, np.ones_like(members)).keep(np.arange(80))
+
+
+def proposal(by: str) -> Proposal:
+    return Proposal(by=by, members=np.arange(len(STOOL)), support=0.0)
+
+
+@pytest.mark.parametrize("ground_seen", [True, False])
+def test_each_kind_has_its_bar_on_any_ground(ground_seen):
+    asking = Asking(model=Sure(radii=(0.03,), drops=20), completion=(), ground_seen=ground_seen, bars=BARS)
+    told = judged(ROOM, [proposal(CLUSTERS), proposal(POOLS)], asking, Stopwatch())
+    assert [one.functions["sittable"].member for one in told] == [True, False]
+
+
+def test_what_surrounds_things_tells_where_it_was_learnt(learnt):
+    rng = np.random.default_rng(1)
+    profiles, beside = rng.uniform(size=(60, learnt.profiles_.shape[1])), rng.uniform(size=(60, len(NAMES)))
+    scores = learnt.in_scenes_.scores(profiles, beside)
+    has = beside[:, 0] > 0.5
+    assert scores[has, 0].mean() > scores[~has, 0].mean() + 0.1  # by chance, the same
+    assert np.array_equal(learnt.only("table").in_scenes_.scores(profiles, beside)[:, 0], scores[:, 1])
+
+
+def test_a_model_keeps_what_it_learnt_of_surroundings(learnt, tmp_path: Path):
+    save_model(learnt, tmp_path / "model.npz")
+    read = load_model(tmp_path / "model.npz")
+    profiles, beside = learnt.profiles_[:20], np.random.default_rng(1).uniform(size=(20, len(NAMES)))
+    assert np.array_equal(read.in_scenes_.scores(profiles, beside), learnt.in_scenes_.scores(profiles, beside))
+    assert read.in_scenes_.names == NAMES
+
+
+def test_what_has_learnt_more_things_has_learnt_no_scenes(learnt, tmp_path: Path):
+    save_model(learnt, tmp_path / "model.npz")
+    read = load_model(tmp_path / "model.npz")
+    assert read.add_settled([{0.03: np.zeros((0, 6))}], [{"cup"}], ["more"]).in_scenes_ is None
+
+
+def test_proposals_are_told_by_what_surrounds_them(learnt):
+    around = surroundings_for(learnt, ROOM, np.zeros(len(ROOM), bool))
+    asking = Asking(model=learnt, completion=(), surroundings=around)
+    (told,) = judged(ROOM, [proposal(CLUSTERS)], asking, Stopwatch())
+    assert told.functions["cup"].member  # 0.6 m long
+
+
+def test_models_of_other_surroundings_are_refused_and_of_none_have_none(learnt, monkeypatch):
+    wall = np.zeros(len(ROOM), bool)
+    assert surroundings_for(Sure(), ROOM, wall) is None
+    monkeypatch.setattr("spherefunc_bullet.scenes.recognition.judging.NAMES", ("other",))
+    with pytest.raises(InputError, match="other surroundings"):
+        surroundings_for(learnt, ROOM, wall)
