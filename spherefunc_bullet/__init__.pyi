@@ -6,6 +6,7 @@ from .clouds.cloud import load_cloud as load_cloud
 from .clouds.conversion import as_cloud as as_cloud
 from .datasets.dataset import open_dataset as open_dataset
 from .errors import InputError as InputError
+from .formats.units import parse_length as parse_length
 from .learning.classifier import CloudClassifier as CloudClassifier
 from .learning.cube_classifier import CubeClassifier as CubeClassifier
 from .learning.function_classifier import FunctionClassifier as FunctionClassifier
@@ -19,7 +20,6 @@ from .learning.model_file import shipped_model as shipped_model
 from .learning.reasons.answer import Answer as Answer
 from .learning.reasons.answer import classify as classify
 from .learning.resting_profile import RestingProfile as RestingProfile
-from .quantities import parse_length as parse_length
 from .scenes.arrangements.placing import Placement as Placement
 from .scenes.arrangements.together import together as together
 from .scenes.recognition.objects import FoundObject as FoundObject

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.simulator.conformance import shapes
+from spherefunc_bullet.conformance import shapes
 
 SPACING = shapes.SPACING
 steps, sheet, level, post, cloud = shapes.steps, shapes.sheet, shapes.level, shapes.post, shapes.cloud

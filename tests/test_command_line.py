@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.evaluation.alternatives import DROPPED
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import parse_lengths
 from spherefunc_bullet.formats.writing import cache_home
-from spherefunc_bullet.quantities import parse_lengths
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SIMULATE_FIELDS = {

@@ -13,8 +13,8 @@ import clouds
 import numpy as np
 import pytest
 
+from spherefunc_bullet.conformance.test_simulator import *  # noqa: F403
 from spherefunc_bullet.simulator import DropResult, Stop
-from spherefunc_bullet.simulator.conformance.test_simulator import *  # noqa: F403
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
@@ -44,7 +44,7 @@ def sticky(tmp_path) -> Path:
 def suite(backend: str, folder: Path, *arguments: str) -> str:
     """Return what the suite prints, run over one backend in a folder as another package would."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--pyargs"]
-    command += ["spherefunc_bullet.simulator.conformance", "--backend", backend, *arguments]
+    command += ["spherefunc_bullet.conformance", "--backend", backend, *arguments]
     environment = os.environ | {"PYTHONPATH": str(folder)}
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False).stdout
 

@@ -11,10 +11,10 @@ from room_shapes import square_table
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, save_model
-from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.judging import Asking, judged, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal

@@ -194,7 +194,7 @@ def test_command_prints_json_and_draws(tmp_path):
 
 @pytest.mark.parametrize("load", ["much", "-5kg", "0kg"])
 def test_command_refuses_a_load_that_is_none(tmp_path, load):
-    from spherefunc_bullet.quantities import parse_mass
+    from spherefunc_bullet.formats.units import parse_mass
 
     with pytest.raises(InputError, match="mass"):
         parse_mass(load)

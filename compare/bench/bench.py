@@ -19,7 +19,7 @@ from typing import TypeVar
 
 from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.datasets.catalogue import built_catalogue
-from spherefunc_bullet.quantities import format_length, parse_length
+from spherefunc_bullet.formats.units import format_length, parse_length
 
 from ..machine import machine, usable_backends
 from .answers import print_answers

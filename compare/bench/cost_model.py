@@ -14,7 +14,7 @@ from pathlib import Path
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.batch.ledger import Ledger
 from spherefunc_bullet.console import print_table
-from spherefunc_bullet.quantities import format_duration, format_length, format_memory
+from spherefunc_bullet.formats.units import format_duration, format_length, format_memory
 
 COLLECTIONS = {"ShapeNet": 51_300, "Objaverse": 800_000, "ten million": 10_000_000}
 CORES = (1, 64, 4096)

@@ -20,7 +20,7 @@ from spherefunc_bullet.bullet.world import World
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table, run
 from spherefunc_bullet.datasets.catalogue import built_catalogue
-from spherefunc_bullet.quantities import format_length, parse_length
+from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.settling.drops import DROPS
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings

@@ -22,7 +22,7 @@ import typer
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table, run, say
-from spherefunc_bullet.quantities import parse_length
+from spherefunc_bullet.formats.units import parse_length
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 

@@ -12,7 +12,7 @@ import typer
 from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed
 from spherefunc_bullet.console import Failures, print_json, print_table, progress
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.quantities import parse_length, parse_lengths
+from spherefunc_bullet.formats.units import parse_length, parse_lengths
 
 if TYPE_CHECKING:
     from ..rooms.curves import ReportHead

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.quantities import BY_FILE, parse_lengths
 from spherefunc_bullet.settling.drops import LIMITED, Length
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator, make_simulator

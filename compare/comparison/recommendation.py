@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.viewer.page import table_html
 
 from .report import Difference, FeatureReport, Report

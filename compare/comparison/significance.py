@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.formats.units import format_duration
 
 from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, Shares, mean_rows
 from .report import BackendReport, Difference, Qualities, Report

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from spherefunc_bullet.quantities import format_duration, format_length
+from spherefunc_bullet.formats.units import format_duration, format_length
 
 from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.impaired import share_rows

@@ -22,10 +22,10 @@ from spherefunc_bullet.commands.train import train_on
 from spherefunc_bullet.console import Failures, progress, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.quantities import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator

@@ -12,7 +12,7 @@ from html import escape
 from PIL.Image import Image
 
 from spherefunc_bullet.datasets.dataset import label_text
-from spherefunc_bullet.quantities import format_duration, format_length
+from spherefunc_bullet.formats.units import format_duration, format_length
 from spherefunc_bullet.viewer.page import table_html
 
 from ..comparison.recommendation import recommendation_sentence, recommendation_table, recommendations

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NotRequired, TypedDict
 
 from spherefunc_bullet.console import print_json, print_table
-from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.formats.units import format_length
 
 from .features import SPHERES
 from .impaired import Shares, print_shares

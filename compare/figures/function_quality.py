@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.formats.units import format_length
 
 from ..evaluation.evaluation import radius_counts
 from ..evaluation.protocol import PAPER

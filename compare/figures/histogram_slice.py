@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.histogram import counted_cubes, cube_indices
-from spherefunc_bullet.quantities import format_length
 
 from ..pages.plates import COLOURS, DOUBLE, GREY, INK, Plate
 from .evaluated_data import EvaluatedData

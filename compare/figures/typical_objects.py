@@ -13,7 +13,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from spherefunc_bullet.datasets.dataset import label_text
-from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.viewer.colours import HEIGHT_COLOURS
 from spherefunc_bullet.viewer.pictures import CUT_COLOUR, SPHERES_ACROSS, View, fitting_radius, is_cut, object_picture
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import require_known
-from spherefunc_bullet.quantities import format_duration
+from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 

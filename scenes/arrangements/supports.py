@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from spherefunc_bullet.clouds.cloud import MAX_GAP
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.quantities import format_length
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surface_of
 
 from .placing import PlacedThing

@@ -14,9 +14,9 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import model_to_ask
-from spherefunc_bullet.quantities import format_length
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropResult, DropSettings, make_simulator
 

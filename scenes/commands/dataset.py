@@ -50,7 +50,7 @@ def rooms(
 ) -> None:
     """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
-    from spherefunc_bullet.quantities import parse_length
+    from spherefunc_bullet.formats.units import parse_length
 
     from ..recognition.examples import proposed_examples
     from ..virtual_rooms.folder import RoomFolder
@@ -160,8 +160,8 @@ def select(
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
     from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.formats.units import parse_length
     from spherefunc_bullet.formats.writing import prepare_folder, writing
-    from spherefunc_bullet.quantities import parse_length
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
     objects = open_dataset(data).objects

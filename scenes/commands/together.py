@@ -11,7 +11,7 @@ import typer
 from spherefunc_bullet.commands.options import BY_FILE, Json, Seed, Units, Up
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.quantities import format_length, parse_length
+from spherefunc_bullet.formats.units import format_length, parse_length
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.function_model import FunctionModel

@@ -15,8 +15,8 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
-from spherefunc_bullet.quantities import BY_FILE
 
 from .impairments import FUNCTIONS, IMPAIRMENTS, Impairment
 from .specimen import Specimen

@@ -11,9 +11,9 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
-from spherefunc_bullet.quantities import Stopwatch
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
 from ..pools.levelling import levelled

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.function_model import FunctionModel
-from spherefunc_bullet.quantities import Stopwatch
 
 from ..scans.cells import cells
 from ..scans.plane import level_by_ransac

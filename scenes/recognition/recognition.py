@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.function_model import FunctionModel
-from spherefunc_bullet.quantities import Stopwatch
 
 from ..scans.cells import cells
 from ..scans.filling import crowded, filled

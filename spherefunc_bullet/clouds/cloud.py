@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
-from ..quantities import BY_FILE
+from ..formats.units import BY_FILE
 from .corners import corners_of
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import InputError
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
-from ..quantities import BY_FILE
+from ..formats.units import BY_FILE
 from .cloud import Cloud, cloud_of
 from .orientation import Report
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
-from ..quantities import BY_FILE, METRES, format_length
+from ..formats.units import BY_FILE, METRES, format_length
 
 Report = Callable[[str], None]
 UPS = ("z", "-z", "y", "-y", "x", "-x", "auto", BY_FILE)

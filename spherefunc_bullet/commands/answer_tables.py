@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..console import print_table, say
-from ..quantities import format_length
+from ..formats.units import format_length
 
 Row = dict[str, Any]  # what the contract prints of one file
 SHOWN = 4  # functions with a column of their own; of more, an object's best are named

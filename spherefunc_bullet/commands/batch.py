@@ -71,7 +71,7 @@ def run(
     if data is None:
         raise InputError("batch: expected DATA, a data set to simulate, or --status; got neither")
     from ..batch.batch import Limits
-    from ..quantities import parse_duration, parse_memory
+    from ..formats.units import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
     batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method), shard)
@@ -126,7 +126,7 @@ def show_status(folder: Path, json: bool):
     """Print how far a run is."""
     from ..batch.folder import RunFolder
     from ..batch.status import status
-    from ..quantities import format_duration, format_memory
+    from ..formats.units import format_duration, format_memory
 
     with RunFolder(folder).ledger() as ledger:
         about = status(ledger)

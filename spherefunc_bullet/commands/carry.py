@@ -10,7 +10,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..quantities import format_length, parse_length
+from ..formats.units import format_length, parse_length
 from .options import BY_FILE, Friction, Json, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from ..quantities import BY_FILE as BY_FILE
-from ..quantities import format_length, parse_lengths, parse_mass
+from ..formats.units import BY_FILE as BY_FILE
+from ..formats.units import format_length, parse_lengths, parse_mass
 
 if TYPE_CHECKING:
     from ..settling.records import Dropping

@@ -10,8 +10,8 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
+from ..formats.units import format_length, parse_lengths
 from ..formats.writing import prepare_folder, write_bytes
-from ..quantities import format_length, parse_lengths
 from .options import BY_FILE, Backend, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from ..quantities import format_length, parse_length
+from ..formats.units import format_length, parse_length
 from .options import BY_FILE, AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ def stand(
     json: Json = False,
 ):
     """Say whether each object stands, and where it can carry a load without tipping."""
+    from ..formats.units import parse_mass
     from ..processes.tasks import run_tasks
-    from ..quantities import parse_mass
     from ..simulator import isolated, make_simulator
     from ..simulator.mechanics import StandSettings, require_ability
     from ..viewer.mechanics_pictures import require_png

@@ -11,8 +11,8 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..datasets.dataset import label_text
 from ..errors import InputError
+from ..formats.units import format_length
 from ..formats.writing import require_place
-from ..quantities import format_length
 from . import options
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import typer
 
 from ..console import Failures, print_json, progress, say
 from ..errors import InputError
+from ..formats.units import format_length, parse_lengths
 from ..formats.writing import require_place, write_text
-from ..quantities import format_length, parse_lengths
 from .options import BY_FILE, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:

@@ -22,8 +22,8 @@ from ..clouds.orientation import Report, promised_up
 from ..errors import InputError, one_line
 from ..formats.limits import require_file
 from ..formats.scenes.urdf import named_meshes
+from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
-from ..quantities import BY_FILE
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, Length, settled_centers

@@ -106,7 +106,7 @@ class Simulator(Protocol):
 
     A class, registered under its ``name`` in the entry-point group ``spherefunc.backends``; keyword arguments of its
     constructor are its options, and one that it does not know is a TypeError. docs/backends.md has a whole one, and
-    ``pytest --pyargs spherefunc_bullet.simulator.conformance --backend NAME`` holds one to what is written here.
+    ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` holds one to what is written here.
 
     Attributes
     ----------

@@ -8,13 +8,13 @@ from html import escape
 import numpy as np
 
 from ..clouds.cloud import Cloud
+from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.reasons.words import Deciding, deciding, nearest, sentences, unit_of, with_unit
 from ..learning.validation import THRESHOLD
-from ..quantities import format_length
 from ..settling.drops import NO_DROPS, settled_centers
 from ..settling.settling import Settled
 from .data import Layer, Panel, display, histogram_cubes

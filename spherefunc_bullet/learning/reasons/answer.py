@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, overload
 
 from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
-from ...quantities import BY_FILE
+from ...formats.units import BY_FILE
 from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
 from ...simulator import make_simulator

@@ -10,7 +10,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from ...quantities import format_length
+from ...formats.units import format_length
 from ...settling.drops import settled_count
 from ...settling.settling import Settled
 from ..profiles.profile_model import ProfileModel

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ...clouds.cloud import Cloud, cloud_from_mesh
-from .. import Simulator, provenance_of
-from ..mechanics import CarrySettings, PoseSettings, Stance, StandSettings
+from ..clouds.cloud import Cloud, cloud_from_mesh
+from ..simulator import Simulator, provenance_of
+from ..simulator.mechanics import CarrySettings, PoseSettings, Stance, StandSettings
 from .test_simulator import pytest_generate_tests, simulator  # noqa: F401
 
 BOX_FACES = np.array(

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from ...clouds.cloud import Cloud
-from ...errors import InputError
-from .. import (
+from ..clouds.cloud import Cloud
+from ..errors import InputError
+from ..simulator import (
     DropResult,
     DropSettings,
     Outcome,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...clouds.cloud import Cloud
+from ..clouds.cloud import Cloud
 
 SPACING = 0.004  # metres; the paper's half centimetre allows up to 5 mm from any surface location to a point
 

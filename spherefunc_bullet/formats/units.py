@@ -6,7 +6,7 @@ import math
 import re
 import time
 
-from .errors import InputError
+from ..errors import InputError
 
 BY_FILE = "file"  # the axis that a file's format has pointing up: y for glTF, z for those that say nothing
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
