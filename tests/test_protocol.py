@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.compare.evaluation import features
 from spherefunc_bullet.compare.evaluation.alternatives import EVERY
 from spherefunc_bullet.compare.evaluation.confusion import confusion_report
 from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, evaluate, run_trial
@@ -30,7 +31,7 @@ from spherefunc_bullet.compare.evaluation.protocol import (
 from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.histogram import cube_indices
+from spherefunc_bullet.learning.histogram import cube_indices, cube_keys
 from spherefunc_bullet.learning.method import METHODS, Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
@@ -230,6 +231,20 @@ def test_height_map_by_hand():
     assert heights == pytest.approx([9.5 * VOXEL, 3.5 * VOXEL])
     distances = baseline_distances([low, high], (0.02,))["height_map"][0.02]
     assert distances[0, 1] == pytest.approx(VOXEL * np.hypot(10, 3.5))
+
+
+@pytest.mark.parametrize("limit", [0, 2**24])  # counted by sorting, and one by one
+@pytest.mark.parametrize("side", [0.03, 0.07, 0.014])
+def test_cubes_and_heights_are_those_of_the_voxels_one_by_one(side: float, limit: int, monkeypatch):
+    monkeypatch.setattr(features, "COUNTED", limit)
+    voxels = np.random.default_rng(0).integers([-60, -90, 0], [70, 40, 50], (3000, 3))
+    (cubes, counts), (squares, heights) = cubes_and_heights(record([1, 1, 1], np.unique(voxels, axis=0)), side)
+    centers = (np.unique(voxels, axis=0) + 0.5) * VOXEL
+    keys, held = np.unique(cube_keys(centers, side), return_counts=True)
+    below = cube_keys(centers * [1, 1, 0], side)
+    assert cubes.tolist() == keys.tolist() and counts.tolist() == held.tolist()
+    assert squares.tolist() == np.unique(below).tolist()
+    assert heights.tolist() == [centers[below == square, 2].max() for square in squares]
 
 
 def test_every_baseline_has_its_distances():

@@ -36,7 +36,12 @@ def cube_keys(centers: np.ndarray, side: float, corner: np.ndarray | None = None
         The floor is always a boundary.
     """
     x, y = (-side / 2, -side / 2) if corner is None else corner
-    indices = np.floor((centers - [x, y, 0.0]) / side).astype(np.int64) + _OFFSET
+    return keys_of_cubes(np.floor((centers - [x, y, 0.0]) / side).astype(np.int64))
+
+
+def keys_of_cubes(indices: np.ndarray) -> np.ndarray:
+    """Return the keys (V,) of cubes (V, 3) int64: ix, iy, iz, 0 at the axis and the floor."""
+    indices = indices + _OFFSET
     return (indices[:, 0] << 2 * _BITS) | (indices[:, 1] << _BITS) | indices[:, 2]
 
 
