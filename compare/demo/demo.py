@@ -77,7 +77,7 @@ class Demo:
     radii: tuple[float, ...] = PROFILE_RADII  # metres
     drawn: tuple[float, ...] = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
     method: str = PROFILE
-    copied: int = 5  # objects of each function, copies of which are made
+    copied: int = 3  # objects of each function, copies of which are made
     trials: int = 2
     seed: int = 0
     jobs: int = -1
