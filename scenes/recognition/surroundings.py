@@ -86,11 +86,11 @@ class Surroundings:
 
     @cached_property
     def _voxels(self) -> dict[float, Voxels]:
-        found = {}
+        voxels = {}
         for _, side in _SIDES:
             thinned = cells(self.points, side)
-            found[side] = Voxels(side=side, means=thinned.means, keys=thinned.keys)
-        return found
+            voxels[side] = Voxels(side=side, means=thinned.means, keys=thinned.keys)
+        return voxels
 
     @cached_property
     def _walls(self) -> np.ndarray:

@@ -101,7 +101,7 @@ def pose_row(one: PoseFunctions) -> Row:
         "probability": round(one.pose.probability, 6),
         "statics": round(one.pose.statics, 6),
         "tilt_deg": round(one.pose.tilt_deg, 2),
-        "functions": {name: {"member": row.member, "score": row.score} for name, row in one.functions.items()},
+        "functions": {name: {"member": own.member, "score": own.score} for name, own in one.functions.items()},
     }
 
 
