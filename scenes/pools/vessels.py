@@ -6,9 +6,11 @@ the same distance. Where the sensor did not see the far wall, less than half may
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from spherefunc_bullet.simulator import Simulator
 
@@ -81,19 +83,22 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
     (S, D) and (S, D) float64, metres
         Infinite, and 0, where none is near.
     """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(points[:, :2])
     walls, rims = np.full((len(feet), _DIRECTIONS), np.inf), np.zeros((len(feet), _DIRECTIONS))
-    for k, near in enumerate(tree.query_ball_point(feet[:, :2], _WIDEST)):
-        own = points[near]
-        rise = own[:, 2] - feet[k, 2]
-        own = own[(rise > _RISES[0]) & (rise < _RISES[1])]
-        way = own[:, :2] - feet[k, :2]
-        sector = sectors(way)
-        np.minimum.at(walls[k], sector, np.linalg.norm(way, axis=1))
-        np.maximum.at(rims[k], sector, own[:, 2])
+    meet_walls(np.ascontiguousarray(points), np.ascontiguousarray(feet), walls, rims)
     return walls, rims
+
+
+@njit(cache=True, error_model="numpy")
+def meet_walls(points, feet, walls, rims):
+    """Write how far walls of points (N, 3) are from spheres' feet (S, 3), and how high they end; see `surroundings`."""
+    for k in range(len(feet)):
+        for i in range(len(points)):
+            x, y, rise = points[i, 0] - feet[k, 0], points[i, 1] - feet[k, 1], points[i, 2] - feet[k, 2]
+            square = x * x + y * y
+            if square <= _WIDEST * _WIDEST and _RISES[0] < rise < _RISES[1]:
+                sector = int(math.atan2(y, x) / (2 * math.pi) * _DIRECTIONS) % _DIRECTIONS
+                walls[k, sector] = min(walls[k, sector], math.sqrt(square))
+                rims[k, sector] = max(rims[k, sector], points[i, 2])
 
 
 def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None:

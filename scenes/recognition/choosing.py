@@ -9,6 +9,7 @@ import numpy as np
 
 from spherefunc_bullet.learning.function_model import Membership
 
+from ..segmentation.box import Box
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
@@ -24,9 +25,13 @@ class Bar:
         return self.by_function.get(name, self.usual)
 
 
-# By most F in rooms of things that nobody had learnt: pools are many, and what stands apart is seldom nothing; a bar is
-# half of the F that is reached, more or less, and seats are told least surely. Of scores that are probabilities.
-BARS = {CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.5, "sittable": 0.35}), POOLS: Bar(usual=0.65)}
+# By most F in rooms of things that nobody had learnt, seen as a whole and from near by: half of the F that is reached,
+# more or less, so that seats, which are told least surely, have the lowest. Of tables, pools have parts. Of scores that
+# are probabilities.
+BARS = {
+    CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.5, "sittable": 0.3}),
+    POOLS: Bar(usual=0.65, by_function={"cup": 0.5, "sittable": 0.35}),
+}
 _SAME = 0.35  # intersection over union from which on two claims are of one thing
 _WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
 _NEARLY = 0.1  # of score: what differs by less is as sure
@@ -41,6 +46,7 @@ class Candidate:
     proposal: Proposal
     functions: dict[str, Membership]
     place: int  # in the order of proposals
+    box: Box | None = None  # around its points, if known
 
     @property
     def claimed(self) -> frozenset[str]:
@@ -54,7 +60,8 @@ class Candidate:
 
     def taking(self, members: np.ndarray) -> Candidate:
         """Return it with other points."""
-        return Candidate(proposal=replace(self.proposal, members=members), functions=self.functions, place=self.place)
+        same = np.array_equal(members, self.proposal.members)
+        return replace(self, proposal=replace(self.proposal, members=members), box=self.box if same else None)
 
 
 def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:

@@ -9,6 +9,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 
+from ..scans.neighbors import has_near
 from ..segmentation.box import bounding_box
 from .smoothing import smoothed
 
@@ -146,13 +147,11 @@ def on_outline(columns: np.ndarray) -> np.ndarray:
 
 def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
-    from scipy.spatial import cKDTree
-
     box = bounding_box(points)
     own = box.to_own(points)
-    tree, added = cKDTree(own), [np.empty((0, 3))]
+    added = [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
-        apart = np.isinf(tree.query(own * sign, distance_upper_bound=2 * _SPACING)[0])
+        apart = ~has_near(own * sign, own, 2 * _SPACING)
         if apart.mean() <= _DISAGREES:
             added.append((own * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

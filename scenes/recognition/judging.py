@@ -94,10 +94,10 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
         functions = holding_anywhere([cloud for cloud, _ in clouds], functions, asked_lower, LARGE)
     watch.lap("classification")
     candidates = []
-    for place, (proposal, told) in enumerate(zip(proposals, functions, strict=True)):
-        if is_fragment(points[proposal.members], clouds[place][1], proposal.support):
+    for place, (part, told) in enumerate(zip(parts, functions, strict=True)):
+        if is_fragment(part.points, part.box, part.proposal.support):
             told = {name: replace(membership, member=False) for name, membership in told.items()}
-        candidates.append(Candidate(proposal=proposal, functions=told, place=place))
+        candidates.append(Candidate(proposal=part.proposal, functions=told, place=place, box=part.box))
     return candidates
 
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.learning.function_model import FunctionModel
 
+from ..pools.vessels import surroundings
 from ..scans.cells import cells
-from ..scans.filling import crowded, filled
+from ..scans.filling import filled
 from ..scans.levelling import level
+from ..scans.neighbors import crowded, has_near
 from ..scans.scan import Scan
 from ..segmentation.box import bounding_box
 from ..segmentation.clusters import euclidean_clusters
@@ -34,9 +37,13 @@ def compile_kernels():
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
     crowded(few, 0.02)
+    has_near(few, few, 0.02)
+    surroundings(few, few)
     euclidean_clusters(few, 0.02)
 
 
+# Products of a few hundred thousand points with three numbers each: more threads wait longer than they compute.
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def recognise(
     scan: Scan,
     model: FunctionModel,
@@ -119,7 +126,7 @@ def recognise_objects(
 def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> SceneObject:
     """Return an object of a scene's points (N, 3)."""
     own, support = points[candidate.proposal.members], candidate.proposal.support
-    box = bounding_box(own)
+    box = candidate.box or bounding_box(own)
     return SceneObject(
         id=number,
         points=own,

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 
 STEP = 1e-5  # metres: what coordinates are rounded to; a sensor is off by a hundred times as much
 _BITS = 21  # of a cell's index along each axis
 _OFFSET = 1 << (_BITS - 1)
+_DIGIT = 11  # bits that one pass of sorting looks at
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +26,7 @@ class Cells:
     keys: np.ndarray  # (C,) int64, ascending
     cell_of: np.ndarray  # (N,) int64, the cell of each point
     counts: np.ndarray  # (C,) int64
-
-    @cached_property
-    def order(self) -> np.ndarray:
-        """The points (N,) int64 cell by cell, as kernels walk through them."""
-        return np.argsort(self.cell_of, kind="stable")
+    order: np.ndarray  # (N,) int64, the points cell by cell, as kernels walk through them
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -38,8 +36,9 @@ class Cells:
     @cached_property
     def means(self) -> np.ndarray:
         """The mean (C, 3) of the points in each cell, metres."""
-        sums = [np.bincount(self.cell_of, steps, len(self.keys)) for steps in np.rint(self.points.T / STEP)]
-        return np.column_stack(sums) / self.counts[:, None] * STEP
+        sums = np.zeros((len(self.keys), 3))
+        add_steps(np.ascontiguousarray(self.points), self.cell_of, sums)
+        return sums / self.counts[:, None] * STEP
 
     @cached_property
     def indices(self) -> np.ndarray:
@@ -63,7 +62,85 @@ class Cells:
 
 def cells(points: np.ndarray, side: float) -> Cells:
     """Sort points (N, 3) in metres into cubes of a side in metres."""
-    index = np.floor(points / side).astype(np.int64) + _OFFSET
-    packed = (index[:, 0] << 2 * _BITS) | (index[:, 1] << _BITS) | index[:, 2]
-    keys, cell_of, counts = np.unique(packed, return_inverse=True, return_counts=True)
-    return Cells(points, side, keys, cell_of.ravel(), counts)
+    count = len(points)
+    sorting, order, keys = np.empty((2, count), np.int64), np.empty((2, count), np.int64), np.empty(count, np.int64)
+    cell_of, counts = np.empty(count, np.int64), np.zeros(count, np.int64)
+    used = sort_into_cells(np.ascontiguousarray(points), side, sorting, order, keys, cell_of, counts)
+    return Cells(points, side, keys[:used].copy(), cell_of, counts[:used].copy(), order[0])
+
+
+@njit(cache=True, error_model="numpy")
+def sort_into_cells(points, side, sorting, order, keys, cell_of, counts):
+    """Write the occupied cells of points (N, 3) in the order of their keys; return how many there are.
+
+    Digit by digit from the last one on (Knuth, 5.2.5): a few passes over all points, however many there are.
+
+    Parameters
+    ----------
+    sorting, order : (2, N) int64
+        Room to sort in; the first row of ``order`` receives the points, cell by cell.
+    keys, counts : (N,) int64
+        Receive the cells' keys and how many points they hold, which are 0 before.
+    cell_of : (N,) int64
+        Receives the cell of each point.
+    """
+    low, bits = pack_keys(points, side, sorting[0])
+    for i in range(len(points)):
+        order[0, i] = i
+    ends = np.empty((1 << _DIGIT) + 1, np.int64)
+    for shift in range(0, bits[0] + bits[1] + bits[2], _DIGIT):
+        sort_by_digit(sorting[0], order[0], sorting[1], order[1], shift, ends)
+        sorting[0], order[0] = sorting[1], order[1]
+    used, last = 0, -1
+    for i in range(len(points)):
+        key = sorting[0, i]
+        if key != last:
+            x, y, z = key >> bits[1] + bits[2], (key >> bits[2]) & ((1 << bits[1]) - 1), key & ((1 << bits[2]) - 1)
+            keys[used] = ((x + low[0]) << 2 * _BITS) | ((y + low[1]) << _BITS) | (z + low[2])
+            used, last = used + 1, key
+        cell_of[order[0, i]] = used - 1
+        counts[used - 1] += 1
+    return used
+
+
+@njit(cache=True, error_model="numpy")
+def add_steps(points, cell_of, sums):
+    """Add to the sums (C, 3) of each cell its points (N, 3), rounded to whole steps."""
+    for i in range(len(points)):
+        for axis in range(3):
+            sums[cell_of[i], axis] += np.rint(points[i, axis] / STEP)
+
+
+@njit(cache=True, error_model="numpy")
+def pack_keys(points, side, packed):
+    """Write the cell of each point (N, 3) as one number; return the lowest cell (3,) and the bits of each axis (3,)."""
+    low, bits = np.zeros(3, np.int64), np.zeros(3, np.int64)
+    for axis in range(3):
+        least, most = 1 << 62, -(1 << 62)
+        for i in range(len(points)):
+            index = np.int64(np.floor(points[i, axis] / side))
+            least, most = min(least, index), max(most, index)
+        low[axis] = least + _OFFSET
+        while (most - least) >> bits[axis] > 0:
+            bits[axis] += 1
+    for i in range(len(points)):
+        x, y, z = np.floor(points[i, 0] / side), np.floor(points[i, 1] / side), np.floor(points[i, 2] / side)
+        own = np.int64(x) + _OFFSET - low[0]
+        own = (own << bits[1]) | (np.int64(y) + _OFFSET - low[1])
+        packed[i] = (own << bits[2]) | (np.int64(z) + _OFFSET - low[2])
+    return low, bits
+
+
+@njit(cache=True, error_model="numpy")
+def sort_by_digit(keys, order, sorted_keys, sorted_order, shift, ends):
+    """Write keys (N,) and what they order by one digit, equal ones as they come; ``ends`` is scratch."""
+    ends[:] = 0
+    for i in range(len(keys)):
+        ends[((keys[i] >> shift) & ((1 << _DIGIT) - 1)) + 1] += 1
+    for digit in range(1 << _DIGIT):
+        ends[digit + 1] += ends[digit]
+    for i in range(len(keys)):
+        digit = (keys[i] >> shift) & ((1 << _DIGIT) - 1)
+        place = ends[digit]
+        ends[digit] += 1
+        sorted_keys[place], sorted_order[place] = keys[i], order[i]

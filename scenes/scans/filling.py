@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numba import njit
 
 from .cells import cells
+from .neighbors import NEIGHBORS, crowded
 
-_NEIGHBORS = 6  # of a point within a surface
 _SPARSE = 2.2  # voxels to the sixth neighbour: 1.4 on a surface that fills its voxels
 _WIDEST = 0.08  # metres between neighbours: beyond, nothing says that there is a surface
 _LOOKED_AT = 1_000  # points that tell whether a scan is sparse anywhere
@@ -32,16 +31,18 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     from scipy.spatial import cKDTree
 
     places = cells(points, side).means
-    if len(places) <= _NEIGHBORS:
+    if len(places) <= NEIGHBORS:
         return points
     tree = cKDTree(places)
     some = places[:: max(1, len(places) // _LOOKED_AT)]
-    if np.mean(tree.query(some, _NEIGHBORS + 1)[0][:, -1] > _SPARSE * side) < _SOMEWHERE:
+    if np.mean(tree.query(some, NEIGHBORS + 1)[0][:, -1] > _SPARSE * side) < _SOMEWHERE:
         return points
     alone = ~crowded(places, _SPARSE * side)
-    nearest = partial(tree.query, k=_NEIGHBORS + 1, distance_upper_bound=_WIDEST)
+    nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=_WIDEST)
     own, beside = np.flatnonzero(alone), nearest(places[alone])[1]
-    others = np.setdiff1d(beside[beside < len(places)], own)
+    is_other = np.zeros(len(places) + 1, bool)  # the last one is that of no neighbour
+    is_other[beside] = True
+    others = np.flatnonzero(is_other[:-1] & ~alone)
     asked, neighbors = np.append(own, others), np.vstack([beside, nearest(places[others])[1]])
     return np.vstack([points, between(places, mutual_pairs(asked, neighbors, alone), side)])
 
@@ -65,50 +66,6 @@ def mutual_pairs(asked: np.ndarray, neighbors: np.ndarray, alone: np.ndarray) ->
     keys = keys[1:][keys[1:] == keys[:-1]]
     pairs = np.column_stack([keys // (count + 1), keys % (count + 1)])
     return pairs[alone[pairs[:, 0]] | alone[pairs[:, 1]]]
-
-
-def crowded(places: np.ndarray, reach: float) -> np.ndarray:
-    """Return which places (N, 3) have as many others within a reach in metres as a point has neighbours, (N,) bool."""
-    grid = cells(places, reach)
-    enough = np.zeros(len(places), np.bool_)
-    count_around(np.ascontiguousarray(places[grid.order]), grid.keys, grid.start, reach * reach, enough)
-    out = np.empty(len(places), bool)
-    out[grid.order] = enough
-    return out
-
-
-@njit(cache=True, error_model="numpy")
-def count_around(points, keys, start, square, enough):
-    """Mark the points that have enough others within a reach.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres
-        Sorted by the cell of a grid as wide as the reach.
-    keys : (C,) int64
-        Of the cells, ascending, as `cells` packs them.
-    start : (C + 1,) int64
-        The first point of each cell, and the number of all.
-    square : float
-        Of the reach, square metres.
-    enough : (N,) bool
-        Receives them.
-    """
-    columns = np.empty((9, 2), np.int64)
-    for cell in range(len(keys)):
-        for column in range(9):  # the three cells along z follow one another
-            key = keys[cell] + ((column // 3 - 1) << 42) + ((column % 3 - 1) << 21)
-            columns[column, 0] = start[np.searchsorted(keys, key - 1)]
-            columns[column, 1] = start[np.searchsorted(keys, key + 2)]
-        for i in range(start[cell], start[cell + 1]):
-            count = -1  # itself
-            for column in range(9):
-                for j in range(columns[column, 0], columns[column, 1]):
-                    x, y, z = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
-                    count += x * x + y * y + z * z <= square
-                if count >= _NEIGHBORS:
-                    break
-            enough[i] = count >= _NEIGHBORS
 
 
 def between(places: np.ndarray, pairs: np.ndarray, side: float) -> np.ndarray:

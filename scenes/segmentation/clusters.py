@@ -99,12 +99,15 @@ def connect(points, reach, keys, start, roots):
     roots : (N,) int64
         Each its own index; receives its cluster's smallest.
     """
+    first = np.zeros((2, 3), np.int64)  # cell of each column that may be beside: keys ascend, so these only advance
     for cell in range(len(keys)):
         for dx in range(0, 2):
             for dy in range(-1, 2):
                 key = keys[cell] + (dx << 42) + (dy << 21)
+                while first[dx, dy + 1] < len(keys) and keys[first[dx, dy + 1]] < key - 1:
+                    first[dx, dy + 1] += 1
                 # The three cells along z follow one another.
-                other = np.searchsorted(keys, key - 1)
+                other = first[dx, dy + 1]
                 while other < len(keys) and keys[other] <= key + 1:
                     if other >= cell:
                         connect_cells(points, reach, start, cell, other, roots)
@@ -117,12 +120,16 @@ def connect(points, reach, keys, start, roots):
 def connect_cells(points, reach, start, a, b, roots):
     """Unite neighbours of two cells, which may be the same."""
     for i in range(start[a], start[a + 1]):
+        one = root_of(roots, i)
         for j in range(max(start[b], i + 1), start[b + 1]):
+            if roots[j] == one:  # most neighbours are one already
+                continue
             dx, dy, dz = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
             limit = min(reach[i], reach[j])
             if dx * dx + dy * dy + dz * dz <= limit * limit:
-                one, other = root_of(roots, i), root_of(roots, j)
+                other = root_of(roots, j)
                 roots[max(one, other)] = min(one, other)
+                one = min(one, other)
 
 
 @njit(cache=True, error_model="numpy")
