@@ -27,10 +27,10 @@ ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
 class Sure(FunctionClassifier):
     """Says the same of everything."""
 
-    functions_ = ("sittable",)
+    functions_ = ("table",)
 
     def memberships_of(self, settled, *, any_heading=False):
-        return [{"sittable": Membership(member=True, score=0.5, radius=0.03)} for _ in settled]
+        return [{"table": Membership(member=True, score=0.5, radius=0.03)} for _ in settled]
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def proposal(by: str) -> Proposal:
 def test_each_kind_has_its_bar_on_any_ground(ground_seen):
     asking = Asking(model=Sure(radii=(0.03,), drops=20), completion=(), ground_seen=ground_seen, bars=BARS)
     told = judged(ROOM, [proposal(CLUSTERS), proposal(POOLS)], asking, Stopwatch())
-    assert [one.functions["sittable"].member for one in told] == [True, False]
+    assert [one.functions["table"].member for one in told] == [True, False]
 
 
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):
