@@ -68,8 +68,10 @@ def dining_chair(
     surface = box(width, depth, thick, z=seat - thick)
     if pad:
         surface = cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012)
-    taper, round_bars = 1.0 if legs == "straight" else 0.65, legs == "splayed"
-    splay, size = 0.04 if round_bars else 0.0, (width - 0.01, depth - 0.01, seat - thick)
+    taper = 1.0 if legs == "straight" else 0.65
+    round_bars = legs == "splayed"
+    splay = 0.04 if round_bars else 0.0
+    size = width - 0.01, depth - 0.01, seat - thick
     base = four_legs(*size, bar, splay=splay, taper=taper, round_bars=round_bars)
     y = depth / 2 - bar / 2
     parts = [surface, base, back_posts(width - bar, seat - 0.05, high, y, lean, bar)]

@@ -171,7 +171,8 @@ def lounger(rng: Generator):
     low, long, head = rng.uniform(0.3, 0.36), rng.uniform(1.1, 1.25), rng.uniform(0.65, 0.75)
     lift = np.array([0, np.cos(np.radians(raise_deg)), np.sin(np.radians(raise_deg))])
     hinge = np.array([0, long / 2, low])
-    level, raised = np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12), np.linspace(0.06, head - 0.04, 7)
+    level = np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12)
+    raised = np.linspace(0.06, head - 0.04, 7)
     parts = [box(width - 0.06, 0.075, 0.02, y=y, z=low - 0.02) for y in level]
     parts += [beam(hinge + lift * (t - 0.04), hinge + lift * (t + 0.04), width - 0.06, 0.02) for t in raised]
     for x in (-width / 2 + 0.03, width / 2 - 0.03):

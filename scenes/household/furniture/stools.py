@@ -22,7 +22,8 @@ def stool(rng: Generator, *, shape: str = "round", legs: int = 4, height: tuple[
             foot = [0.5 * width * x, 0.5 * width * y, 0]
             parts.append(tube([[0.3 * width * x, 0.3 * width * y, seat - 0.02], foot], 0.018))
         return join(parts)
-    splay, round_bars = 0.03 + 0.06 * (seat > 0.6), shape == "round"
+    splay = 0.03 + 0.06 * (seat > 0.6)
+    round_bars = shape == "round"
     parts += four_legs(0.68 * width, 0.6 * width, seat - 0.02, 0.034, splay=splay, taper=0.8, round_bars=round_bars)
     inner = 0.68 * width - 0.034 + splay
     return join(parts, stretchers(inner, inner - 0.08 * width, 0.42 * seat, 0.018))

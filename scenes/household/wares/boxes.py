@@ -14,7 +14,8 @@ from .cups import vessel
 def carton(rng: Generator):
     """Return a milk carton with a gable top."""
     width, height = rng.uniform(0.07, 0.095), rng.uniform(0.17, 0.2)
-    eaves, ridge = at_height(rectangle(width, width), height), at_height(rectangle(width, 0.004), height + 0.45 * width)
+    eaves = at_height(rectangle(width, width), height)
+    ridge = at_height(rectangle(width, 0.004), height + 0.45 * width)
     return join(box(width, width, height), loft([eaves, ridge]), box(width, 0.004, 0.02, z=height + 0.44 * width))
 
 
@@ -69,8 +70,8 @@ def bucket(rng: Generator):
     rim, height = rng.uniform(0.13, 0.155), rng.uniform(0.24, 0.29)
     outside = [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)]
     angles = np.linspace(0, np.pi, 13)
-    across, along, drop = 1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles), 0.05 * np.sin(angles)
-    bail = np.column_stack([across, along, height - 0.012 - drop])
+    across, along = 1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles)
+    bail = np.column_stack([across, along, height - 0.012 - 0.05 * np.sin(angles)])
     return join(vessel(outside, 0.004, 0.006), tube(bail, 0.003, sections=6))
 
 

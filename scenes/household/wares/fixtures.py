@@ -70,7 +70,7 @@ def washbasin(rng: Generator):
 
 
 def wheel(radius: float, y: float):
-    """Return an upright spoked wheel in the plane x = 0 whose hub is at (x, y, radius)."""
+    """Return an upright spoked wheel in the plane x = 0 whose hub is at (0, y, radius)."""
     rim = np.column_stack([np.zeros(32), circle(radius - 0.018, 32)])
     hub = tube([[-0.04, 0, 0], [0.04, 0, 0]], 0.02, sections=8)
     spokes = [tube([[0, 0, 0], point], 0.002, sections=4) for point in rim[::2]]

@@ -35,8 +35,9 @@ def fork(rng: Generator):
     length = rng.uniform(0.17, 0.2)
     path = [(-0.5, 0.003), (0, 0.005), (0.2, 0.01), (0.27, 0.006)]
     stem = sweep(rounded([[0, y * length, z] for y, z in path]), rectangle(0.014, 0.0024))
-    bends, places = [(0.26, 0.006), (0.38, 0.003), (0.5, 0.007)], np.linspace(-0.01, 0.01, 4)
-    tines = [tube(rounded([[x, y * length, z] for y, z in bends]), 0.0013, sections=6) for x in places]
+    bends = [(0.26, 0.006), (0.38, 0.003), (0.5, 0.007)]
+    tines = [rounded([[x, y * length, z] for y, z in bends]) for x in np.linspace(-0.01, 0.01, 4)]
+    tines = [tube(tine, 0.0013, sections=6) for tine in tines]
     return join(stem, box(0.023, 0.012, 0.0025, y=0.27 * length, z=0.0045), tines)
 
 
