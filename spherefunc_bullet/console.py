@@ -6,8 +6,9 @@ import json
 import logging
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
-from .errors import InputError
+from .errors import InputError, one_line
 
 
 def print_json(value: object):
@@ -66,6 +67,14 @@ class Failures:
         fail(error)
         self.count += 1
 
+    def passed(self, outcomes: Iterable[tuple[int, Any]], total: int, doing: str) -> Iterator[tuple[int, Any]]:
+        """Pass on numbered outcomes under a progress bar; errors among them are said, and left out."""
+        for index, outcome in progress(outcomes, total, doing):
+            if isinstance(outcome, InputError):
+                self.add(outcome)
+            else:
+                yield index, outcome
+
     def exit(self):
         """Leave with code 2 if there were any."""
         if self.count:
@@ -74,8 +83,7 @@ class Failures:
 
 def fail(error: InputError) -> int:
     """Print a user's mistake on stderr and return its exit code."""
-    line = " ".join(str(error).split())
-    print(f"spherefunc: {line}", file=sys.stderr)
+    print(f"spherefunc: {one_line(error)}", file=sys.stderr)
     return 2
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.viewer.mechanics_pictures import INK, PAPER, STYLE, png_of
-from spherefunc_bullet.viewer.page import page_html, table_html
+from spherefunc_bullet.viewer.page import image_html, page_html, table_html
 from spherefunc_bullet.viewer.pictures import View, render_balls
 
 from .falls import united
@@ -30,15 +29,14 @@ def colour_of(number: int) -> np.ndarray:
     return COLOURS[number % len(COLOURS)]
 
 
-def together_picture(together: Together, view: View = VIEW) -> Image.Image:
+def together_picture(together: Together) -> Image.Image:
     """Return things with the spheres of their common drop, and below them whose spheres have which colour."""
     cloud = united([thing.placed.cloud for thing in together.things], "together")
     centers = np.concatenate([thing.carries for thing in together.things])
     tiles = [np.tile(colour_of(k), (len(thing.carries), 1)) for k, thing in enumerate(together.things)]
     colours = np.concatenate(tiles)
-    image = render_balls(cloud, centers, together.radius, colours, view)
-    canvas = Image.new("RGB", (image.width, image.height + LINE * len(together.things) + 16), PAPER)
-    canvas.paste(image, (0, 0))
+    image = render_balls(cloud, centers, together.radius, colours, VIEW)
+    canvas = ImageOps.expand(image, (0, 0, 0, LINE * len(together.things) + 16), PAPER)
     pen = ImageDraw.Draw(canvas)
     for number, thing in enumerate(together.things):
         middle = image.height + LINE * number + LINE / 2
@@ -70,9 +68,8 @@ def write_together_page(
     together: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
 ) -> Path:
     """Write a page that stands alone: the picture, a table of things, and what is odd about how they stand."""
-    data = base64.b64encode(png_of(picture)).decode()
     parts = ["<h1>Several things together</h1>"]
     parts += [f"<p>{escape(note)}</p>" for note in together.notes]
-    parts.append(f'<img alt="Spheres coloured by what carries them" src="data:image/png;base64,{data}">')
+    parts.append(image_html("Spheres coloured by what carries them", png_of(picture)))
     parts.append(table_html(head, rows, texts=2))
     return write_text(path, page_html("Several things together", parts, style=STYLE))

@@ -36,9 +36,7 @@ class Ground:
         places = np.argwhere(free)
         if not len(places):
             return None
-        place = places[rng.integers(len(places))]
-        self.stamp(own, place)
-        return np.append(self.corner + (place + 0.5) * CELL, self.height)
+        return self.stamp(own, places[rng.integers(len(places))])
 
     def place_at_wall(
         self, points: np.ndarray, outward: np.ndarray, gap: float, rng: np.random.Generator
@@ -63,9 +61,7 @@ class Ground:
         end = (self.taken.shape @ np.abs(outward) - 1 - half) if outward.sum() > 0 else -half
         if reach.max() < end:
             return None
-        place = at_end[rng.integers(len(at_end))]
-        self.stamp(own, place)
-        return np.append(self.corner + (place + 0.5) * CELL, self.height)
+        return self.stamp(own, at_end[rng.integers(len(at_end))])
 
     def take(self, points: np.ndarray):
         """Take the cells below points (N, 3) or (N, 2) of what stands there, in the ground's own frame."""
@@ -73,11 +69,12 @@ class Ground:
         cells = cells[((cells >= 0) & (cells < self.taken.shape)).all(axis=1)]
         self.taken[tuple(cells.T)] = True
 
-    def stamp(self, own: np.ndarray, place: np.ndarray):
-        """Take the cells of a footprint."""
+    def stamp(self, own: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Take the cells of a footprint about a cell; return where that is (3,), metres."""
         half = np.array(own.shape) // 2
         cells = np.argwhere(own) + place - half
         self.taken[tuple(cells.T)] = True
+        return np.append(self.corner + (place + 0.5) * CELL, self.height)
 
 
 def floor_of(width: float, depth: float) -> Ground:

@@ -74,8 +74,8 @@ class RunFolder:
         with writing(path, kind=FullDisk):
             write_whole(path, content)
 
-    def keep(self, run: str) -> os.stat_result:
-        """Sync the file of a run's arrays and move it to where it is kept; return what the system says of it."""
+    def keep(self, run: str) -> dict[str, int]:
+        """Sync the file of a run's arrays and move it to where it is kept; return its size and time."""
         partial, kept = entry_path(KIND, run, self.partial), self.entry(run)
         with writing(kept, kind=FullDisk):
             if partial.is_file() and not (kept.is_file() and read_entry(kept)):
@@ -84,7 +84,13 @@ class RunFolder:
                 os.replace(partial, kept)
                 sync(kept.parent)
             partial.unlink(missing_ok=True)
-            return kept.stat()
+            return size_and_time(kept)
+
+
+def size_and_time(path: Path) -> dict[str, int]:
+    """Return what the ledger has of the file of a run's centres."""
+    about = path.stat()
+    return {"bytes": about.st_size, "kept": about.st_mtime_ns}
 
 
 def sync(path: Path):

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..settling.cache import read_entry
 from ..settling.records import Dropping, file_parts
-from .folder import RunFolder, digest
+from .folder import RunFolder, digest, size_and_time
 from .ledger import DONE, WAITING, Row
 
 
@@ -49,10 +49,9 @@ def kept_file(row: Row, folder: RunFolder) -> dict[str, int] | None:
     """Return size and time of the file of a row's centres; what is not that file is thrown away."""
     path = folder.entry(row.run)
     try:
-        about = path.stat()
+        now = size_and_time(path)
     except OSError:
         return None
-    now = {"bytes": about.st_size, "kept": about.st_mtime_ns}
     if now == {"bytes": row.bytes, "kept": row.kept}:
         return now
     arrays = read_entry(path)

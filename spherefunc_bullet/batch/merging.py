@@ -80,8 +80,7 @@ def joined(row: Row, known: Row | None, source: RunFolder, target: RunFolder, fa
         failed(InputError(f"{row.object}: expected its spheres in {source.path}, they are damaged; simulate it again"))
         return Row(object=row.object, way=row.way)
     target.put_bytes(row.run, source.entry(row.run).read_bytes())
-    about = target.keep(row.run)
-    return replace(row, bytes=about.st_size, kept=about.st_mtime_ns)
+    return replace(row, **target.keep(row.run))
 
 
 def rank(row: Row) -> int:

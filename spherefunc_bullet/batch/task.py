@@ -14,7 +14,6 @@ import numpy as np
 from ..errors import InputError, Unexpected
 from ..settling.drops import settled_centers
 from ..settling.records import Dropping
-from ..settling.settling import measured_run
 from .folder import FullDisk, RunFolder, digest
 from .freshness import source_stamp
 from .ledger import DONE, Row
@@ -54,8 +53,7 @@ def settled_row(task: Task, way: int, radius: float, content: str, cloud: Callab
     run = task.dropping.run_hash(content, radius)
     arrays = folder.find(run)
     if arrays is None:
-        how = task.dropping
-        arrays = measured_run(cloud(), how.simulator, radius, how.seed, how.length)
+        arrays = task.dropping.run(cloud(), radius)
         folder.put(run, arrays)
     return done_row(task, way, content, run, arrays)
 
@@ -87,10 +85,7 @@ def kept_rows(task: Task, outcome: list[Row] | InputError, folder: RunFolder) ->
 
 def kept(row: Row, folder: RunFolder) -> dict[str, int]:
     """Keep the centres of a row, if it has any, and return the size and time of their file."""
-    if row.outcome != DONE:
-        return {}
-    about = folder.keep(row.run)
-    return {"bytes": about.st_size, "kept": about.st_mtime_ns}
+    return folder.keep(row.run) if row.outcome == DONE else {}
 
 
 def failed_rows(task: Task, error: InputError, folder: RunFolder) -> list[Row]:

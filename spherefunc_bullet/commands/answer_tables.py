@@ -87,17 +87,9 @@ def print_reasons(row: Row):
 
 def print_quantities(row: Row, name: str):
     """Print which quantities decided about one function of one object."""
-    from ..learning.reasons.words import unit_of, with_unit
+    from ..learning.reasons.words import cells_of
 
-    table = [
-        [
-            decided["meaning"],
-            format_length(decided["radius"]),
-            *(with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median")),
-            f"{-decided['share']:+.2f}",
-        ]
-        for decided in row["quantities"][name]
-    ]
+    table = [cells_of(decided) for decided in row["quantities"][name]]
     if not table:
         return
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..console import Failures, print_json, print_table, progress
-from ..errors import InputError
+from ..console import Failures, print_json, print_table
+from .each_file import told_of_files
 from .poses import posed_file
 
 if TYPE_CHECKING:
@@ -19,20 +19,14 @@ Row = dict[str, Any]
 
 def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
     """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
-    from ..processes.tasks import run_tasks
-    from ..simulator import isolated, make_simulator
+    from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
 
     simulator = require_ability(make_simulator(classifier.simulator), "poses")
-    failures, rows = Failures(), []
-    tasks = [(file, simulator, classifier, PoseSettings(), classifier.seed, units) for file in files]
-    outcomes = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(files), "classifying"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-            continue
-        _, result, answers, seconds = outcome
-        row = {"file": str(files[index]), "functions": best_functions(answers), "notes": list(result.notes)}
+    failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
+    for file, told in told_of_files(posed_file, files, simulator, how, "classifying", failures):
+        _, result, answers, seconds = told
+        row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})
     print_json(rows) if json else print_best(rows, classifier.functions_)
     failures.exit()
@@ -63,5 +57,5 @@ def print_best(rows: Sequence[Row], functions: Sequence[str]):
         scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
         table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
     if table:
-        print_table("What objects are for in their best pose (`spherefunc poses` shows it)",
-                    ["file", "for", *functions], table)
+        title = "What objects are for in their best pose (`spherefunc poses` shows it)"
+        print_table(title, ["file", "for", *functions], table)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, progress, say
+from ..console import Failures, print_json, print_table, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_length
+from .each_file import told_of_files
 from .options import BY_FILE, Friction, Json, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:
@@ -40,8 +41,7 @@ def carry(
     json: Json = False,
 ):
     """Fill each object, tilt it farther and farther to all sides, shake it, and say what share stays."""
-    from ..processes.tasks import run_tasks
-    from ..simulator import isolated, make_simulator
+    from ..simulator import make_simulator
     from ..simulator.mechanics import CarrySettings, require_ability
     from ..viewer.mechanics_pictures import require_png
 
@@ -58,17 +58,10 @@ def carry(
         restitution=restitution,
         density=density,
     )
-    failures, rows = Failures(), []
-    tasks = [(file, simulator, settings, seed, up, units) for file in files]
-    outcomes = run_tasks(carried_file, tasks, files, isolate=isolated(simulator))
-    drawn: list[tuple[Cloud, CarryResult]] = []
-    for index, outcome in progress(outcomes, len(files), "carrying"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-            continue
-        rows.append(row_of(files[index], outcome[1]))
-        drawn.append(outcome)
-    draw(drawn, picture)
+    failures = Failures()
+    told = told_of_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
+    rows = [row_of(file, result) for file, (_, result) in told]
+    draw([carried for _, carried in told], picture)
     print_json(rows) if json else print_kept(rows, settings.angles_deg)
     failures.exit()
 

@@ -6,14 +6,13 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..console import Failures, print_json, progress, say
-from ..errors import InputError
+from ..errors import InputError, one_line
 from .answer_tables import Row, members_of, print_functions
 from .options import BY_FILE, Json, Units, Up
 
@@ -53,7 +52,6 @@ def classify(
     from ..learning.reasons.answer import model_of_views
     from ..processes.tasks import run_tasks
     from ..simulator import isolated, make_simulator
-    from .one_view import told_as_view
 
     if table is not None:
         require_place(table)
@@ -71,12 +69,11 @@ def classify(
     for index, outcome in progress(outcomes, len(names), "classifying"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
-            rows[index] = {"file": str(names[index]), "error": " ".join(str(outcome).split())}
+            rows[index] = {"file": str(names[index]), "error": one_line(outcome)}
         else:
             settled, seconds, one_view = outcome
             row = scored(names[index], settled, seconds, classifier, explain)
-            again = partial(scored, explain=explain)
-            rows[index] = told_as_view(row, settled, tasks[index][1], again, of_views) if one_view else row
+            rows[index] = told_as_view(row, settled, tasks[index][1], of_views(), explain) if one_view else row
     if table is not None:
         write_rows(rows, classifier.functions_, table)
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
@@ -158,6 +155,25 @@ def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionMod
         else:
             row |= cubes_named(classifier, settled)
     return row
+
+
+def told_as_view(row: Row, settled: Settled, dropping: Dropping, model: FunctionModel, explain: bool) -> Row:
+    """Return the row of a file that is for nothing and looks like one view, or that of the object completed.
+
+    Parameters
+    ----------
+    model : FunctionModel
+        That for single views.
+    """
+    from ..learning.reasons.one_view import COMPLETED, NOTHING, nothing_settled, settled_on_completed
+
+    file, lost = Path(row["file"]), nothing_settled(settled)
+    completed = settled_on_completed(dropping.cloud(file), model)
+    if completed is not None:
+        whole = scored(file, completed, row["seconds"], model, explain)
+        if lost or any(told["member"] for told in whole["functions"].values()):
+            return whole | {"unsure": True, "reasons": [*whole["reasons"], COMPLETED]}
+    return row | {"unsure": True, "reasons": [*row["reasons"], NOTHING]} if lost else row
 
 
 def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, progress, say
-from ..errors import InputError
+from ..console import Failures, print_json, print_table, say
+from .each_file import told_of_files
 from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, matter_of
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ def poses(
 ):
     """Say how each object can lie, how likely each pose is, and what it is for so."""
     from ..learning.model_file import model_to_ask, shipped_model
-    from ..processes.tasks import run_tasks
-    from ..simulator import isolated, make_simulator
+    from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
     from ..viewer.mechanics_pictures import require_png
 
@@ -50,17 +49,10 @@ def poses(
     simulator = require_ability(make_simulator(backend), "poses")
     settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
     classifier = model_to_ask(model or shipped_model("fast"), None)
-    failures, rows, drawn = Failures(), [], []
-    tasks = [(file, simulator, classifier, settings, seed, units) for file in files]
-    outcomes = run_tasks(posed_file, tasks, files, isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(files), "posing"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-            continue
-        cloud, result, answers, seconds = outcome
-        rows.append(row_of(files[index], result, answers, seconds))
-        drawn.append((cloud, answers))
-    draw(drawn, picture, page)
+    failures = Failures()
+    told = told_of_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
+    rows = [row_of(file, *posed) for file, (_, *posed) in told]
+    draw([(cloud, answers) for _, (cloud, _, answers, _) in told], picture, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
     failures.exit()
 

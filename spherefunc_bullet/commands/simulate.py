@@ -11,7 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
-from ..formats.writing import prepare_folder, write_bytes
+from ..formats.writing import prepare_folder, unused_name, write_bytes
 from .options import BY_FILE, Backend, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def simulate(
     simulator = make_simulator(backend, **simulator_options(shape), **({} if cores is None else {"cores": cores}))
     runs = [DropSettings(radius=length, max_spheres=max_spheres) for length in parse_lengths(radius)]
     prepare_folder(out)
-    failures, rows, written = Failures(), [], set()
+    failures, rows, written = Failures(), [], []
     tasks = [(file, simulator, runs, seed, up, units) for file in files]
     outcomes = run_tasks(drop_on_file, tasks, files, isolate=isolated(simulator))
     for index, outcome in progress(outcomes, len(files), "dropping"):
@@ -75,39 +75,25 @@ def drop_on_file(
     return done, None
 
 
-def unused_name(folder: Path, file: Path, result: DropResult, written: set[str]) -> Path:
-    """Return the path of a result, which begins with the file's stem; two files of one stem get two names."""
-    provenance = result.provenance
-    radius = format_length(provenance["settings"]["radius"]).replace(" ", "")
-    name, number = f"{file.stem}_{provenance['backend']}_r{radius}", 1
-    while (unused := f"{name}_{number}.npz" if number > 1 else f"{name}.npz") in written:
-        number += 1
-    written.add(unused)
-    return folder / unused
-
-
-def save_results(done: list[Run], folder: Path | None, file: Path, written: set[str]):
+def save_results(done: list[Run], folder: Path | None, file: Path, written: list[Path]):
     """Write what came of the runs on a file, if there is a folder for it."""
     for row, result in done if folder is not None else []:
-        save_result(result, unused_name(folder, file, result, written), row["bounding_box"])
+        radius = format_length(row["radius"]).replace(" ", "")
+        path = unused_name(folder, f"{file.stem}_{row['backend']}_r{radius}", ".npz", written)
+        written.append(path)
+        save_result(result, path, row["bounding_box"])
 
 
 def save_result(result: DropResult, path: Path, bounding_box: list[list[float]]):
     """Write a result's centres and what produced them."""
-    import io
     import json
 
     import numpy as np
 
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        centers=result.centers,
-        on_object=result.on_object,
-        bounding_box=bounding_box,
-        provenance=np.array(json.dumps(result.provenance)),
-    )
-    write_bytes(path, buffer.getvalue())
+    from ..settling.cache import packed
+
+    arrays = {"centers": result.centers, "on_object": result.on_object, "bounding_box": np.array(bounding_box)}
+    write_bytes(path, packed(arrays | {"provenance": np.array(json.dumps(result.provenance))}))
 
 
 def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:

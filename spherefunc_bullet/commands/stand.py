@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, progress, say
-from ..errors import InputError
+from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, parse_length
+from .each_file import told_of_files
 from .options import BY_FILE, AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
@@ -39,8 +39,7 @@ def stand(
 ):
     """Say whether each object stands, and where it can carry a load without tipping."""
     from ..formats.units import parse_mass
-    from ..processes.tasks import run_tasks
-    from ..simulator import isolated, make_simulator
+    from ..simulator import make_simulator
     from ..simulator.mechanics import StandSettings, require_ability
     from ..viewer.mechanics_pictures import require_png
 
@@ -49,17 +48,10 @@ def stand(
     matter = matter_of(mass, area_density, friction, restitution)
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)
-    failures, rows, drawn = Failures(), [], []
-    tasks = [(file, simulator, settings, length, seed, up, units) for file in files]
-    outcomes = run_tasks(stood_file, tasks, files, isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(files), "standing"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-            continue
-        cloud, result = outcome
-        rows.append(row_of(files[index], result, settings))
-        drawn.append((cloud, result))
-    draw(drawn, settings, picture)
+    failures = Failures()
+    told = told_of_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
+    rows = [row_of(file, result, settings) for file, (_, result) in told]
+    draw([stood for _, stood in told], settings, picture)
     print_json(rows) if json else print_stances(rows)
     failures.exit()
 

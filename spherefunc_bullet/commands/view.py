@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..console import Failures, print_json, progress, say
+from ..console import Failures, print_json, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
-from ..formats.writing import require_place, write_text
+from ..formats.writing import require_place, unused_name, write_text
 from .options import BY_FILE, Json, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
@@ -157,11 +157,8 @@ def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: in
     runs = [[DropSettings(radius=length, max_spheres=max_spheres) for length in viewed.radii] for viewed in objects]
     tasks = [(viewed.cloud, simulator, settings, seed) for viewed, settings in zip(objects, runs, strict=True)]
     outcomes = run_tasks(dropped, tasks, [viewed.file for viewed in objects], isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(tasks), f"dropping by {simulator.name}"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-        else:
-            objects[index].results[simulator.name] = outcome
+    for index, results in failures.passed(outcomes, len(tasks), f"dropping by {simulator.name}"):
+        objects[index].results[simulator.name] = results
 
 
 def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], seed: int) -> list[DropResult]:
@@ -176,11 +173,8 @@ def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failur
     clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
     radii = [classifier.chosen_radii()] * len(objects)
     outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.length)
-    for index, outcome in progress(outcomes, len(objects), "explaining"):
-        if isinstance(outcome, InputError):
-            failures.add(outcome)
-        else:
-            objects[index].settled = outcome
+    for index, settled in failures.passed(outcomes, len(objects), "explaining"):
+        objects[index].settled = settled
 
 
 def write_pages(
@@ -193,7 +187,7 @@ def write_pages(
     groups = [objects] if together and objects else [[viewed] for viewed in objects]
     written: list[Path] = []
     for group in groups:
-        path = out if together else unused_name(out or Path(), group[0].file.stem, written)
+        path = out if together else unused_name(out or Path(), group[0].file.stem, ".html", written)
         title = ", ".join(viewed.file.name for viewed in group)
         html = display_page(title, [part for viewed in group for part in object_parts(viewed, classifier)])
         try:
@@ -201,14 +195,6 @@ def write_pages(
         except InputError as error:
             failures.add(error)
     return written
-
-
-def unused_name(folder: Path, stem: str, written: Sequence[Path]) -> Path:
-    """Return a page's path, named for its object; two objects of one name get two pages."""
-    number = 1
-    while (path := folder / (f"{stem}_{number}.html" if number > 1 else f"{stem}.html")) in written:
-        number += 1
-    return path
 
 
 def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
@@ -55,13 +55,7 @@ def built_catalogue(name: str) -> Path:
     return folder / "manifest.csv"
 
 
-def write_catalogue(
-    objects: Iterable,
-    directory: str | os.PathLike,
-    group: str,
-    *,
-    advance: Callable = lambda: None,
-) -> Path:
+def write_catalogue(objects: Iterable, directory: str | os.PathLike, group: str) -> Path:
     """Write one binary PLY per object and, last, ``manifest.csv``; return the manifest's path.
 
     Parameters
@@ -72,8 +66,6 @@ def write_catalogue(
         Made if it is missing.
     group : str
         The source that the manifest names for every object.
-    advance : callable
-        Called after each object.
 
     Raises
     ------
@@ -88,7 +80,6 @@ def write_catalogue(
         file = f"{item.name}.ply"
         write_bytes(directory / file, item.mesh.export(file_type="ply", encoding="binary"))
         rows.append((file, item.label, item.also, item.category, group))
-        advance()
     return write_manifest(directory, COLUMNS, rows)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import logging
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ import numpy as np
 from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_text_size
+from .scenes.parts import scene_of
 
 
 def _count_facets(data: bytes) -> int | None:
@@ -27,12 +26,8 @@ def _count_facets(data: bytes) -> int | None:
 
 def read_stl(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3), repeated for each face, and triangles (M, 3)."""
-    import trimesh
-
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())  # errors come as exceptions, not as lines
     facets = _count_facets(data)
-    scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
-    meshes = list(scene.geometry.values())  # one for each 'solid'; STL has no transforms
+    meshes = list(scene_of(data, "stl").geometry.values())  # one for each 'solid'; STL has no transforms
     count = sum(len(mesh.faces) for mesh in meshes)
     if not count or facets not in (None, count):
         raise FormatError(f"expected {facets or 'some'} facets, got {count}; is the file cut off or damaged?")

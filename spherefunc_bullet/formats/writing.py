@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -35,6 +35,14 @@ def writing(place: Path, what: str = "a file", kind: type[InputError] = InputErr
         yield
     except OSError as error:
         raise kind(f"{place}: expected {what} that can be written; {error.strerror or error}") from error
+
+
+def unused_name(folder: Path, stem: str, suffix: str, written: Sequence[Path]) -> Path:
+    """Return a file's path that is none of those written; two files of one stem get two names."""
+    number = 1
+    while (path := folder / (f"{stem}_{number}{suffix}" if number > 1 else f"{stem}{suffix}")) in written:
+        number += 1
+    return path
 
 
 def write_bytes(path: Path, content: bytes) -> Path:

@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ from .drops import LIMITED, Length, settled_centers
 from .settling import Settled, drop_settings, measured_run
 
 FORMAT = 1  # of the cache; another number, other entries
+Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
 
 
@@ -86,6 +87,10 @@ class Dropping:
             except OSError as error:
                 raise InputError(f"{one_line(part)}: expected a file that can be read; {error.strerror}") from error
         return digest.hexdigest()
+
+    def run(self, cloud: Cloud, radius: float) -> dict[str, np.ndarray]:
+        """Return what comes of the run of one radius; see `measured_run`."""
+        return measured_run(cloud, self.simulator, radius, self.seed, self.length)
 
     def settings(self, radius: float) -> dict[str, Any]:
         """Return the settings of the runs of one radius, without limits that are not set."""
@@ -153,17 +158,12 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     """
     content, cloud = dropping.content_hash(path), cache(lambda: dropping.cloud(path))
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
-    runs = {}
-    for radius in dropping.radii:
-        how = {"simulator": dropping.simulator, "radius": radius, "seed": dropping.seed}
-        run = partial(measured_run, **how, length=dropping.length)
-        entry = entry_path("settled", dropping.run_hash(content, radius), home)
-        runs[radius] = computed_once(entry, lambda run=run: run(cloud()))
+    runs = kept_runs(content, cloud, dropping, home)
     return ObjectRecord(
         path=path,
         size=shape["size"],
         voxels=shape["voxels"],
-        settled={radius: run["centers"] for radius, run in runs.items()},
+        settled=centers_of(runs),
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
@@ -190,7 +190,7 @@ class KeptFile:
 
     def runs(self, length: Length) -> Settled:
         """Return where spheres settle in runs of some length."""
-        return kept_runs(self.content, self.cloud, replace(self.dropping, length=length))
+        return centers_of(kept_runs(self.content, self.cloud, replace(self.dropping, length=length)))
 
     def tells(self, name: str, tell: Callable[[Cloud], bool]) -> bool:
         """Return what ``tell``, which is known by a name, says of the cloud."""
@@ -203,17 +203,21 @@ def settle_kept(
 ) -> Settled:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
-    return kept_runs(cloud_hash(cloud), lambda: cloud, dropping)
+    return centers_of(kept_runs(cloud_hash(cloud), lambda: cloud, dropping))
 
 
-def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping) -> Settled:
-    """Return the runs on an object with this hash, from the cache where it has them."""
-    settled = {}
+def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:
+    """Return the runs on an object with this hash, from the cache, or a run directory, where it has them."""
+    runs = {}
     for radius in dropping.radii:
-        entry = entry_path("settled", dropping.run_hash(content, radius))
-        how = (dropping.simulator, radius, dropping.seed, dropping.length)
-        settled[radius] = computed_once(entry, lambda how=how: measured_run(cloud(), *how))["centers"]
-    return settled
+        entry = entry_path("settled", dropping.run_hash(content, radius), home)
+        runs[radius] = computed_once(entry, lambda radius=radius: dropping.run(cloud(), radius))
+    return runs
+
+
+def centers_of(runs: Runs) -> Settled:
+    """Return where the spheres of runs settled, or what became of each drop."""
+    return {radius: run["centers"] for radius, run in runs.items()}
 
 
 def cloud_hash(cloud: Cloud) -> str:

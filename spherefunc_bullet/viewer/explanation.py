@@ -13,7 +13,7 @@ from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
 from ..learning.reasons.cubes import Cubes, cube_evidence
-from ..learning.reasons.words import Deciding, deciding, nearest, sentences, unit_of, with_unit
+from ..learning.reasons.words import Deciding, cells_of, deciding, nearest, sentences
 from ..learning.validation import THRESHOLD
 from ..settling.drops import NO_DROPS, settled_centers
 from ..settling.settling import Settled
@@ -80,16 +80,7 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, n
 def deciding_html(rows: Sequence[Deciding], name: str) -> str:
     """Return a table of the quantities that decided about one function."""
     head = ["quantity", "spheres", "here", "median of training objects", "score without it"]
-    cells = [
-        [
-            row["meaning"],
-            format_length(row["radius"]),
-            *(with_unit(row[key], unit_of(row["quantity"])) for key in ("value", "median")),
-            f"{-row['share']:+.2f}",
-        ]
-        for row in rows
-    ]
-    return table_html(head, cells, texts=2, label=f"What decided, {name}")
+    return table_html(head, map(cells_of, rows), texts=2, label=f"What decided, {name}")
 
 
 def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled, scores: dict[str, float]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,14 +9,14 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..formats.writing import write_bytes, write_text
 from ..learning.any_pose import PoseFunctions, turned_cloud
 from ..simulator.mechanics import CarryResult, StandResult
-from .page import page_html, table_html
+from .page import image_html, page_html, table_html
 from .pictures import GROUND_COLOUR, View, object_picture
 
 TILE = View(size=(360, 300))
@@ -65,8 +64,7 @@ def tile(cloud: Cloud, title: str, detail: str) -> Image.Image:
 
 def captioned(image: Image.Image, title: str, detail: str, framed: bool = False) -> Image.Image:
     """Return an image with two lines below it, and a frame in colour around what is good for something."""
-    canvas = Image.new("RGB", (image.width, image.height + WORDS), PAPER)
-    canvas.paste(image, (0, 0))
+    canvas = ImageOps.expand(image, (0, 0, 0, WORDS), PAPER)
     pen, middle = ImageDraw.Draw(canvas), image.width / 2
     size = min(24, int(24 * 0.94 * image.width / max(1, pen.textlength(title, ImageFont.load_default(24)))))
     pen.text((middle, image.height + 20), title, INK, ImageFont.load_default(size), anchor="mm")
@@ -78,8 +76,7 @@ def captioned(image: Image.Image, title: str, detail: str, framed: bool = False)
 
 def titled(image: Image.Image, title: str) -> Image.Image:
     """Return an image with a line above it."""
-    canvas = Image.new("RGB", (image.width, image.height + 50), PAPER)
-    canvas.paste(image, (0, 50))
+    canvas = ImageOps.expand(image, (0, 50, 0, 0), PAPER)
     ImageDraw.Draw(canvas).text((16, 28), title, INK, ImageFont.load_default(26), anchor="lm")
     return canvas
 
@@ -133,9 +130,8 @@ def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
     """Write a page that stands alone: each object's poses as a picture and as a table."""
     parts = ["<h1>How things can lie, and what they are for so</h1>"]
     for one in objects:
-        data = base64.b64encode(png_of(poses_picture([one]))).decode()
         parts.append(f"<h2>{escape(one.cloud.name)}</h2>")
-        parts.append(f'<img alt="{escape(one.cloud.name)} in its poses" src="data:image/png;base64,{data}">')
+        parts.append(image_html(f"{one.cloud.name} in its poses", png_of(poses_picture([one]))))
         names = list(one.told[0].functions) if one.told else []
         rows = [
             [f"{told.pose.probability:.3f}", f"{told.pose.statics:.3f}", f"{told.pose.tilt_deg:.0f}°"]

@@ -29,14 +29,18 @@ def still_html(display: dict[str, Any], still: bytes | None) -> str:
     """Return what stands in for a display: a picture, and the notes and tables of its panels as they are at first."""
     parts = []
     if still is not None:
-        picture = base64.b64encode(still).decode()
-        parts.append(f'<img alt="{escape(display["name"])}" src="data:image/png;base64,{picture}">')
+        parts.append(image_html(display["name"], still))
     for panel in display["panels"]:
         for layer in panel["layers"]:
             if layer["radius"] == display["radius"]:
                 note = f'<p class="display-note">{escape(layer["note"])}</p>'
                 parts.append(f"<h3>{escape(panel['title'])}</h3>{note}{layer['details']}")
     return "".join(parts)
+
+
+def image_html(alt: str, png: bytes) -> str:
+    """Return a picture that carries its own bytes."""
+    return f'<img alt="{escape(alt)}" src="data:image/png;base64,{base64.b64encode(png).decode()}">'
 
 
 def viewer_style(*, dark: bool = False) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.legs import four_legs
-from ..parts.solids import beam, box, cushion, join, lathe, shift, tube, turn
+from ..parts.solids import box, crossbar, cushion, join, lathe, shift, tube, turn
 from .desks import drawers
 
 
@@ -16,12 +16,8 @@ def drawer_cabinet(rng: Generator, *, width: float, depth: float, height: float,
     width, depth, height = np.array([width, depth, height]) * rng.uniform(0.9, 1.1, 3)
     top = box(width + 0.03, depth + 0.02, 0.025, z=height - 0.025)
     legs = four_legs(width - 0.02, depth - 0.02, feet + 0.01, 0.05) if feet else []
-    return join(
-        drawers(width, depth, height - 0.03 - feet, 0.0, feet, fronts),
-        top,
-        box(width, depth - 0.05, 0.04, z=height - 0.06),
-        legs,
-    )
+    stack = drawers(width, depth, height - 0.03 - feet, 0.0, feet, fronts)
+    return join(stack, top, box(width, depth - 0.05, 0.04, z=height - 0.06), legs)
 
 
 def base_cabinet(rng: Generator, *, sink: bool = False):
@@ -58,8 +54,8 @@ def wardrobe(rng: Generator):
     return join(parts, box(width + 0.03, depth, 0.035, z=height - 0.035))
 
 
-def bookcase(rng: Generator, *, tall: bool = True, filled: bool = False, back: bool = True):
-    """Return open shelves between two boards, with or without books."""
+def bookcase(rng: Generator, *, tall: bool = True, back: bool = True):
+    """Return open shelves between two boards."""
     width, depth = rng.uniform(0.7, 1.1), rng.uniform(0.26, 0.34)
     height = rng.uniform(1.6, 2.1) if tall else rng.uniform(0.8, 1.15)
     levels = np.linspace(0.06, height - 0.02, 6 if tall else 4)
@@ -67,23 +63,7 @@ def bookcase(rng: Generator, *, tall: bool = True, filled: bool = False, back: b
     parts += [box(width - 0.02, depth, 0.02, z=z - 0.02) for z in levels]
     if back:
         parts.append(box(width, 0.008, height, y=depth / 2 - 0.004))
-    if filled:
-        for low, high in zip(levels, levels[1:], strict=False):
-            parts += _books(rng, width - 0.06, 0.8 * depth, low, 0.85 * (high - low))
     return join(parts)
-
-
-def _books(rng: Generator, width: float, depth: float, z: float, height: float):
-    """Return a row of upright books that fills most of a shelf."""
-    books, x = [], -width / 2
-    end = width / 2 - rng.uniform(0.0, 0.3) * width
-    while x < end:
-        thick = rng.uniform(0.02, 0.05)
-        books.append(
-            box(thick - 0.001, depth * rng.uniform(0.75, 1), height * rng.uniform(0.7, 1), x=x + thick / 2, z=z)
-        )
-        x += thick
-    return books
 
 
 def utility_shelf(rng: Generator):
@@ -99,10 +79,9 @@ def refrigerator(rng: Generator):
     split = 0.68 * height
     parts = [box(width, depth - 0.06, height - 0.03, y=0.03, z=0.03), box(width - 0.06, depth - 0.16, 0.05, y=0.03)]
     for low, high in ((0.06, split), (split, height)):
-        parts.append(cushion(width, 0.06, high - low - 0.01, y=-depth / 2 + 0.04, z=low, rounding=0.01, corner=0.015))
-        parts.append(
-            box(0.02, 0.05, 0.4 * (high - low), x=-0.42 * width, y=-depth / 2 - 0.005, z=low + 0.3 * (high - low))
-        )
+        tall = high - low
+        parts.append(cushion(width, 0.06, tall - 0.01, y=-depth / 2 + 0.04, z=low, rounding=0.01, corner=0.015))
+        parts.append(box(0.02, 0.05, 0.4 * tall, x=-0.42 * width, y=-depth / 2 - 0.005, z=low + 0.3 * tall))
     return join(parts)
 
 
@@ -112,11 +91,7 @@ def stove(rng: Generator):
     parts = [box(width, depth, height), box(width, 0.03, 0.12, y=depth / 2 - 0.015, z=height - 0.01)]
     ring = lathe([(0, 0), (0.085, 0), (0.085, 0.02), (0.06, 0.02), (0.05, 0.03), (0, 0.03)], sections=20)
     parts += [shift(ring, x * 0.24 * width, y * 0.22 * depth - 0.02, height - 0.005) for x in (-1, 1) for y in (-1, 1)]
-    parts.append(
-        beam(
-            [-0.4 * width, -depth / 2 - 0.03, 0.7 * height], [0.4 * width, -depth / 2 - 0.03, 0.7 * height], 0.02, 0.02
-        )
-    )
+    parts.append(crossbar(0.8 * width, -depth / 2 - 0.03, 0.7 * height, 0.02, 0.02))
     parts += [box(0.02, 0.05, 0.02, x=x * 0.38 * width, y=-depth / 2 - 0.01, z=0.7 * height - 0.01) for x in (-1, 1)]
     knob = turn(lathe([(0, 0), (0.02, 0), (0.018, 0.03), (0, 0.03)], sections=12), "x", 90)
     return join(parts, [shift(knob, x * width, -depth / 2 + 0.004, height - 0.06) for x in np.linspace(-0.38, 0.38, 5)])
@@ -126,11 +101,9 @@ def washing_machine(rng: Generator):
     """Return a front-loading washing machine."""
     width, depth, height = 0.6, rng.uniform(0.52, 0.62), rng.uniform(0.82, 0.87)
     door = turn(lathe([(0, 0), (0.19, 0), (0.19, 0.02), (0.14, 0.04), (0, 0.02)], sections=28), "x", 90)
-    parts = [
-        cushion(width, depth, height, rounding=0.012, corner=0.02),
-        shift(door, 0, -depth / 2 + 0.004, 0.47 * height),
-    ]
-    return join(parts, box(0.18, 0.01, 0.09, x=-0.18, y=-depth / 2, z=height - 0.13))
+    door = shift(door, 0, -depth / 2 + 0.004, 0.47 * height)
+    body = cushion(width, depth, height, rounding=0.012, corner=0.02)
+    return join(body, door, box(0.18, 0.01, 0.09, x=-0.18, y=-depth / 2, z=height - 0.13))
 
 
 def counter_oven(rng: Generator):
@@ -166,31 +139,19 @@ def kitchen_island(rng: Generator):
     slats = [box(0.06, depth - 0.1, 0.02, x=x, z=0.2) for x in np.linspace(-width / 2 + 0.09, width / 2 - 0.09, 8)]
     rails = [box(width - 0.1, 0.03, 0.05, y=y * (depth / 2 - 0.06), z=0.16) for y in (-1, 1)]
     drawers = box(width - 0.08, depth - 0.08, 0.18, z=height - 0.22)
-    return join(
-        box(width, depth, 0.04, z=height - 0.04),
-        drawers,
-        four_legs(width - 0.06, depth - 0.06, height - 0.04, 0.07),
-        slats,
-        rails,
-    )
+    legs = four_legs(width - 0.06, depth - 0.06, height - 0.04, 0.07)
+    return join(box(width, depth, 0.04, z=height - 0.04), drawers, legs, slats, rails)
 
 
 def media_unit(rng: Generator):
     """Return a low unit for a television, with the set on it."""
     width, depth, height = rng.uniform(1.2, 1.7), rng.uniform(0.38, 0.48), rng.uniform(0.38, 0.52)
-    parts = [
-        box(width, depth, 0.03, z=height - 0.03),
-        box(width, depth, 0.03, z=0.04),
-        box(width, 0.01, height - 0.05, y=depth / 2 - 0.005, z=0.04),
-    ]
+    parts = [box(width, depth, 0.03, z=z) for z in (height - 0.03, 0.04)]
+    parts.append(box(width, 0.01, height - 0.05, y=depth / 2 - 0.005, z=0.04))
     parts += [box(0.03, depth, height, x=x * width) for x in (-0.48, -0.16, 0.16, 0.48)]
     wide = 0.75 * width
-    screen = [
-        box(wide, 0.05, 0.56 * wide, z=height + 0.06),
-        box(0.4 * wide, 0.22, 0.015, z=height),
-        box(0.1, 0.04, 0.08, z=height),
-    ]
-    return join(parts, screen)
+    foot = [box(0.4 * wide, 0.22, 0.015, z=height), box(0.1, 0.04, 0.08, z=height)]
+    return join(parts, box(wide, 0.05, 0.56 * wide, z=height + 0.06), foot)
 
 
 CABINETS = [
@@ -200,16 +161,12 @@ CABINETS = [
     family("chest_of_drawers", drawer_cabinet, width=0.8, depth=0.45, height=1.15, fronts=5),
     family("kitchen_cabinet", base_cabinet),
     family("kitchen_sink", base_cabinet, sink=True),
-    family("wardrobe", wardrobe),
-    family("bookcase", bookcase),
+    *families(wardrobe, bookcase),
     family("low_bookcase", bookcase, tall=False, back=False),
     family("shelf", utility_shelf),
-    family("refrigerator", refrigerator),
-    family("stove", stove),
-    family("washing_machine", washing_machine),
+    *families(refrigerator, stove, washing_machine),
     family("microwave", counter_oven),
-    family("oven", oven),
-    family("counter", counter),
+    *families(oven, counter),
     family("kitchen_island", kitchen_island),  # a counter, which §IV-B calls confused for a table
     family("tv_unit", media_unit),
 ]

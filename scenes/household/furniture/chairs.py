@@ -6,10 +6,10 @@ import numpy as np
 from numpy.random import Generator
 from trimesh import Trimesh
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.legs import four_legs, star_base, stretchers
-from ..parts.outlines import arch, circle, rounded
-from ..parts.solids import beam, box, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
+from ..parts.outlines import arch, circle, rectangle, rounded
+from ..parts.solids import beam, box, crossbar, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
 
 
 def back_posts(width: float, low: float, high: float, y: float, lean: float, thickness: float):
@@ -24,41 +24,29 @@ def back_fill(rng: Generator, style: str, width: float, low: float, high: float,
         return y + lean * (z - low) / (high - low)
 
     def rung(z: float, height: float):
-        return beam([-width / 2, at(z), z], [width / 2, at(z), z], 0.02, height)
+        return crossbar(width, at(z), z, 0.02, height)
 
     def upright(x: float, breadth: float, foot: float):
         return beam([x, at(foot), foot], [x, at(high - 0.03), high - 0.03], breadth, 0.015)
+
+    def diagonal(side: int):
+        foot, end = low + 0.12, high - 0.04
+        return beam([-side * 0.46 * width, at(foot), foot], [side * 0.46 * width, at(end), end], 0.018, 0.035)
 
     tall = high - low
     spread = np.linspace(-0.36, 0.36, int(rng.integers(4, 7))) * width
     fills = {
         "ladder": lambda: [rung(low + tall * t, 0.06) for t in np.linspace(0.3, 0.95, int(rng.integers(3, 5)))],
         "slats": lambda: [
-            rung(high - 0.03, 0.07),
-            rung(low + 0.15, 0.04),
-            [upright(x, 0.03, low + 0.15) for x in spread],
+            rung(high - 0.03, 0.07), rung(low + 0.15, 0.04), [upright(x, 0.03, low + 0.15) for x in spread],
         ],
-        "panel": lambda: [
-            sweep(
-                [[0, at(low + 0.12), low + 0.12], [0, at(high), high]],
-                [[-width / 2, -0.012], [width / 2, -0.012], [width / 2, 0.012], [-width / 2, 0.012]],
-            )
-        ],
+        "panel": lambda: [sweep([[0, at(low + 0.12), low + 0.12], [0, at(high), high]], rectangle(width, 0.024))],
         "splat": lambda: [rung(high - 0.03, 0.07), upright(0, 0.14, low - 0.02)],
         "spindles": lambda: [
             rung(high - 0.02, 0.05),
             [tube([[x, at(low - 0.02), low - 0.02], [x, at(high), high - 0.02]], 0.007, sections=6) for x in spread],
         ],
-        "cross": lambda: (
-            [rung(high - 0.03, 0.06), rung(low + 0.12, 0.04)]
-            + [
-                beam(
-                    [-s * 0.46 * width, at(low + 0.12), low + 0.12], [s * 0.46 * width, at(high - 0.04), high - 0.04],
-                    0.018, 0.035,
-                )
-                for s in (-1, 1)
-            ]
-        ),
+        "cross": lambda: [rung(high - 0.03, 0.06), rung(low + 0.12, 0.04), *map(diagonal, (-1, 1))],
         "bands": lambda: [rung(high - 0.05, 0.1), rung(low + 0.4 * tall, 0.05)],
     }
     return fills[style]()
@@ -77,19 +65,14 @@ def dining_chair(
     width, depth = rng.uniform(0.4, 0.48) + 0.08 * arms, rng.uniform(0.39, 0.45)
     seat, high, lean = rng.uniform(0.43, 0.48), rng.uniform(0.8, 1.02), rng.uniform(0.04, 0.12)
     bar, thick = rng.uniform(0.032, 0.045), 0.025
-    surface = (
-        cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012) if pad else box(width, depth, thick, z=seat - thick)
-    )
-    splay = 0.04 if legs == "splayed" else 0.0
-    base = four_legs(
-        width - 0.01,
-        depth - 0.01,
-        seat - thick,
-        bar,
-        splay=splay,
-        taper=0.65 if legs != "straight" else 1.0,
-        round_bars=legs == "splayed",
-    )
+    surface = box(width, depth, thick, z=seat - thick)
+    if pad:
+        surface = cushion(width, depth, 0.06, z=seat - 0.06, crown=0.012)
+    taper = 1.0 if legs == "straight" else 0.65
+    round_bars = legs == "splayed"
+    splay = 0.04 if round_bars else 0.0
+    size = width - 0.01, depth - 0.01, seat - thick
+    base = four_legs(*size, bar, splay=splay, taper=taper, round_bars=round_bars)
     y = depth / 2 - bar / 2
     parts = [surface, base, back_posts(width - bar, seat - 0.05, high, y, lean, bar)]
     parts += back_fill(rng, back, width - bar, seat, high, y, lean)
@@ -112,13 +95,8 @@ def armrests(width: float, depth: float, seat: float, rise: float, bar: float):
 def shell_grid(width: float, depth: float, rise: float, dish: float, lean: float) -> np.ndarray:
     """Return a moulded seat-and-back surface (K, N, 3), metres: its seat near z = 0, its sides curled up."""
     across = np.linspace(-1, 1, 13)
-    spine = rounded(
-        [
-            [0, -depth / 2, -0.015], [0, -0.1 * depth, 0], [0, 0.42 * depth, 0], [0, 0.5 * depth, 0.1],
-            [0, 0.5 * depth + lean, rise],
-        ],
-        2,
-    )
+    seat = [[0, -depth / 2, -0.015], [0, -0.1 * depth, 0], [0, 0.42 * depth, 0]]
+    spine = rounded([*seat, [0, 0.5 * depth, 0.1], [0, 0.5 * depth + lean, rise]])
     upper = np.clip(spine[:, 2] / rise, 0, 1)
     half = width / 2 * (1 - 0.12 * upper)
     grid = np.repeat(spine[:, None, :], len(across), axis=1)
@@ -178,10 +156,8 @@ def folding_chair(rng: Generator):
     parts = [cushion(width - 0.05, depth, 0.02, z=seat - 0.02, rounding=0.006)]
     for x in (-width / 2, width / 2):
         parts.append(tube([[x, -depth / 2 - 0.03, 0.01], [x, depth / 2 + 0.1, seat + 0.38]], 0.011, sections=8))
-        inner = 0.9 * x
-        parts.append(
-            tube([[inner, depth / 2 + 0.06, 0.01], [inner, -depth / 2 + 0.04, seat - 0.01]], 0.011, sections=8)
-        )
+        inner = [[0.9 * x, depth / 2 + 0.06, 0.01], [0.9 * x, -depth / 2 + 0.04, seat - 0.01]]
+        parts.append(tube(inner, 0.011, sections=8))
         parts.append(beam([0.86 * x, -depth / 2, seat - 0.012], [x, depth / 2 - 0.14, seat - 0.012], 0.02, 0.02))
     parts += [
         tube([[-width / 2, y, z], [width / 2, y, z]], 0.009, sections=6)
@@ -195,10 +171,8 @@ def office_chair(rng: Generator, *, arms: bool = True, headrest: bool = False):
     """Return a swivel chair on a star base with castors."""
     width, depth, seat = rng.uniform(0.46, 0.52), rng.uniform(0.44, 0.5), rng.uniform(0.44, 0.52)
     tall = rng.uniform(0.4, 0.65)
-    parts = [
-        star_base(rng.uniform(0.28, 0.33), seat - 0.06),
-        cushion(width, depth, 0.085, z=seat - 0.085, crown=0.015, corner=0.12, rounding=0.035),
-    ]
+    parts = [star_base(rng.uniform(0.28, 0.33), seat - 0.06)]
+    parts.append(cushion(width, depth, 0.085, z=seat - 0.085, crown=0.015, corner=0.12, rounding=0.035))
     pad = cushion(width - 0.02, tall, 0.07, corner=0.1, rounding=0.03)
     parts.append(_upright(pad, depth / 2 + 0.03, seat + 0.08 + tall / 2, lean_deg=8))
     parts.append(box(0.12, 0.3, 0.03, y=depth / 2 - 0.12, z=seat - 0.1))
@@ -231,9 +205,7 @@ CHAIRS = [
     family("child_chair", dining_chair, back="bands", scale=0.68),
     family("shell_chair", shell_chair, stand="splayed"),
     family("shell_chair", shell_chair, stand="tubes"),
-    family("cantilever_chair", cantilever_chair),
-    family("bistro_chair", bistro_chair),
-    family("folding_chair", folding_chair),
+    *families(cantilever_chair, bistro_chair, folding_chair),
     family("office_chair", office_chair, arms=True),
     family("office_chair", office_chair, arms=False),
     family("office_chair", office_chair, arms=True, headrest=True),

@@ -28,33 +28,25 @@ def plain_desk(rng: Generator, *, legs: str = "posts"):
     """Return a desk without drawers: a top on posts, panels, or a tube frame."""
     width, depth, height = _plan(rng)
     under = height - 0.025
-    stands = {
-        "posts": lambda: [
-            four_legs(width - 0.02, depth - 0.04, under, 0.05),
-            apron(width - 0.04, depth - 0.06, 0.05, 0.02, under),
-        ],
-        "panels": lambda: [
-            panel_ends(width, depth - 0.02, under, 0.025),
-            box(width - 0.05, 0.02, 0.4, y=0.4 * depth, z=under - 0.4),
-        ],
-        "sled": lambda: [
-            sled(width - 0.1, depth - 0.06, under, 0.02),
-            box(width - 0.16, 0.03, 0.04, y=0.35 * depth, z=under - 0.04),
-        ],
-        "columns": lambda: _lifting_legs(width, depth, under),
-    }
-    return join(box(width, depth, 0.025, z=under), stands[legs]())
+    surface = box(width, depth, 0.025, z=under)
+    if legs == "posts":
+        posts = four_legs(width - 0.02, depth - 0.04, under, 0.05)
+        return join(surface, posts, apron(width - 0.04, depth - 0.06, 0.05, 0.02, under))
+    if legs == "panels":
+        ends = panel_ends(width, depth - 0.02, under, 0.025)
+        return join(surface, ends, box(width - 0.05, 0.02, 0.4, y=0.4 * depth, z=under - 0.4))
+    if legs == "sled":
+        loops = sled(width - 0.1, depth - 0.06, under, 0.02)
+        return join(surface, loops, box(width - 0.16, 0.03, 0.04, y=0.35 * depth, z=under - 0.04))
+    return join(surface, _lifting_legs(width, depth, under))
 
 
 def _lifting_legs(width: float, depth: float, under: float):
     """Return the two columns of a desk of adjustable height, each on a foot."""
     parts = [box(0.7 * width, 0.08, 0.04, z=under - 0.04)]
     for x in (-0.34 * width, 0.34 * width):
-        parts += [
-            box(0.08, 0.9 * depth, 0.035, x=x),
-            box(0.09, 0.07, 0.4, x=x, z=0.03),
-            box(0.07, 0.05, under - 0.42, x=x, z=0.42),
-        ]
+        parts += [box(0.08, 0.9 * depth, 0.035, x=x), box(0.09, 0.07, 0.4, x=x, z=0.03)]
+        parts.append(box(0.07, 0.05, under - 0.42, x=x, z=0.42))
         parts.append(box(0.05, 0.7 * depth, 0.03, x=x, z=under - 0.03))
     return parts
 
@@ -70,9 +62,8 @@ def drawer_desk(rng: Generator, *, sides: int = 1, to_floor: bool = True):
     if sides == 2:
         plinths = [box(stack - 0.04, depth - 0.12, 0.04, x=x * (width - stack - 0.06) / 2) for x in (-1, 1)]
         return join(parts, plinths, box(width - 0.1, 0.02, 0.45, y=0.38 * depth, z=under - 0.45))
-    return join(
-        parts, panel_ends(width, depth - 0.04, under, 0.03), box(width - 0.06, 0.018, 0.3, y=0.4 * depth, z=under - 0.3)
-    )
+    ends = panel_ends(width, depth - 0.04, under, 0.03)
+    return join(parts, ends, box(width - 0.06, 0.018, 0.3, y=0.4 * depth, z=under - 0.3))
 
 
 def corner_desk(rng: Generator):
@@ -81,10 +72,8 @@ def corner_desk(rng: Generator):
     reach, under = rng.uniform(0.6, 0.9), height - 0.025
     x, y = (width - depth) / 2, -(depth + reach) / 2
     parts = [box(width, depth, 0.025, z=under), box(depth, reach, 0.025, x=x, y=y, z=under)]
-    posts = [
-        (-width / 2 + 0.04, -depth / 2 + 0.04), (-width / 2 + 0.04, depth / 2 - 0.04),
-        (width / 2 - 0.04, depth / 2 - 0.04),
-    ]
+    left, rear = -width / 2 + 0.04, depth / 2 - 0.04
+    posts = [(left, -rear), (left, rear), (-left, rear)]
     posts += [(x + s * (depth / 2 - 0.04), -depth / 2 - reach + 0.04) for s in (-1, 1)]
     return join(parts, [box(0.05, 0.05, under + 0.005, x=px, y=py) for px, py in posts])
 
@@ -98,10 +87,7 @@ def secretary(rng: Generator):
 
 
 DESKS = [
-    family("desk", plain_desk, legs="posts"),
-    family("desk", plain_desk, legs="panels"),
-    family("desk", plain_desk, legs="sled"),
-    family("desk", plain_desk, legs="columns"),
+    *[family("desk", plain_desk, legs=legs) for legs in ("posts", "panels", "sled", "columns")],
     family("desk", drawer_desk, sides=1),
     family("desk", drawer_desk, sides=2),
     family("desk", drawer_desk, sides=1, to_floor=False),

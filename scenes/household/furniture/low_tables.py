@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.legs import apron, four_legs, panel_ends, sled
-from ..parts.solids import beam, box, join
+from ..parts.solids import box, crossbar, join
 from .tables import top
 
 
@@ -22,10 +22,7 @@ def coffee_table(rng: Generator, *, shape: str = "rectangle", legs: str = "shelf
             box(w - 0.02, d - 0.02, 0.02, z=0.1),
             apron(w - 0.02, d - 0.02, 0.05, 0.02, under),
         ],
-        "sled": lambda: [
-            sled(0.8 * w, 0.9 * d, under, 0.015),
-            beam([-0.4 * w, 0, 0.015], [0.4 * w, 0, 0.015], 0.02, 0.02),
-        ],
+        "sled": lambda: [sled(0.8 * w, 0.9 * d, under, 0.015), crossbar(0.8 * w, 0, 0.015, 0.02, 0.02)],
         "splayed": lambda: [four_legs(0.6 * w, 0.55 * d, under, 0.04, splay=0.07, taper=0.6, round_bars=True)],
         "slab": lambda: [panel_ends(width, depth, under, 0.05), box(width - 0.1, depth - 0.04, 0.02, z=0.12)],
     }
@@ -52,21 +49,15 @@ def bedside_table(rng: Generator):
     width, depth, height = rng.uniform(0.4, 0.5), rng.uniform(0.35, 0.42), rng.uniform(0.5, 0.6)
     drawer = box(width - 0.03, depth - 0.03, 0.14, z=height - 0.16)
     knob = box(0.06, 0.04, 0.012, y=-depth / 2, z=height - 0.1)
-    return join(
-        box(width, depth, 0.02, z=height - 0.02),
-        drawer,
-        knob,
-        four_legs(width - 0.02, depth - 0.02, height - 0.1, 0.035),
-    )
+    legs = four_legs(width - 0.02, depth - 0.02, height - 0.1, 0.035)
+    return join(box(width, depth, 0.02, z=height - 0.02), drawer, knob, legs)
 
 
 def child_table(rng: Generator):
     """Return a low square table for children."""
     width, height = rng.uniform(0.55, 0.75), rng.uniform(0.44, 0.52)
-    return join(
-        top("rounded", width, width, 0.025, height),
-        four_legs(0.8 * width, 0.8 * width, height - 0.025, 0.045, round_bars=True),
-    )
+    legs = four_legs(0.8 * width, 0.8 * width, height - 0.025, 0.045, round_bars=True)
+    return join(top("rounded", width, width, 0.025, height), legs)
 
 
 LOW_TABLES = [
@@ -76,7 +67,6 @@ LOW_TABLES = [
     family("coffee_table", coffee_table, legs="slab", also="sittable"),
     family("side_table", side_table, shape="round"),
     family("side_table", side_table, shape="rounded"),
-    family("tray_table", tray_table),
-    family("bedside_table", bedside_table),
+    *families(tray_table, bedside_table),
     family("child_table", child_table, also="sittable"),
 ]

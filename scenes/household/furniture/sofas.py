@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.legs import four_legs, stretchers
 from ..parts.outlines import arc, at_height
-from ..parts.solids import beam, box, cushion, join, lathe, sheet, shift, tube, turn
+from ..parts.solids import beam, box, crossbar, cushion, join, lathe, sheet, shift, tube, turn
 
 
 def sofa(rng: Generator, *, seats: int = 2, arms: str = "box", feet: float = 0.08, soft: bool = True):
@@ -19,10 +19,8 @@ def sofa(rng: Generator, *, seats: int = 2, arms: str = "box", feet: float = 0.0
     seat, high = rng.uniform(0.38, 0.46), rng.uniform(0.72, 0.92)
     back, width = rng.uniform(0.16, 0.24), inner + 2 * arm
     thick = rng.uniform(0.12, 0.18)
-    parts = [
-        box(width - 0.04, depth - 0.04, seat - thick - feet + 0.01, z=feet),
-        four_legs(width - 0.12, depth - 0.12, feet + 0.01, 0.05),
-    ]
+    body = box(width - 0.04, depth - 0.04, seat - thick - feet + 0.01, z=feet)
+    parts = [body, four_legs(width - 0.12, depth - 0.12, feet + 0.01, 0.05)]
     parts += _seat_cushions(seats, place, depth - back, seat, thick, y=-back / 2, crown=0.02 if soft else 0.0)
     parts += _back_cushions(seats, place, depth, seat - 0.03, high)
     parts += _sofa_arms(arms, width, arm, depth, feet, rng.uniform(0.54, 0.66))
@@ -53,12 +51,9 @@ def _sofa_arms(style: str, width: float, arm: float, depth: float, feet: float, 
     for x in (-1, 1) if style != "none" else ():
         middle = x * (width - arm) / 2
         if style == "scroll":
-            roll = tube(
-                [[middle, -depth / 2, height - arm / 2], [middle, depth / 2 - 0.02, height - arm / 2]],
-                0.55 * arm,
-                sections=16,
-            )
-            parts += [roll, box(0.8 * arm, depth - 0.02, height - arm / 2 - feet, x=middle, z=feet)]
+            level = height - arm / 2
+            roll = tube([[middle, -depth / 2, level], [middle, depth / 2 - 0.02, level]], 0.55 * arm, sections=16)
+            parts += [roll, box(0.8 * arm, depth - 0.02, level - feet, x=middle, z=feet)]
         else:
             rounding = 0.015 if style == "box" else 0.06
             parts.append(cushion(arm, depth, height - feet, x=middle, z=feet, rounding=rounding, corner=0.05))
@@ -74,30 +69,22 @@ def corner_sofa(rng: Generator, *, ottoman: bool = False):
     parts += _seat_cushions(3, place, depth - back, seat, thick, y=-back / 2, crown=0.015)
     parts += _back_cushions(3, place, depth, seat - 0.03, high)
     x, y = inner / 2 - place / 2, -(depth + reach) / 2
-    parts += [
-        box(place, reach, seat - thick - 0.05, x=x, y=y, z=0.06),
-        box(0.05, 0.05, 0.07, x=x, y=y - reach / 2 + 0.05),
-    ]
+    parts.append(box(place, reach, seat - thick - 0.05, x=x, y=y, z=0.06))
+    parts.append(box(0.05, 0.05, 0.07, x=x, y=y - reach / 2 + 0.05))
     parts.append(cushion(place, reach, thick, x=x, y=y, z=seat - thick, crown=0.015))
     parts.append(cushion(0.18, depth, 0.52, x=-inner / 2 - 0.09, z=0.06))
     if not ottoman:
         side = cushion(0.18, depth + reach, high - 0.06, x=inner / 2 + 0.09, y=-reach / 2, z=0.06, rounding=0.05)
-        parts += [side]
+        parts.append(side)
     return join(parts)
 
 
 def wing_chair(rng: Generator):
     """Return a high-backed armchair with wings beside the head."""
-    width, depth, seat, high = (
-        rng.uniform(0.7, 0.78),
-        rng.uniform(0.75, 0.85),
-        rng.uniform(0.42, 0.46),
-        rng.uniform(1.0, 1.15),
-    )
-    parts = [
-        four_legs(width - 0.08, depth - 0.1, 0.16, 0.05, taper=0.6),
-        box(width - 0.04, depth - 0.06, seat - 0.28, z=0.15),
-    ]
+    width, depth = rng.uniform(0.7, 0.78), rng.uniform(0.75, 0.85)
+    seat, high = rng.uniform(0.42, 0.46), rng.uniform(1.0, 1.15)
+    parts = [four_legs(width - 0.08, depth - 0.1, 0.16, 0.05, taper=0.6)]
+    parts.append(box(width - 0.04, depth - 0.06, seat - 0.28, z=0.15))
     parts.append(cushion(width - 0.24, depth - 0.2, 0.15, y=-0.08, z=seat - 0.15, crown=0.025))
     back = turn(cushion(width - 0.2, high - seat + 0.1, 0.14, crown=0.02, rounding=0.05), "x", 80)
     parts.append(shift(back, 0, depth / 2 - 0.06, (seat + high) / 2 - 0.04))
@@ -125,12 +112,9 @@ def ottoman(rng: Generator):
     """Return a round upholstered pouf."""
     radius, height = rng.uniform(0.24, 0.32), rng.uniform(0.38, 0.45)
     edge = 0.05
-    return lathe(
-        [
-            (0, 0), (radius - edge, 0), (radius, edge), (radius, height - 1.6 * edge),
-            (radius - 0.4 * edge, height - 0.6 * edge), (0.6 * radius, height - 0.1 * edge), (0, height),
-        ]
-    )
+    side = [(0, 0), (radius - edge, 0), (radius, edge), (radius, height - 1.6 * edge)]
+    top = [(radius - 0.4 * edge, height - 0.6 * edge), (0.6 * radius, height - 0.1 * edge), (0, height)]
+    return lathe(side + top)
 
 
 def bench(rng: Generator):
@@ -145,13 +129,7 @@ def park_bench(rng: Generator):
     """Return a slatted bench with a back and armrests."""
     width, seat = rng.uniform(1.2, 1.7), rng.uniform(0.42, 0.46)
     parts = [box(width, 0.07, 0.025, y=y, z=seat - 0.025) for y in np.linspace(-0.2, 0.2, 6)]
-    parts += [
-        beam(
-            [-width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t], [width / 2, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t],
-            0.02, 0.08,
-        )
-        for t in np.linspace(0, 1, 4)
-    ]
+    parts += [crossbar(width, 0.25 + 0.1 * t, seat + 0.08 + 0.36 * t, 0.02, 0.08) for t in np.linspace(0, 1, 4)]
     for x in (-0.46 * width, 0.46 * width):
         parts.append(beam([x, -0.22, 0], [x, -0.2, seat + 0.2], 0.05, 0.05))
         parts.append(beam([x, 0.24, 0], [x, 0.25, seat], 0.05, 0.05))
@@ -166,9 +144,8 @@ def pew(rng: Generator):
     ends = [box(0.04, 0.5, 0.62, x=x * width / 2) for x in (-1, 1)]
     posts = [box(0.04, 0.1, high, x=x * width / 2, y=0.22) for x in (-1, 1)]
     back = beam([0, 0.2, seat - 0.1], [0, 0.25, high], width, 0.025)
-    return join(
-        ends, posts, back, box(width, 0.4, 0.03, y=-0.02, z=seat - 0.03), box(width, 0.025, 0.14, y=0.1, z=seat - 0.17)
-    )
+    plank = box(width, 0.4, 0.03, y=-0.02, z=seat - 0.03)
+    return join(ends, posts, back, plank, box(width, 0.025, 0.14, y=0.1, z=seat - 0.17))
 
 
 def rocking_chair(rng: Generator):
@@ -180,14 +157,12 @@ def rocking_chair(rng: Generator):
     for x in (-0.46 * width, 0.46 * width):
         parts.append(tube(runner + [x, 0, 0], 0.018, sections=8))
         parts.append(beam([x, -0.21, 0.03], [x, -0.2, seat + 0.21], 0.035, 0.035))
-        parts += [
-            beam([x, 0.21, 0.03], [x, 0.22, seat], 0.035, 0.035),
-            beam([x, 0.22, seat - 0.05], [x, 0.4, high], 0.035, 0.03),
-        ]
+        parts.append(beam([x, 0.21, 0.03], [x, 0.22, seat], 0.035, 0.035))
+        parts.append(beam([x, 0.22, seat - 0.05], [x, 0.4, high], 0.035, 0.03))
         parts.append(beam([x, -0.25, seat + 0.21], [x, 0.29, seat + 0.21], 0.06, 0.025))
     spread = np.linspace(-0.36, 0.36, 6) * width
     parts += [beam([x, 0.22, seat - 0.02], [x, 0.39, high - 0.04], 0.035, 0.012) for x in spread]
-    return join(parts, beam([-width / 2, 0.395, high - 0.04], [width / 2, 0.395, high - 0.04], 0.025, 0.08))
+    return join(parts, crossbar(width, 0.395, high - 0.04, 0.025, 0.08))
 
 
 def lounger(rng: Generator):
@@ -196,13 +171,10 @@ def lounger(rng: Generator):
     low, long, head = rng.uniform(0.3, 0.36), rng.uniform(1.1, 1.25), rng.uniform(0.65, 0.75)
     lift = np.array([0, np.cos(np.radians(raise_deg)), np.sin(np.radians(raise_deg))])
     hinge = np.array([0, long / 2, low])
-    parts = [
-        box(width - 0.06, 0.075, 0.02, y=y, z=low - 0.02) for y in np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12)
-    ]
-    parts += [
-        beam(hinge + lift * (t - 0.04), hinge + lift * (t + 0.04), width - 0.06, 0.02)
-        for t in np.linspace(0.06, head - 0.04, 7)
-    ]
+    level = np.linspace(-long / 2 + 0.05, long / 2 - 0.05, 12)
+    raised = np.linspace(0.06, head - 0.04, 7)
+    parts = [box(width - 0.06, 0.075, 0.02, y=y, z=low - 0.02) for y in level]
+    parts += [beam(hinge + lift * (t - 0.04), hinge + lift * (t + 0.04), width - 0.06, 0.02) for t in raised]
     for x in (-width / 2 + 0.03, width / 2 - 0.03):
         parts.append(box(0.04, long + 0.5, 0.05, x=x, y=0.25, z=low - 0.06))
         parts.append(beam(hinge + [x, 0, -0.03], hinge + [x, 0, -0.03] + lift * head, 0.04, 0.035))
@@ -215,8 +187,7 @@ SOFAS = [
     family("armchair", sofa, seats=1, arms="box"),
     family("armchair", sofa, seats=1, arms="soft"),
     family("armchair", sofa, seats=1, arms="scroll", feet=0.05),
-    family("wing_chair", wing_chair),
-    family("tub_chair", tub_chair),
+    *families(wing_chair, tub_chair),
     family("sofa", sofa, seats=2, arms="box"),
     family("sofa", sofa, seats=3, arms="soft"),
     family("sofa", sofa, seats=3, arms="scroll", feet=0.04),
@@ -225,8 +196,5 @@ SOFAS = [
     family("corner_sofa", corner_sofa, ottoman=True),
     family("ottoman", ottoman, also="table"),
     family("bench", bench, also="table"),
-    family("park_bench", park_bench),
-    family("pew", pew),
-    family("rocking_chair", rocking_chair),
-    family("lounger", lounger),
+    *families(park_bench, pew, rocking_chair, lounger),
 ]

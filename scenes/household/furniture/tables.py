@@ -51,12 +51,10 @@ def cafe_table(rng: Generator, *, shape: str = "round"):
     width, height = rng.uniform(0.58, 0.8), rng.uniform(0.7, 0.76)
     depth = width if shape == "round" else rng.uniform(0.55, 0.75)
     foot = rng.choice(["cross", "disc"])
-    stand = (
-        cross_foot(height - 0.02, 0.42 * width, 0.03)
-        if foot == "cross"
-        else pedestal(height - 0.02, 0.36 * width, 0.028)
-    )
-    return join(top(shape, width, depth, 0.025, height), stand)
+    surface = top(shape, width, depth, 0.025, height)
+    if foot == "cross":
+        return join(surface, cross_foot(height - 0.02, 0.42 * width, 0.03))
+    return join(surface, pedestal(height - 0.02, 0.36 * width, 0.028))
 
 
 def console(rng: Generator, *, legs: str = "shelf"):
@@ -65,11 +63,8 @@ def console(rng: Generator, *, legs: str = "shelf"):
     parts = [box(width, depth, 0.025, z=height - 0.025), four_legs(width, depth, height - 0.025, 0.035)]
     if legs == "shelf":
         return join(parts, box(width - 0.01, depth - 0.01, 0.02, z=0.15))
-    return join(
-        parts,
-        box(width - 0.05, depth - 0.03, 0.12, z=height - 0.145),
-        stretchers(width - 0.04, depth - 0.04, 0.1, 0.02),
-    )
+    drawer = box(width - 0.05, depth - 0.03, 0.12, z=height - 0.145)
+    return join(parts, drawer, stretchers(width - 0.04, depth - 0.04, 0.1, 0.02))
 
 
 def bar_table(rng: Generator, *, shape: str = "round"):
@@ -100,10 +95,8 @@ def folding_table(rng: Generator, *, legs: str = "crossed"):
     if legs == "crossed":
         return join(surface, crossed_legs(0.8 * width, 0.9 * depth, height - 0.03, 0.025))
     loops = sled(0.8 * width, 0.8 * depth, height - 0.03, 0.014)
-    braces = [
-        tube([[x * 0.39 * width, 0, 0.014], [x * 0.1 * width, 0, height - 0.03]], 0.008, sections=6) for x in (-1, 1)
-    ]
-    return join(surface, loops, braces)
+    ends = [[[x * 0.39 * width, 0, 0.014], [x * 0.1 * width, 0, height - 0.03]] for x in (-1, 1)]
+    return join(surface, loops, [tube(brace, 0.008, sections=6) for brace in ends])
 
 
 def picnic_table(rng: Generator):

@@ -49,6 +49,11 @@ def family(
     return Family(category, partial(build, **options), count, also, watertight)
 
 
+def families(*builders: Callable[[np.random.Generator], trimesh.Trimesh]) -> list[Family]:
+    """Return a family of one object of each builder, whose name is the category."""
+    return [family(build.__name__, build) for build in builders]
+
+
 def draw_objects(families: Iterable[Family], label: str, seed: int) -> Iterator[CatalogueObject]:
     """Yield every object of the families, each from a random stream of its own.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .outlines import circle, rectangle, rounded
-from .solids import beam, box, lathe, shift, sweep, tube
+from .solids import beam, box, crossbar, lathe, shift, sweep, tube
 
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
@@ -36,7 +36,7 @@ def four_legs(
 def stretchers(width: float, depth: float, z: float, thickness: float):
     """Return bars in an H between four legs: one along each side and one across."""
     sides = [beam([x * width / 2, -depth / 2, z], [x * width / 2, depth / 2, z], thickness, thickness) for x in (-1, 1)]
-    return [*sides, beam([-width / 2, 0, z], [width / 2, 0, z], thickness, thickness)]
+    return [*sides, crossbar(width, 0, z, thickness, thickness)]
 
 
 def apron(width: float, depth: float, height: float, thickness: float, z: float):
@@ -93,7 +93,7 @@ def trestles(width: float, depth: float, height: float, thickness: float):
         parts.append(box(thickness, depth, 0.06, x=x))
         parts.append(box(thickness, 1.6 * thickness, height - 0.12, x=x, z=0.06))
         parts.append(box(thickness, 0.85 * depth, 0.06, x=x, z=height - 0.06))
-    return [*parts, beam([-width / 2, 0, 0.45 * height], [width / 2, 0, 0.45 * height], 0.03, 0.09)]
+    return [*parts, crossbar(width, 0, 0.45 * height, 0.03, 0.09)]
 
 
 def crossed_legs(width: float, depth: float, height: float, thickness: float):
@@ -102,7 +102,7 @@ def crossed_legs(width: float, depth: float, height: float, thickness: float):
     for x in (-width / 2, width / 2):
         for y in (-1, 1):
             parts.append(beam([x, y * depth / 2, height], [x, -y * depth / 2, 0.01], thickness, thickness))
-    return [*parts, beam([-width / 2, 0, height / 2], [width / 2, 0, height / 2], thickness, thickness)]
+    return [*parts, crossbar(width, 0, height / 2, thickness, thickness)]
 
 
 def panel_ends(width: float, depth: float, height: float, thickness: float):

@@ -199,6 +199,11 @@ def beam(start: ArrayLike, end: ArrayLike, width: float, depth: float, *, taper:
     return sweep([start, end], rectangle(width, depth), scale=[1.0, taper])
 
 
+def crossbar(length: float, y: float, z: float, width: float, depth: float) -> trimesh.Trimesh:
+    """Return a level beam of the given length along x, its middle above x = 0, metres."""
+    return beam([-length / 2, y, z], [length / 2, y, z], width, depth)
+
+
 def sheet(grid: ArrayLike, thickness: float) -> trimesh.Trimesh:
     """Return a closed solid of even thickness below a grid of surface points (K, N, 3), metres."""
     grid = np.asarray(grid, dtype=float)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families
 from ..parts.outlines import arc, arch, at_height, rectangle, rounded, superellipse
 from ..parts.solids import box, cushion, ellipsoid, join, lathe, loft, shift, stacked, sweep, tube, turn
 
@@ -26,16 +26,9 @@ def teddy_bear(rng: Generator):
     ]
     for x in (-1, 1):
         parts.append(ellipsoid(0.15 * s, 0.08 * s, 0.15 * s, x=x * 0.16 * s, z=0.85 * s))
-        parts.append(
-            turn(ellipsoid(0.17 * s, 0.42 * s, 0.17 * s, y=-0.26 * s), "z", x * 25).apply_translation(
-                [x * 0.12 * s, 0, 0.09 * s]
-            )
-        )
-        parts.append(
-            turn(ellipsoid(0.14 * s, 0.14 * s, 0.36 * s), "y", -x * 35).apply_translation(
-                [x * 0.27 * s, -0.06 * s, 0.38 * s]
-            )
-        )
+        leg = turn(ellipsoid(0.17 * s, 0.42 * s, 0.17 * s, y=-0.26 * s), "z", x * 25)
+        arm = turn(ellipsoid(0.14 * s, 0.14 * s, 0.36 * s), "y", -x * 35)
+        parts += [shift(leg, x * 0.12 * s, 0, 0.09 * s), shift(arm, x * 0.27 * s, -0.06 * s, 0.38 * s)]
     return join(parts)
 
 
@@ -43,10 +36,9 @@ def toy_car(rng: Generator):
     """Return a toy car."""
     length = rng.uniform(0.12, 0.3)
     width, wheel = 0.45 * length, 0.1 * length
-    parts = [
-        cushion(width, length, 0.2 * length, z=0.6 * wheel, rounding=0.02 * length),
-        cushion(0.85 * width, 0.5 * length, 0.17 * length, y=0.05 * length, z=0.24 * length, rounding=0.05 * length),
-    ]
+    parts = [cushion(width, length, 0.2 * length, z=0.6 * wheel, rounding=0.02 * length)]
+    cabin = 0.85 * width, 0.5 * length, 0.17 * length
+    parts.append(cushion(*cabin, y=0.05 * length, z=0.24 * length, rounding=0.05 * length))
     disc = turn(lathe([(0, -0.25), (0.9, -0.25), (1, 0), (0.9, 0.25), (0, 0.25)], sections=20), "y", 90)
     disc.apply_scale(wheel)
     return join(parts, [shift(disc, x * width / 2, y * 0.3 * length, wheel) for x in (-1, 1) for y in (-1, 1)])
@@ -58,30 +50,23 @@ def apple(rng: Generator):
     t = np.linspace(0.06, np.pi - 0.1, 14)
     bulge = radius * np.sin(t) * (1 + 0.12 * np.cos(t + 0.4))
     height = -radius * np.cos(t) * (1 - 0.35 * np.exp(-((np.sin(t) / 0.35) ** 2)))
-    return join(
-        lathe(np.column_stack([bulge, height])),
-        tube([[0, 0, 0.5 * radius], [0.004, 0, 0.95 * radius]], 0.0018, sections=6),
-    )
+    stalk = tube([[0, 0, 0.5 * radius], [0.004, 0, 0.95 * radius]], 0.0018, sections=6)
+    return join(lathe(np.column_stack([bulge, height])), stalk)
 
 
 def banana(rng: Generator):
     """Return a banana lying on its side."""
     bend = rng.uniform(0.09, 0.13)
-    curve = arc(bend, 200, 300, 12)
-    return tube(
-        at_height(curve, 0.018), 0.018, scale=np.r_[0.3, np.linspace(0.75, 1, 5), 1, np.linspace(1, 0.7, 4), 0.35, 0.3]
-    )
+    thickness = np.r_[0.3, np.linspace(0.75, 1, 5), 1, np.linspace(1, 0.7, 4), 0.35, 0.3]
+    return tube(at_height(arc(bend, 200, 300, 12), 0.018), 0.018, scale=thickness)
 
 
 def book(rng: Generator):
     """Return a closed book lying flat: two covers, a spine and the block of pages."""
     width, depth, thick = rng.uniform(0.12, 0.22), rng.uniform(0.18, 0.3), rng.uniform(0.015, 0.05)
     covers = [box(width, depth, 0.003, z=z) for z in (0, thick - 0.003)]
-    return join(
-        covers,
-        box(0.003, depth, thick, x=-width / 2),
-        box(width - 0.01, depth - 0.012, thick - 0.004, x=-0.002, z=0.002),
-    )
+    pages = box(width - 0.01, depth - 0.012, thick - 0.004, x=-0.002, z=0.002)
+    return join(covers, box(0.003, depth, thick, x=-width / 2), pages)
 
 
 def _foot_rings(length: float, width: float, steps: list[tuple[float, ...]]) -> list[np.ndarray]:
@@ -117,13 +102,10 @@ def boot(rng: Generator):
 def hat(rng: Generator):
     """Return a brimmed hat standing on its brim."""
     brim, crown = rng.uniform(0.14, 0.2), rng.uniform(0.1, 0.14)
-    outside = [
-        (0.09, 0.002), (brim, 0.0), (brim, 0.004), (0.1, 0.006), (0.095, 0.6 * crown), (0.075, crown),
-        (0.03, crown - 0.012), (0, crown - 0.012),
-    ]
-    return lathe(
-        [(0, crown - 0.016), (0.03, crown - 0.016), (0.072, crown - 0.006), (0.091, 0.6 * crown), *outside]
-    ).apply_scale([0.85, 1, 1])
+    inside = [(0, crown - 0.016), (0.03, crown - 0.016), (0.072, crown - 0.006), (0.091, 0.6 * crown)]
+    rim = [(0.09, 0.002), (brim, 0.0), (brim, 0.004), (0.1, 0.006)]
+    outside = [(0.095, 0.6 * crown), (0.075, crown), (0.03, crown - 0.012), (0, crown - 0.012)]
+    return lathe(inside + rim + outside).apply_scale([0.85, 1, 1])
 
 
 def handbag(rng: Generator):
@@ -132,27 +114,18 @@ def handbag(rng: Generator):
     plan = superellipse(1, 1, 3.5, 28)
     steps = [(0.95, 0.95, 0), (1, 1, 0.03), (0.95, 0.8, 0.6 * height), (0.85, 0.25, height)]
     body = stacked(plan, [(width * w, depth * d, z) for w, d, z in steps])
-    loops = [
-        tube(arch([[-0.22 * width, y, 0.9 * height], [-0.18 * width, y, height + 0.15]], 3), 0.006, sections=6)
-        for y in (-0.015, 0.015)
-    ]
-    return join(body, loops)
+    paths = [arch([[-0.22 * width, y, 0.9 * height], [-0.18 * width, y, height + 0.15]], 3) for y in (-0.015, 0.015)]
+    return join(body, [tube(path, 0.006, sections=6) for path in paths])
 
 
 def backpack(rng: Generator):
     """Return a packed backpack with a front pocket, straps behind."""
     width, depth, height = rng.uniform(0.28, 0.34), rng.uniform(0.14, 0.2), rng.uniform(0.4, 0.5)
-    parts = [
-        cushion(width, depth, height, rounding=0.07, corner=0.07, crown=0.03),
-        cushion(0.7 * width, 0.09, 0.45 * height, y=-depth / 2 - 0.01, z=0.03, rounding=0.03),
-    ]
+    parts = [cushion(width, depth, height, rounding=0.07, corner=0.07, crown=0.03)]
+    parts.append(cushion(0.7 * width, 0.09, 0.45 * height, y=-depth / 2 - 0.01, z=0.03, rounding=0.03))
     for x in (-0.3 * width, 0.3 * width):
-        path = rounded(
-            [
-                [x, depth / 2 - 0.02, 0.9 * height], [x, depth / 2 + 0.06, 0.7 * height],
-                [x, depth / 2 + 0.05, 0.3 * height], [x, depth / 2 - 0.02, 0.1 * height],
-            ]
-        )
+        bends = [(-0.02, 0.9), (0.06, 0.7), (0.05, 0.3), (-0.02, 0.1)]
+        path = rounded([[x, depth / 2 + y, z * height] for y, z in bends])
         parts.append(sweep(path, rectangle(0.05, 0.01)))
     grip = arch([[-0.05, 0, height - 0.04], [-0.04, 0, height + 0.03]])
     return join(parts, tube(grip, 0.008, sections=6))
@@ -162,24 +135,10 @@ def suitcase(rng: Generator):
     """Return a suitcase standing on its castors, its handle drawn out."""
     width, depth, height = rng.uniform(0.36, 0.5), rng.uniform(0.2, 0.3), rng.uniform(0.52, 0.72)
     parts = [cushion(width, depth, height, z=0.05, rounding=0.04, corner=0.05)]
-    parts += [
-        ellipsoid(0.03, 0.05, 0.06, x=x * 0.38 * width, y=y * 0.36 * depth, z=0.03) for x in (-1, 1) for y in (-1, 1)
-    ]
+    corners = [(x * 0.38 * width, y * 0.36 * depth) for x in (-1, 1) for y in (-1, 1)]
+    parts += [ellipsoid(0.03, 0.05, 0.06, x, y, 0.03) for x, y in corners]
     pull = arch([[-0.1, depth / 2 - 0.03, height], [-0.1, depth / 2 - 0.03, height + 0.35]])
     return join(parts, tube(pull, 0.009, sections=6))
 
 
-BELONGINGS = [
-    family("ball", ball),
-    family("teddy_bear", teddy_bear),
-    family("toy_car", toy_car),
-    family("apple", apple),
-    family("banana", banana),
-    family("book", book),
-    family("shoe", shoe),
-    family("boot", boot),
-    family("hat", hat),
-    family("handbag", handbag),
-    family("backpack", backpack),
-    family("suitcase", suitcase),
-]
+BELONGINGS = families(ball, teddy_bear, toy_car, apple, banana, book, shoe, boot, hat, handbag, backpack, suitcase)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.outlines import at_height, circle, rectangle, rounded, superellipse
 from ..parts.solids import beam, box, cushion, hoop, join, lathe, loft, shift, stacked, tube, turn
 from .cups import vessel
@@ -14,16 +14,14 @@ from .cups import vessel
 def carton(rng: Generator):
     """Return a milk carton with a gable top."""
     width, height = rng.uniform(0.07, 0.095), rng.uniform(0.17, 0.2)
-    gable = loft(
-        [at_height(rectangle(width, width), height), at_height(rectangle(width, 0.004), height + 0.45 * width)]
-    )
-    return join(box(width, width, height), gable, box(width, 0.004, 0.02, z=height + 0.44 * width))
+    eaves = at_height(rectangle(width, width), height)
+    ridge = at_height(rectangle(width, 0.004), height + 0.45 * width)
+    return join(box(width, width, height), loft([eaves, ridge]), box(width, 0.004, 0.02, z=height + 0.44 * width))
 
 
-def packet(rng: Generator, *, size: tuple[float, float, float] = (0.16, 0.06, 0.23)):
+def packet(rng: Generator):
     """Return a closed box of about the given size, metres."""
-    width, depth, height = np.asarray(size) * rng.uniform(0.85, 1.15, 3)
-    return box(width, depth, height)
+    return box(*np.array([0.16, 0.06, 0.23]) * rng.uniform(0.85, 1.15, 3))
 
 
 def open_box(rng: Generator):
@@ -49,20 +47,9 @@ def tray(rng: Generator):
     """Return a serving tray with a low rim and two grips."""
     width, depth = rng.uniform(0.38, 0.5), rng.uniform(0.26, 0.34)
     parts = tray_walls(width, depth, rng.uniform(0.025, 0.045), 0.006)
-    grips = [
-        tube(
-            rounded(
-                [
-                    [x * width / 2, -0.06, 0.02], [x * width / 2, -0.05, 0.06], [x * width / 2, 0.05, 0.06],
-                    [x * width / 2, 0.06, 0.02],
-                ]
-            ),
-            0.005,
-            sections=6,
-        )
-        for x in (-1, 1)
-    ]
-    return join(parts, grips)
+    bends = [(-0.06, 0.02), (-0.05, 0.06), (0.05, 0.06), (0.06, 0.02)]
+    grips = [rounded([[x * width / 2, y, z] for y, z in bends]) for x in (-1, 1)]
+    return join(parts, [tube(grip, 0.005, sections=6) for grip in grips])
 
 
 def basket(rng: Generator):
@@ -81,14 +68,11 @@ def basket(rng: Generator):
 def bucket(rng: Generator):
     """Return a bucket with its bail down."""
     rim, height = rng.uniform(0.13, 0.155), rng.uniform(0.24, 0.29)
-    body = vessel(
-        [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)], 0.004, 0.006
-    )
+    outside = [(0.72 * rim, 0), (0.98 * rim, height - 0.02), (1.04 * rim, height - 0.015), (1.04 * rim, height)]
     angles = np.linspace(0, np.pi, 13)
-    bail = np.column_stack(
-        [1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles), height - 0.012 - 0.05 * np.sin(angles)]
-    )
-    return join(body, tube(bail, 0.003, sections=6))
+    across, along = 1.03 * rim * np.cos(angles), -1.06 * rim * np.sin(angles)
+    bail = np.column_stack([across, along, height - 0.012 - 0.05 * np.sin(angles)])
+    return join(vessel(outside, 0.004, 0.006), tube(bail, 0.003, sections=6))
 
 
 def waste_bin(rng: Generator, *, lid: bool = False):
@@ -97,12 +81,8 @@ def waste_bin(rng: Generator, *, lid: bool = False):
     if not lid:
         return vessel([(0.8 * rim, 0), (rim, height)], 0.004, 0.006)
     tall = height * rng.uniform(1.6, 2.2)
-    return lathe(
-        [
-            (0, 0), (rim, 0), (rim, 0.8 * tall), (1.04 * rim, 0.81 * tall), (0.9 * rim, 0.92 * tall),
-            (0.5 * rim, 0.985 * tall), (0, tall),
-        ]
-    )
+    dome = [(1.04, 0.81), (0.9, 0.92), (0.5, 0.985)]
+    return lathe([(0, 0), (rim, 0), (rim, 0.8 * tall), *((r * rim, z * tall) for r, z in dome), (0, tall)])
 
 
 def wheelie_bin(rng: Generator):
@@ -122,22 +102,17 @@ def barrel(rng: Generator):
         (0, 0.02), (0.8 * radius, 0.02), *zip(radius * (0.84 + 0.16 * np.sin(np.pi * t)), t * height, strict=True),
         (0.8 * radius, height - 0.02), (0, height - 0.02),
     ]
-    hoops = [
-        hoop(circle(radius * r, 32), z * height, 0.012)
-        for r, z in ((0.9, 0.14), (0.9, 0.86), (0.99, 0.38), (0.99, 0.62))
-    ]
-    return join(lathe(body), hoops)
+    bands = ((0.9, 0.14), (0.9, 0.86), (0.99, 0.38), (0.99, 0.62))
+    return join(lathe(body), [hoop(circle(radius * r, 32), z * height, 0.012) for r, z in bands])
 
 
 BOXES = [
     family("milk_carton", carton),
-    family("cereal_box", packet, size=(0.16, 0.06, 0.23)),
+    family("cereal_box", packet),
     family("open_box", open_box),
     family("laundry_basket", basket),
     family("bucket", bucket),
     family("waste_bin", waste_bin, lid=False),
     family("trash_can", waste_bin, lid=True),
-    family("wheelie_bin", wheelie_bin),
-    family("tray", tray),
-    family("barrel", barrel),
+    *families(wheelie_bin, tray, barrel),
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.outlines import superellipse
 from ..parts.solids import beam, box, join, lathe, stacked
 from .cups import vessel
@@ -41,11 +41,10 @@ def flat_bottle(rng: Generator):
 def spray_bottle(rng: Generator):
     """Return a bottle with a trigger head."""
     height = rng.uniform(0.18, 0.2)
-    body = lathe(
-        [(0, 0), (0.04, 0), (0.042, 0.01), (0.038, 0.6 * height), (0.014, 0.85 * height), (0.014, height), (0, height)]
-    )
+    side = [(0.04, 0), (0.042, 0.01), (0.038, 0.6 * height), (0.014, 0.85 * height), (0.014, height)]
     head = box(0.024, 0.1, 0.03, y=-0.02, z=height - 0.002)
-    return join(body, head, beam([0, -0.045, height], [0, -0.055, height - 0.055], 0.012, 0.008))
+    trigger = beam([0, -0.045, height], [0, -0.055, height - 0.055], 0.012, 0.008)
+    return join(lathe([(0, 0), *side, (0, height)]), head, trigger)
 
 
 def jar(rng: Generator):
@@ -59,10 +58,9 @@ def jar(rng: Generator):
     return lathe(profile)
 
 
-def tin(rng: Generator, *, flat: bool = False):
+def tin(rng: Generator):
     """Return a closed tin can with raised rims."""
-    radius = rng.uniform(0.033, 0.05)
-    height = rng.uniform(0.03, 0.045) if flat else rng.uniform(0.09, 0.14)
+    radius, height = rng.uniform(0.033, 0.05), rng.uniform(0.09, 0.14)
     rim = 0.003
     profile = [
         (0, rim), (radius - 2 * rim, rim), (radius - rim, 0), (radius, 0), (radius, height), (radius - rim, height),
@@ -86,18 +84,15 @@ def vase(rng: Generator, *, kind: str = "narrow"):
 def flower_pot(rng: Generator):
     """Return a pot filled with soil to below its rim."""
     rim, height = rng.uniform(0.07, 0.14), rng.uniform(0.12, 0.24)
-    return vessel(
-        [(0.7 * rim, 0), (0.93 * rim, 0.82 * height), (rim, 0.83 * height), (rim, height)], 0.008, 0.86 * height
-    )
+    outside = [(0.7 * rim, 0), (0.93 * rim, 0.82 * height), (rim, 0.83 * height), (rim, height)]
+    return vessel(outside, 0.008, 0.86 * height)
 
 
 CONTAINERS = [
     family("wine_bottle", bottle, kind="wine"),
     family("water_bottle", bottle, kind="water"),
     family("mustard_bottle", flat_bottle),
-    family("spray_bottle", spray_bottle),
-    family("jar", jar),
-    family("tin", tin, flat=False),
+    *families(spray_bottle, jar, tin),
     family("vase", vase, kind="narrow"),
     family("vase", vase, kind="flared"),
     family("flower_pot", flower_pot),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.outlines import circle, rounded
 from ..parts.solids import join, lathe, shift, stacked, tube
 
@@ -65,11 +65,6 @@ def mug(rng: Generator, *, open_shell: bool = False):
     return join(body, ear)
 
 
-def mug_shell(rng: Generator):
-    """Return a mug whose wall is a single surface."""
-    return mug(rng, open_shell=True)
-
-
 def tumbler(rng: Generator):
     """Return a straight or slightly conical water glass, 8 to 15 cm high."""
     height, rim = rng.uniform(0.08, 0.15), rng.uniform(0.032, 0.043)
@@ -103,9 +98,8 @@ def wine_glass(rng: Generator):
     wide, tall = rng.uniform(0.033, 0.045), rng.uniform(0.085, 0.115)
     t = np.linspace(0.04, 1, 10)
     radius = wide * np.sqrt(np.sin(np.pi * (0.04 + rng.uniform(0.55, 0.72) * t))) * np.minimum(1, (t / 0.2) ** 0.5)
-    return stemmed(
-        rng, list(zip(radius, t * tall, strict=True)), stem=rng.uniform(0.075, 0.11), foot=rng.uniform(0.03, 0.04)
-    )
+    bowl = list(zip(radius, t * tall, strict=True))
+    return stemmed(rng, bowl, stem=rng.uniform(0.075, 0.11), foot=rng.uniform(0.03, 0.04))
 
 
 def champagne_flute(rng: Generator):
@@ -173,9 +167,8 @@ def espresso_cup(rng: Generator):
 def shot_glass(rng: Generator):
     """Return a shot glass with a heavy base."""
     rim = rng.uniform(0.021, 0.026)
-    return vessel(
-        wall_profile(rim * 0.75, rim, rng.uniform(0.055, 0.075), rounding=0.002), 0.003, rng.uniform(0.01, 0.016)
-    )
+    outside = wall_profile(rim * 0.75, rim, rng.uniform(0.055, 0.075), rounding=0.002)
+    return vessel(outside, 0.003, rng.uniform(0.01, 0.016))
 
 
 def travel_mug(rng: Generator):
@@ -224,23 +217,15 @@ def square_cup(rng: Generator):
 
 CUPS = [
     family("mug", mug, 3),
-    family("mug", mug_shell, 1, watertight=False),
+    family("mug", mug, watertight=False, open_shell=True),
     family("tumbler", tumbler, 2),
     family("tumbler", faceted_glass),
-    family("tumbler", tumbler_shell, 1, watertight=False),
+    family("tumbler", tumbler_shell, watertight=False),
     family("wine_glass", wine_glass, 2),
-    family("beer_mug", beer_mug),
-    family("beer_glass", beer_glass),
-    family("tea_cup", tea_cup),
+    *families(beer_mug, beer_glass, tea_cup),
     family("tea_cup", tea_cup_on_saucer),
     family("espresso_cup", espresso_cup, 2),
-    family("shot_glass", shot_glass),
-    family("travel_mug", travel_mug),
-    family("paper_cup", paper_cup),
-    family("champagne_flute", champagne_flute),
-    family("cocktail_glass", cocktail_glass),
-    family("goblet", goblet),
-    family("plastic_cup", plastic_cup),
+    *families(shot_glass, travel_mug, paper_cup, champagne_flute, cocktail_glass, goblet, plastic_cup),
     family("beaker", square_cup),
     family("child_cup", child_cup),
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
+from ..parts.family import families, family
 from ..parts.outlines import arch, circle
 from ..parts.solids import beam, box, cushion, join, lathe, prism, shift, stacked, sweep, tube, turn
 from .cups import handle
@@ -59,10 +59,8 @@ def keyboard(rng: Generator):
 def telephone(rng: Generator):
     """Return a desk telephone with its handset on the cradle."""
     width, depth = rng.uniform(0.16, 0.2), rng.uniform(0.18, 0.22)
-    wedge = sweep(
-        [[-width / 2, 0, 0], [width / 2, 0, 0]],
-        [[-depth / 2, 0], [depth / 2, 0], [depth / 2, 0.07], [-depth / 2, 0.03]],
-    )
+    side = [[-depth / 2, 0], [depth / 2, 0], [depth / 2, 0.07], [-depth / 2, 0.03]]
+    wedge = sweep([[-width / 2, 0, 0], [width / 2, 0, 0]], side)
     x = -0.3 * width
     receiver = [box(0.045, 0.05, 0.04, x=x, y=y * 0.34 * depth, z=0.045 + y * 0.01) for y in (-1, 1)]
     return join(wedge, receiver, beam([x, -0.4 * depth, 0.08], [x, 0.4 * depth, 0.095], 0.035, 0.02))
@@ -73,9 +71,8 @@ def radio(rng: Generator):
     width, depth, height = rng.uniform(0.24, 0.34), rng.uniform(0.08, 0.12), rng.uniform(0.15, 0.2)
     grip = arch([[-0.4 * width, 0, height - 0.01], [-0.38 * width, 0, height + 0.05]], rounds=0)
     dial = turn(lathe([(0, 0), (0.022, 0), (0.02, 0.015), (0, 0.015)], sections=16), "x", 90)
-    aerial = tube(
-        [[0.42 * width, 0.3 * depth, height - 0.01], [0.3 * width, 0.3 * depth, height + 0.2]], 0.003, sections=6
-    )
+    foot, tip = [0.42 * width, 0.3 * depth, height - 0.01], [0.3 * width, 0.3 * depth, height + 0.2]
+    aerial = tube([foot, tip], 0.003, sections=6)
     body = cushion(width, depth, height, rounding=0.012, corner=0.015)
     return join(body, tube(grip, 0.007, sections=6), aerial, shift(dial, 0.3 * width, -depth / 2 + 0.003, 0.6 * height))
 
@@ -84,11 +81,8 @@ def speaker(rng: Generator):
     """Return a loudspeaker: a bookshelf box or a floor-standing tower."""
     height = rng.choice([rng.uniform(0.28, 0.4), rng.uniform(0.85, 1.1)])
     width, depth = 0.2 * rng.uniform(0.85, 1.2), 0.26 * rng.uniform(0.85, 1.2)
-    cone = turn(
-        lathe([(0, -0.01), (0.07, -0.01), (0.075, 0.006), (0.06, 0.006), (0.02, -0.006), (0, -0.004)], sections=20),
-        "x",
-        90,
-    )
+    profile = [(0, -0.01), (0.07, -0.01), (0.075, 0.006), (0.06, 0.006), (0.02, -0.006), (0, -0.004)]
+    cone = turn(lathe(profile, sections=20), "x", 90)
     return join(box(width, depth, height), [shift(cone, 0, -depth / 2, height - drop) for drop in (0.1, 0.2)])
 
 
@@ -111,22 +105,17 @@ def fan(rng: Generator):
 def printer(rng: Generator):
     """Return an office printer with a paper tray at the back and one in front."""
     width, depth, height = rng.uniform(0.38, 0.46), rng.uniform(0.32, 0.4), rng.uniform(0.18, 0.28)
-    parts = [
-        cushion(width, depth, height, rounding=0.02, corner=0.03),
-        box(0.24, 0.16, 0.012, y=-depth / 2 - 0.06, z=0.05),
-    ]
-    return join(parts, beam([0, 0.38 * depth, height - 0.02], [0, 0.55 * depth, height + 0.16], 0.25, 0.01))
+    body = cushion(width, depth, height, rounding=0.02, corner=0.03)
+    tray = box(0.24, 0.16, 0.012, y=-depth / 2 - 0.06, z=0.05)
+    return join(body, tray, beam([0, 0.38 * depth, height - 0.02], [0, 0.55 * depth, height + 0.16], 0.25, 0.01))
 
 
 def coffee_maker(rng: Generator):
     """Return a filter machine with its jug under the brewer."""
     width, depth, height = rng.uniform(0.16, 0.2), rng.uniform(0.2, 0.26), rng.uniform(0.28, 0.35)
     jug = lathe([(0, 0.03), (0.055, 0.03), (0.062, 0.08), (0.045, 0.14), (0.045, 0.15), (0, 0.15)], sections=20)
-    parts = [
-        box(width, depth, 0.035),
-        box(width, 0.08, height, y=depth / 2 - 0.04),
-        cushion(width, depth, height - 0.19, z=0.19, rounding=0.015),
-    ]
+    parts = [box(width, depth, 0.035), box(width, 0.08, height, y=depth / 2 - 0.04)]
+    parts.append(cushion(width, depth, height - 0.19, z=0.19, rounding=0.015))
     ear = turn(handle(0.06, 0.05, 0.05, 0.13, 0.035, 0.006), "z", -90)
     return join(parts, shift(jug, y=-0.2 * depth), shift(ear, y=-0.2 * depth))
 
@@ -135,10 +124,8 @@ def blender(rng: Generator):
     """Return a kitchen blender with its lid on."""
     height = rng.uniform(0.34, 0.42)
     base = lathe([(0, 0), (0.085, 0), (0.08, 0.05), (0.055, 0.14), (0, 0.14)], sections=24)
-    jug = lathe(
-        [(0, 0.135), (0.045, 0.135), (0.07, height - 0.03), (0.072, height - 0.01), (0.03, height), (0, height)],
-        sections=16,
-    )
+    lid = [(0.07, height - 0.03), (0.072, height - 0.01), (0.03, height), (0, height)]
+    jug = lathe([(0, 0.135), (0.045, 0.135), *lid], sections=16)
     return join(base, jug, handle(0.055, 0.068, 0.18, height - 0.05, 0.05, 0.008))
 
 
@@ -157,16 +144,8 @@ def iron(rng: Generator):
 DEVICES = [
     family("tv", screen, width=1.0),
     family("monitor", screen, width=0.52),
-    family("laptop", laptop),
-    family("desktop_computer", desktop_computer),
-    family("vacuum", vacuum),
-    family("keyboard", keyboard),
-    family("telephone", telephone),
-    family("radio", radio),
-    family("speaker", speaker),
-    family("fan", fan),
-    family("printer", printer),
-    family("coffee_maker", coffee_maker),
-    family("blender", blender),
-    family("iron", iron),
+    *families(
+        laptop, desktop_computer, vacuum, keyboard, telephone, radio, speaker, fan, printer, coffee_maker, blender,
+        iron,
+    ),
 ]

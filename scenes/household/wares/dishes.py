@@ -31,11 +31,8 @@ def kettle(rng: Generator, *, tea: bool = False):
         (0, 0), *zip(belly, 0.004 + t * 0.85 * height, strict=True), (0.3 * radius, 0.92 * height),
         (0.015, 0.94 * height), (0.018, height), (0, height + 0.004),
     ]
-    spout = tube(
-        [[-0.8 * radius, 0, 0.35 * height], [-1.3 * radius, 0, 0.55 * height], [-1.7 * radius, 0, 0.85 * height]],
-        0.018,
-        scale=[1.2, 0.9, 0.6],
-    )
+    bends = [(-0.8, 0.35), (-1.3, 0.55), (-1.7, 0.85)]
+    spout = tube([[x * radius, 0, z * height] for x, z in bends], 0.018, scale=[1.2, 0.9, 0.6])
     ear = handle(0.85 * radius, 0.7 * radius, 0.2 * height, 0.75 * height, 0.06, 0.009)
     return join(lathe(profile), spout, ear)
 
@@ -47,28 +44,22 @@ def pan(rng: Generator, *, deep: bool = False, lid: bool = False):
     low = 0.98 if deep else 0.75
     parts = [vessel([(low * radius - 0.004, 0), (low * radius, 0.004), (radius, height)], 0.003, 0.005)]
     if lid:
-        parts.append(
-            lathe(
-                [
-                    (0, height - 0.003), (1.02 * radius, height - 0.003), (1.02 * radius, height + 0.002),
-                    (0.6 * radius, height + 0.02), (0.02, height + 0.028), (0.022, height + 0.05), (0, height + 0.052),
-                ]
-            )
-        )
+        cover = [(0, -0.003), (1.02 * radius, -0.003), (1.02 * radius, 0.002), (0.6 * radius, 0.02)]
+        knob = [(0.02, 0.028), (0.022, 0.05), (0, 0.052)]
+        parts.append(lathe([(r, height + z) for r, z in cover + knob]))
         ear = handle(radius, radius, 0.7 * height, 0.85 * height, 0.04, 0.006)
         return join(parts, ear, turn(ear, "z", 180))
     return join(parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011))
 
 
-def plate(rng: Generator, *, oval: bool = False):
+def plate(rng: Generator):
     """Return a dinner plate with a raised rim."""
     reach, rise = rng.uniform(0.09, 0.14), rng.uniform(0.016, 0.026)
     profile = [
         (0, 0), (0.55 * reach, 0), (0.68 * reach, 0.005), (reach, rise), (reach, rise + 0.003), (0.66 * reach, 0.01),
         (0.55 * reach, 0.005), (0, 0.005),
     ]
-    dish = lathe(profile, sections=40)
-    return dish.apply_scale([1.0, 0.72 if oval else 1.0, 1.0])
+    return lathe(profile, sections=40)
 
 
 DISHES = [
@@ -77,5 +68,5 @@ DISHES = [
     family("teapot", kettle, tea=True),
     family("frying_pan", pan, deep=False),
     family("cooking_pot", pan, deep=True, lid=True),
-    family("plate", plate, oval=False),
+    family("plate", plate),
 ]

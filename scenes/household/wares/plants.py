@@ -26,17 +26,11 @@ def potted_plant(rng: Generator):
     """Return a pot of arching leaves."""
     pot = flower_pot(rng)
     top, reach = pot.bounds[1, 2] * 0.85, rng.uniform(0.25, 0.45)
-    leaves = [
-        leaf(
-            [0, 0, top],
-            bearing,
-            reach * rng.uniform(0.7, 1.1),
-            rng.uniform(0.05, 0.1),
-            reach * rng.uniform(0.6, 1.3),
-            reach * rng.uniform(0.1, 0.5),
-        )
-        for bearing in np.arange(16) * 137.5
-    ]
+    leaves = []
+    for bearing in np.arange(16) * 137.5:
+        length, width = reach * rng.uniform(0.7, 1.1), rng.uniform(0.05, 0.1)
+        rise, droop = reach * rng.uniform(0.6, 1.3), reach * rng.uniform(0.1, 0.5)
+        leaves.append(leaf([0, 0, top], bearing, length, width, rise, droop))
     return join(pot, leaves)
 
 
@@ -63,10 +57,8 @@ def cactus(rng: Generator):
     ribs = np.column_stack([np.cos(angles), np.sin(angles)]) * (0.045 * (1 + 0.12 * np.cos(10 * angles)))[:, None]
     steps = [(0.8, 0), (1, 0.3), (1, 0.8), (0.75, 0.95), (0.2, 1)]
     body = stacked(ribs, [(scale, low + z * height) for scale, z in steps])
-    arms = [
-        tube(rounded([[0, 0, low + z], [x, 0, low + z], [x, 0, low + z + 0.14]], 2), 0.02)
-        for x, z in ((0.1, 0.35 * height), (-0.09, 0.5 * height))
-    ]
+    bases = ((0.1, low + 0.35 * height), (-0.09, low + 0.5 * height))
+    arms = [tube(rounded([[0, 0, z], [x, 0, z], [x, 0, z + 0.14]]), 0.02) for x, z in bases]
     return join(pot, body, arms)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,7 +10,7 @@ import numpy as np
 
 from .. import FormatError
 from ..geometry import Geometry
-from .parts import hush_trimesh, joined, parts_of, require_few_instances, require_plain_xml
+from .parts import joined, parts_of, require_few_instances, require_plain_xml, scene_of
 
 # To z up: the rows are what becomes x, y and z.
 _TURNS = {
@@ -24,14 +23,11 @@ _TURNS = {
 def read_dae(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3), metres and z up by the file's own unit and axis, and triangles (M, 3)."""
     import collada  # noqa: F401 - trimesh does without it until it needs it
-    import trimesh
 
-    hush_trimesh()
     require_plain_xml(data)
     tree = ElementTree.fromstring(data)
     require_few_instances(*_instances(tree))
-    scene = trimesh.load_scene(io.BytesIO(data), file_type="dae", resolver={}, process=False)
-    geometry = joined(parts_of(scene, "faces"))
+    geometry = joined(parts_of(scene_of(data, "dae", resolver={}), "faces"))
     return Geometry(_metres(tree) * geometry.vertices @ _turn(tree).T, geometry.faces)
 
 

@@ -5,7 +5,6 @@ Trimesh gets the buffers as bytes and cannot open files itself; a buffer outside
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from urllib.parse import unquote
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
-from .parts import hush_trimesh, joined, parts_of
+from .parts import joined, parts_of, scene_of
 
 Tree = dict[str, Any]  # a part of the file's JSON
 MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
@@ -80,17 +79,8 @@ def _buffers(tree: Tree, folder: Path) -> dict[str, bytes]:
 
 def read_gltf(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
-    import trimesh
-
-    hush_trimesh()
     tree = _parse_tree(data)
     _require_sizes(tree)
     file_type = "glb" if data.startswith(b"glTF") else "gltf"
-    scene = trimesh.load_scene(
-        io.BytesIO(data),
-        file_type=file_type,
-        resolver=_buffers(tree, path.parent),
-        process=False,
-        skip_materials=True,
-    )
+    scene = scene_of(data, file_type, resolver=_buffers(tree, path.parent), skip_materials=True)
     return joined(parts_of(scene, "faces") or parts_of(scene, "vertices"))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,9 +51,12 @@ def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
     return parts
 
 
-def hush_trimesh():
-    """Have trimesh's complaints come as exceptions alone, not as lines too."""
+def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
+    """Return the scene that trimesh reads; its complaints come as exceptions alone, not as lines too."""
+    import trimesh
+
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
+    return trimesh.load_scene(io.BytesIO(data), file_type=file_type, process=False, **options)
 
 
 def require_plain_xml(data: bytes):

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_members
-from .parts import hush_trimesh, joined, parts_of, require_few_instances, require_plain_xml
+from .parts import joined, parts_of, require_few_instances, require_plain_xml, scene_of
 
 _METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
 
@@ -18,12 +18,9 @@ _METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.025
 def read_3mf(data: bytes, path: Path) -> Geometry:
     """Return the vertices (N, 3) in metres and triangles (M, 3) of all parts."""
     import lxml  # noqa: F401 - trimesh does without it until it needs it
-    import trimesh
 
-    hush_trimesh()
     unit = _checked_unit(data)
-    scene = trimesh.load_scene(io.BytesIO(data), file_type="3mf", process=False)
-    geometry = joined(parts_of(scene, "faces"))
+    geometry = joined(parts_of(scene_of(data, "3mf"), "faces"))
     return Geometry(unit * geometry.vertices, geometry.faces)
 
 

@@ -115,6 +115,12 @@ def said(profile: Profile, name: str) -> str:
     return with_unit(profile[name], unit_of(name))
 
 
+def cells_of(decided: Deciding) -> list[str]:
+    """Return a quantity that decided, as a table says it: what, spheres, here, median learnt, score without it."""
+    values = (with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median"))
+    return [decided["meaning"], format_length(decided["radius"]), *values, f"{-decided['share']:+.2f}"]
+
+
 def unit_of(name: str) -> str:
     """Return the unit of a quantity."""
     return next(quantity.unit for quantity in QUANTITIES if quantity.name == name)
