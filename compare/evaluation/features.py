@@ -26,11 +26,6 @@ Answer = TypeVar("Answer")
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
 
 
-def all_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> dict[str, Distances]:
-    """Return the distances of the spheres and of every baseline."""
-    return {SPHERES: sphere_distances(simulated, radii, method)} | baseline_distances(simulated.records, radii)
-
-
 def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> Distances:
     """Return the distances between all objects' sphere histograms at each radius."""
     return {
@@ -83,9 +78,14 @@ def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) 
 
 
 def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
-    """Return distances between bounding boxes: sorted width and depth, and height, in metres."""
-    sizes = np.array([record.size for record in records])
-    return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
+    """Return distances between bounding boxes, in metres."""
+    return euclidean_distances(level_sizes(records))
+
+
+def level_sizes(records: Sequence[ObjectRecord]) -> np.ndarray:
+    """Return the sizes (N, 3) of objects: the shorter and the longer level side, and the height, metres."""
+    sizes = np.array([record.size for record in records]).reshape(-1, 3)
+    return np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]])
 
 
 def cube_distances(objects: Sequence[Counts]) -> np.ndarray:

@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from spherefunc_bullet.formats.writing import write_text
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from .trials import ConditionRow
+from .trials import ConditionRow
 
 WHOLE = "whole"
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
-from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
+from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import find_method
@@ -87,30 +87,26 @@ def trained_classifier(
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
     """
-    settled, labels, names = [], [], []
+    examples: list[tuple[Settled, frozenset[str], str]] = []
     if training.examples != "views":
         by_path = {record.path: record.settled for record in simulated.records}
-        settled += [by_path[item.path] for item in dataset.objects]
-        labels += [item.functions for item in dataset.objects]
-        names += [item.path.name for item in dataset.objects]
+        examples += [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
     if training.examples != "whole":
-        for item, name, spheres in partial_examples(dataset, training, failed):
-            settled.append(spheres)
-            labels.append(item.functions)
-            names.append(name)
+        examples += partial_examples(dataset, training, failed)
+    settled, labels, names = ([example[column] for example in examples] for column in range(3))
     return new_classifier(training.dropping, training.method).fit_settled(settled, labels, names)
 
 
 def partial_examples(
     dataset: Dataset, training: Training, failed: Callable[[InputError], None]
-) -> Iterator[tuple[DatasetObject, str, Settled]]:
-    """Yield object, name and settled centres of what scans of rooms show of a data set's objects."""
+) -> Iterator[tuple[Settled, frozenset[str], str]]:
+    """Yield settled centres, functions and name of what scans of rooms show of a data set's objects."""
     rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
     for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
         scan = scan_room(room, VIEWS, NOISE, training.seed)
         for number, cloud in partial_views(scan, training.completion):
             if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
-            name = f"{room.objects[number].item.path.stem} in {room.name}"
+            item = room.objects[number].item
             how = training.simulator, training.radii, training.seed, training.length
-            yield room.objects[number].item, name, settle(cloud, *how)
+            yield settle(cloud, *how), item.functions, f"{item.path.stem} in {room.name}"

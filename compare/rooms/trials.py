@@ -33,7 +33,7 @@ from .scores import (
     segmentation_counts,
 )
 
-Key, Summand = TypeVar("Key"), TypeVar("Summand")
+Summand = TypeVar("Summand")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,17 +98,7 @@ class ConditionCounts:
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
     def __add__(self, other: ConditionCounts) -> ConditionCounts:
-        return ConditionCounts(
-            rooms=self.rooms + other.rooms,
-            objects=self.objects + other.objects,
-            hidden=self.hidden + other.hidden,
-            points=self.points + other.points,
-            segmentation=self.segmentation + other.segmentation,
-            labelled=summed(self.labelled, other.labelled),
-            cut_out=summed(self.cut_out, other.cut_out),
-            whole=summed(self.whole, other.whole),
-            stages=summed(self.stages, other.stages),
-        )
+        return ConditionCounts(**summed(vars(self), vars(other)))
 
     def row(self, condition: Condition) -> ConditionRow:
         """Return the figures for a report."""
@@ -130,15 +120,17 @@ class ConditionCounts:
         }
 
 
-def summed(one: dict[Key, Summand], other: dict[Key, Summand]) -> dict[Key, Summand]:
-    """Return what two tables hold under each name, added where both have it.
+def summed(one: Summand, other: Summand) -> Summand:
+    """Return a sum; of two tables, what they hold under each name, added where both have it.
 
     Examples
     --------
     >>> summed({"cup": 1, "table": 2}, {"table": 3})
     {'cup': 1, 'table': 5}
     """
-    return one | other | {name: one[name] + other[name] for name in one if name in other}
+    if isinstance(one, dict):
+        return one | other | {name: summed(one[name], other[name]) for name in one if name in other}
+    return one + other
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -17,7 +17,6 @@ from spherefunc_bullet.formats.writing import writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.settling.settling import Settled
 from spherefunc_bullet.simulator import make_simulator
 
 from .lesson import Lesson, Sight, room_lessons
@@ -106,18 +105,17 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),
             beside=arrays["beside"][row],
-            record=record_at(row, str(name), arrays["size"][row], voxels[row], drops),
+            record=ObjectRecord(
+                path=Path(str(name)),
+                size=arrays["size"][row],
+                voxels=voxels[row],
+                settled={radius: runs[row] for radius, runs in drops.items()},
+                seconds={},
+                drops={},
+            ),
         )
         for row, name in enumerate(arrays["name"])
     ]
-
-
-def record_at(
-    row: int, name: str, size: np.ndarray, voxels: np.ndarray, drops: dict[float, list[np.ndarray]]
-) -> ObjectRecord:
-    """Return the object of a row."""
-    settled: Settled = {radius: runs[row] for radius, runs in drops.items()}
-    return ObjectRecord(path=Path(name), size=size, voxels=voxels, settled=settled, seconds={}, drops={})
 
 
 def packed(name: str, parts: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
