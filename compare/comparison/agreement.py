@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import norm
 
 from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.simulator import sphere_limit
@@ -64,7 +65,7 @@ def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgr
         "ratio_to": {name: median_ratio(between, own) for name, own in zip(names, seeds, strict=True)},
         "between": median(between),
         "within": {name: median(own) for name, own in zip(names, seeds, strict=True)},
-        "norm": median(np.sqrt(np.mean([norms(histogram) ** 2 for histogram in histograms], axis=0))),
+        "norm": median(np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))),
         "objects": int(np.sum((between > 0) | (within > 0))),
     }
 
@@ -87,12 +88,7 @@ def four_histograms(first: Entry, second: Entry, radius: float) -> list[sparse.c
 
 def apart(first: sparse.csr_matrix, second: sparse.csr_matrix) -> np.ndarray:
     """Return the distance (N,) between the rows of two matrices."""
-    return norms(first - second)
-
-
-def norms(matrix: sparse.csr_matrix) -> np.ndarray:
-    """Return the Euclidean norm (N,) of each row."""
-    return np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
+    return norm(first - second, axis=1)
 
 
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float | None:

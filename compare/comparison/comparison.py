@@ -75,17 +75,13 @@ def compare_entries(
 
 def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dataset) -> Tasks | None:
     """Return what backends do of the tasks besides labels; None where none is asked. Shapes do not matter to them."""
-    from spherefunc_bullet.learning.model_file import load_model, shipped_model
 
     tasks = [name for name in experiment.tasks if name != LABELS]
     if not tasks:
         return None
     simulators = {one.backend: one.simulator for one in reversed(compared)}
     simulators = {one.backend: simulators[one.backend] for one in compared}
-    ranks = load_model(shipped_model("fast"))
-    return task_reports(
-        measured(dataset.objects, simulators, tasks, experiment.task_objects, ranks, experiment.loading)
-    )
+    return task_reports(measured(dataset.objects, simulators, tasks, experiment.task_objects, None, experiment.loading))
 
 
 def feature_report(evaluation: Evaluation) -> FeatureReport:

@@ -17,7 +17,7 @@ from ..evaluation.impaired import Shares, impaired_shares
 from ..evaluation.profiled import evaluations, spheres_profiled
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, shapes_read
-from .entries import Comparison, Entry, dropped_twice, dropping_of
+from .entries import Comparison, Entry, dropped_twice
 from .experiment import Experiment
 
 ALWAYS_NO = "always_no"
@@ -49,8 +49,7 @@ def shares_of_copies(
         copies = impaired_shares(
             entry.simulated,
             dataset,
-            dropping_of(entry.candidate, experiment, experiment.seeds[0]),
-            entry.radii,
+            entry.candidate,
             find_method(experiment.methods[0]),
             copied=experiment.copied,
             baselines=not shares,

@@ -28,12 +28,11 @@ Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances betw
 
 def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> Distances:
     """Return the distances between all objects' sphere histograms at each radius."""
-    return {
-        radius: euclidean_distances(
-            method.histogram(radius).fit_transform([settled[radius] for settled in simulated.settled])
-        )
-        for radius in radii
-    }
+    distances = {}
+    for radius in radii:
+        centers = [settled[radius] for settled in simulated.settled]
+        distances[radius] = euclidean_distances(method.histogram(radius).fit_transform(centers))
+    return distances
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,7 @@ from spherefunc_bullet.settling.records import Dropping, Loading
 from .features import SPHERES
 from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import baselines_read, spheres_read
+from .readings import readings, spheres_read
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -82,7 +82,6 @@ def impaired_shares(
     learnt: Simulated,
     dataset: Dataset,
     dropping: Dropping,
-    radii: tuple[float, ...],
     method: AnyMethod,
     *,
     copied: int | None = None,
@@ -108,9 +107,8 @@ def impaired_shares(
         Is given the error of each file that cannot be used.
     """
     impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
-    splits, asked = held_out(impaired, dropping.seed), {SPHERES: spheres_read(impaired.simulated, radii, method)}
-    if baselines:
-        asked |= baselines_read(impaired.simulated, radii, method)
+    both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
+    asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
     said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
     for name, read in asked.items():
@@ -123,8 +121,15 @@ def impaired_copies(
     learnt: Simulated, dataset: Dataset, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
 ) -> Impaired:
     """Return the whole objects and impaired copies of some of them, spheres dropped on all; see `impaired_shares`."""
-    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
-    return joined(learnt, usable, built_copies(usable, dropping, failed), dropping, jobs, failed)
+    folder = built_copies(replace(dataset, objects=evenly_chosen(learnt.objects, copied)), dropping, failed)
+    copies = {copy.item.path: copy for copy in read_copies(folder)}
+    data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
+    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
+    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
+    rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
+    kept = [copies[item.path] for item in simulated.objects]
+    originals = np.array([rows[copy.of] for copy in kept])
+    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
 
 
 def said_having_learnt(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
@@ -175,20 +180,6 @@ def content_name(dataset: Dataset, dropping: Dropping) -> str:
         digest.update("\n".join([dataset.name_of(item.path), *about]).encode())
         digest.update(dropping.content_hash(item.path).encode())
     return digest.hexdigest()
-
-
-def joined(
-    learnt: Simulated, dataset: Dataset, folder: Path, dropping: Dropping, jobs: int, failed: Failed
-) -> Impaired:
-    """Drop spheres on the copies, and return them behind the whole objects."""
-    copies = {copy.item.path: copy for copy in read_copies(folder)}
-    data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
-    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
-    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
-    rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
-    kept = [copies[item.path] for item in simulated.objects]
-    originals = np.array([rows[copy.of] for copy in kept])
-    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
 
 
 def held_out(impaired: Impaired, seed: int) -> list[Split]:

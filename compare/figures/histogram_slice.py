@@ -138,10 +138,9 @@ def draw_spheres(axes: Axes, cut: Slice, filled: bool):
 
 def draw_grid(axes: Axes, cut: Slice, low: np.ndarray, high: np.ndarray):
     """Draw the boundaries between cubes."""
-    for line in np.arange(low[0], high[0] + cut.side / 2, cut.side):
-        axes.axvline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
-    for line in np.arange(low[1], high[1] + cut.side / 2, cut.side):
-        axes.axhline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
+    for draw, lowest, highest in zip((axes.axvline, axes.axhline), low, high, strict=True):
+        for line in np.arange(lowest, highest + cut.side / 2, cut.side):
+            draw(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
 
 
 def draw_counts(axes: Axes, cut: Slice):

@@ -20,21 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENDINGS = (".png", ".svg")
-COLUMNS = {  # feature set -> what the picture calls it
-    "spheres": "spheres",
-    "points": "points",
-    "occupancy_sqrt": "occupancy",
-    "rules": "rules",
-    "examiner": "examiner",
+COLUMNS = {  # feature set -> what the picture calls it, and what that means
+    "spheres": ("spheres", "where spheres that fall on the object come to rest"),
+    "points": ("points", "the object's own points, read the same way"),
+    "occupancy_sqrt": ("occupancy", "the cubes of space that it fills"),
+    "rules": ("rules", "height, area, flatness"),
+    "examiner": ("examiner", "a person of boxes, or a ball, tries it"),
 }
 NOT_DRAWN = ("bounding_box", "occupancy", "height_map", "always_no")  # no better than those that are
-MEANINGS = {
-    "spheres": "where spheres that fall on the object come to rest",
-    "points": "the object's own points, read the same way",
-    "occupancy_sqrt": "the cubes of space that it fills",
-    "rules": "height, area, flatness",
-    "examiner": "a person of boxes, or a ball, tries it",
-}
 KINDS = {  # function and kind, or kind -> what is drawn beside its row
     "hole": "hole in the bottom",
     "slit": "slit in the wall",
@@ -89,16 +82,18 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     from matplotlib.figure import Figure
 
     require_ending(path)
-    columns, tops, rows = columns_of(shares), block_tops(shares), rows_high(shares)
+    columns, tops = columns_of(shares), block_tops(shares)
+    blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
+    rows = tops[True] + max(len(own[True]) for own in blocks.values())
     panel = LABELS + len(columns) * COLUMN + GAP
     wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
     with matplotlib.rc_context(STYLE), writing(path):
         figure = Figure(figsize=(wide, high), dpi=DOTS)
-        for place, (function, kinds) in enumerate(shares.items()):
+        for place, (function, own) in enumerate(blocks.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
             axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
             draw_heads(axes, function, columns)
-            for works, block in blocks_of(kinds, columns).items():
+            for works, block in own.items():
                 draw_block(axes, function, block, columns, tops[works], works)
         draw_words(figure, headline(shares, columns), columns)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -117,7 +112,7 @@ def columns_of(shares: Shares) -> dict[str, str]:
     there = next(iter(next(iter(shares.values())).values()))["share"]
     simulators = [name for name in there if name not in {*COLUMNS, *NOT_DRAWN} and COPIES_LEARNT not in name]
     return dict(zip(simulators, simulators, strict=True)) | {
-        name: words for name, words in COLUMNS.items() if name in there
+        name: words for name, (words, _) in COLUMNS.items() if name in there
     }
 
 
@@ -139,12 +134,6 @@ def block_tops(shares: Shares) -> dict[bool, float]:
     columns = columns_of(shares)
     most = max(len(blocks_of(kinds, columns)[False]) for kinds in shares.values())
     return {False: 1.0, True: 2.0 + most + SPACE}
-
-
-def rows_high(shares: Shares) -> float:
-    """Return how many rows high the panels are."""
-    columns = columns_of(shares)
-    return block_tops(shares)[True] + max(len(blocks_of(kinds, columns)[True]) for kinds in shares.values())
 
 
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
@@ -220,6 +209,6 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
     key.set_axis_off()
     words = "wrong to right.  In each cell: how many per cent of the copies are still called by the function."
     figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
-    meanings = [f"{words}: {MEANINGS[name]}." for name, words in columns.items() if name in MEANINGS]
+    meanings = [f"{words}: {COLUMNS[name][1]}." for name, words in columns.items() if name in COLUMNS]
     for line, said in enumerate((meanings[:-2], meanings[-2:])):
         figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(said), fontsize=8, va="center", color=GREY)

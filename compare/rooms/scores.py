@@ -7,7 +7,7 @@ Objects that the scan hardly shows are neither asked for nor held against anybod
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -54,14 +54,7 @@ class Counts:
 
     def row(self) -> CountsRow:
         """Return the figures for a report, rounded."""
-        return {
-            "f_measure": rounded(self.f_measure),
-            "precision": rounded(self.precision),
-            "recall": rounded(self.recall),
-            "hits": self.hits,
-            "false_alarms": self.false_alarms,
-            "misses": self.misses,
-        }
+        return {name: rounded(getattr(self, name)) for name in ("f_measure", "precision", "recall")} | asdict(self)
 
 
 def ratio(part: float, whole: float) -> float | None:

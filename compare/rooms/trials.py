@@ -185,12 +185,11 @@ def run_trial(
 
 def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, ConditionCounts]:
     """Return what comes of one room under each condition."""
-    return {
-        condition: scan_counts(
-            scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution), fold, trial
-        )
-        for condition in trial.conditions
-    }
+    counts = {}
+    for condition in trial.conditions:
+        scan = scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution)
+        counts[condition] = scan_counts(scan, fold, trial)
+    return counts
 
 
 def furnished_rooms(

@@ -13,9 +13,10 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.formats.npz import DAMAGE, read_arrays
-from spherefunc_bullet.formats.writing import writing
+from spherefunc_bullet.formats.writing import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
+from spherefunc_bullet.settling.cache import packed as npz_bytes
 from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.simulator import make_simulator
 
@@ -70,12 +71,8 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     arrays |= packed("voxels", [record.voxels for record in records])
     for radius in records[0].settled if records else ():
         arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius] for record in records])
-    scratch = path.with_suffix(".part")
     with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(scratch, "wb") as file:
-            np.savez_compressed(file, **arrays)
-        scratch.replace(path)
+        write_whole(path, npz_bytes(arrays))
 
 
 def read_lessons(path: Path) -> list[Lesson]:
