@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
+    from ..mechanics.measures import Measured
 
 
 def evaluate(
@@ -63,21 +65,19 @@ def evaluate(
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
-    from ..comparison.experiment import LABELS
     from ..evaluation.alternatives import print_alternatives
     from ..evaluation.impaired import impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
     from ..figures.impaired_picture import draw_impaired
-    from ..mechanics.measures import measured, task_reports
+    from ..mechanics.measures import task_reports
     from .compare import asked_tasks
     from .mechanics import print_measured
 
     require_sensible(data, test, impaired, alternatives, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
-    others = [name for name in asked_tasks(tasks) if name != LABELS]
-    chosen = find_method(method)
+    asked, chosen = asked_tasks(tasks), find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
     dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
     lengths = dropping.radii
@@ -103,10 +103,7 @@ def evaluate(
         shares = impaired_shares(learnt, dataset, dropping, chosen, copied=copied, jobs=jobs, failed=failures.add)
         if picture is not None:
             draw_impaired(shares, picture)
-    mechanics = None
-    if others:
-        simulators = {dropping.simulator.name: dropping.simulator}
-        mechanics = measured(dataset.objects, simulators, others, task_objects, None, dropping.loading)
+    mechanics = measured_tasks(dataset, dropping, asked, task_objects)
     print_results(about, results, json, shares, confusion, None if mechanics is None else task_reports(mechanics))
     if mechanics is not None and not json:
         print_measured(mechanics)
@@ -127,3 +124,10 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, alternat
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
 
 
+def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> Measured | None:
+    """Return what the backend does of the tasks besides labels; None where there are none."""
+    from ..comparison.experiment import LABELS
+    from ..mechanics.measures import measured
+
+    others, simulators = [name for name in tasks if name != LABELS], {dropping.simulator.name: dropping.simulator}
+    return measured(dataset.objects, simulators, others, count, None, dropping.loading) if others else None

@@ -56,15 +56,14 @@ def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgr
     histograms = four_histograms(first, second, radius)
     a, again_a, b, again_b = histograms
     between = np.sqrt(np.mean([apart(x, y) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
-    seeds = [apart(a, again_a), apart(b, again_b)]
-    within = np.sqrt(np.mean(np.square(seeds), axis=0))
-    names = [first.name, second.name]
+    seeds = {first.name: apart(a, again_a), second.name: apart(b, again_b)}
+    within = np.sqrt(np.mean(np.square(list(seeds.values())), axis=0))
     return {
         "radius": radius,
         "ratio": median_ratio(between, within),
-        "ratio_to": {name: median_ratio(between, own) for name, own in zip(names, seeds, strict=True)},
+        "ratio_to": {name: median_ratio(between, own) for name, own in seeds.items()},
         "between": median(between),
-        "within": {name: median(own) for name, own in zip(names, seeds, strict=True)},
+        "within": {name: median(own) for name, own in seeds.items()},
         "norm": median(np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))),
         "objects": int(np.sum((between > 0) | (within > 0))),
     }

@@ -98,23 +98,20 @@ def backend_report(entry: Entry, quality: FeatureReport, by_radius: Mapping[floa
     """Return everything of one simulator."""
     memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
     simulator = entry.candidate.simulator
-    return (
-        quality
-        | entry.runs.timing()
-        | {
-            "settled_share": entry.runs.settled_share,
-            "peak_memory": max(memory, default=None),
-            "peak_memory_runs": len(memory),
-            "failed": len(entry.failed),
-            "reasons": list(entry.failed),
-            "radii": list(entry.radii),
-            "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
-            "backend": entry.candidate.backend,
-            "version": simulator.version,
-            "options": simulator.options(),
-            "sphere_limit": sphere_limit(simulator),
-        }
-    )
+    own = {
+        "settled_share": entry.runs.settled_share,
+        "peak_memory": max(memory, default=None),
+        "peak_memory_runs": len(memory),
+        "failed": len(entry.failed),
+        "reasons": list(entry.failed),
+        "radii": list(entry.radii),
+        "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
+        "backend": entry.candidate.backend,
+        "version": simulator.version,
+        "options": simulator.options(),
+        "sphere_limit": sphere_limit(simulator),
+    }
+    return quality | entry.runs.timing() | own
 
 
 def radius_report(radius: float, runs: Runs, alone: Evaluation) -> RadiusReport:

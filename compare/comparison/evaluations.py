@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -64,10 +65,7 @@ def add_shares(shares: Shares, copies: Shares, name: str):
     """Add what one simulator's spheres say of copies, under its name, and of baselines what there is."""
     for function, kinds in copies.items():
         for kind, row in kinds.items():
-            said = {
-                name + key.removeprefix(SPHERES) if key.startswith(SPHERES) else key: value
-                for key, value in row["share"].items()
-            }
+            said = {re.sub(f"^{SPHERES}", name, key): value for key, value in row["share"].items()}
             known = shares.setdefault(function, {}).setdefault(kind, row | {"share": {}})
             known["share"] |= said
 

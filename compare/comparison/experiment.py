@@ -64,11 +64,6 @@ class Experiment:
         """How long runs are: all methods read the same spheres."""
         return find_method(PROFILE).length if PROFILE in self.methods else LIMITED
 
-    @property
-    def usual_radii(self) -> tuple[float, ...]:
-        """Where nobody says otherwise, metres."""
-        return PROFILE_RADII if PROFILE in self.methods else CUBES_RADII
-
 
 def candidates(experiment: Experiment) -> list[Candidate]:
     """Return the simulators that an experiment compares.
@@ -92,7 +87,8 @@ def candidates(experiment: Experiment) -> list[Candidate]:
 def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
     """Return a backend with each shape, or once where it has no shapes."""
     options = experiment.options.get(backend, {})
-    radii = {ALL: experiment.usual_radii} | dict(experiment.radii)
+    usual = PROFILE_RADII if PROFILE in experiment.methods else CUBES_RADII
+    radii = {ALL: usual} | dict(experiment.radii)
     how = {"seed": experiment.seeds[0], "loading": experiment.loading, "length": experiment.length}
 
     def named(name: str, **shape: str) -> Candidate:

@@ -139,11 +139,9 @@ def disagreement_section(report: Report, comparison: Comparison, experiment: Exp
     cases = disagreements(report["per_object"])
     differ = [case for case in cases if case.labels_differ]
     displays = displays_of(comparison, clearest(differ or cases), experiment.loading)
-    lead = (
-        f"They differ about {len(differ)} of {report['objects']} objects."
-        if differ
-        else "They give every object the same labels; these are the largest differences of scores."
-    )
+    lead = f"They differ about {len(differ)} of {report['objects']} objects."
+    if not differ:
+        lead = "They give every object the same labels; these are the largest differences of scores."
     parts = "\n".join(display_part(case, display, report) for case, display in displays)
     return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(displays)} of the clearest, with the spheres
 of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
@@ -179,9 +177,7 @@ def listing(differ: Sequence[Disagreement], report: Report) -> str:
         return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
 
     items = [report["per_object"][case.row] for case in differ[:LONGEST]]
-    rows = [
-        [item["file"], labels(item), *(said(row["scores"]) for row in item["backends"].values())] for item in items
-    ]
+    rows = [[item["file"], labels(item), *(said(row["scores"]) for row in item["backends"].values())] for item in items]
     more = f", the first {LONGEST}" if len(differ) > LONGEST else ""
     head = ["file", "label", *(f"{name} says" for name in report["backends"])]
     summary = f"<summary>All {len(differ)} in a list{more}</summary>"

@@ -211,13 +211,23 @@ def print_alternatives(
         if groups:
             rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
         rows[name]["random halves, turned"] = f_measures(as_turned.quality(half))
+    title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
+    print_beside("alternative", rows, title, json)
+
+
+def print_beside(what: str, rows: Mapping[str, Mapping[str, dict[str, float] | float]], title: str, json: bool):
+    """Print a row for each way, its F-measures of all functions or another figure in each column; or all as JSON."""
     if json:
         print_json(rows)
         return
-    protocols = list(next(iter(rows.values())))
-    table = [[name, *(side_by_side(row[protocol]) for protocol in protocols)] for name, row in rows.items()]
-    title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
-    print_table(title, ["alternative", *protocols], table)
+    columns = list(next(iter(rows.values())))
+    table = [[name, *map(cell, row.values())] for name, row in rows.items()]
+    print_table(title, [what, *columns], table)
+
+
+def cell(value: dict[str, float] | float) -> str:
+    """Return one cell of a table."""
+    return side_by_side(value) if isinstance(value, dict) else f"{value:.4f}"
 
 
 def side_by_side(f_measures: Mapping[str, float]) -> str:

@@ -18,7 +18,7 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier, forest
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
-from .alternatives import f_measures, side_by_side
+from .alternatives import f_measures, print_beside
 from .evaluation import Evaluation, Trial
 from .profiled import ACROSS, Profiled, profiled
 from .protocol import Labels, Splits, labels_of
@@ -50,13 +50,8 @@ def print_classifiers(simulated: Simulated, radii: tuple[float, ...], splits: Sp
     for name, estimator in CLASSIFIERS.items():
         classifier = FunctionClassifier(radii=radii, estimator=estimator)
         rows[name] = summary(replace(read, classifier=classifier).evaluation(splits))
-    if json:
-        print_json(rows)
-        return
-    columns = list(next(iter(rows.values())))
     title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}, and the log loss across sources"
-    table = [[name, *(cell(value) for value in row.values())] for name, row in rows.items()]
-    print_table(title, ["classifier", *columns], table)
+    print_beside("classifier", rows, title, json)
 
 
 def summary(evaluation: Evaluation) -> dict[str, dict[str, float] | float]:
@@ -64,11 +59,6 @@ def summary(evaluation: Evaluation) -> dict[str, dict[str, float] | float]:
     halves = {f"{size} train": f_measures(evaluation.quality(size)) for size in sorted(evaluation.trials)[::-1]}
     across = f_measures(evaluation.left_out_quality(ACROSS))
     return {"across sources": across, "log loss": log_loss(evaluation.left_out[ACROSS], evaluation.labels)} | halves
-
-
-def cell(value: dict[str, float] | float) -> str:
-    """Return one cell of a table."""
-    return side_by_side(value) if isinstance(value, dict) else f"{value:.4f}"
 
 
 def log_loss(trial: Trial, labels: Labels) -> float:

@@ -21,11 +21,9 @@ class Reading(Protocol):
 
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test by what that split learns."""
-        ...
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what is said of the objects under a protocol."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

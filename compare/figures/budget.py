@@ -136,10 +136,7 @@ def main(
     out.mkdir(parents=True, exist_ok=True)
     for path in write_plate(budget_plate(rows, dataset.name), out):
         say(f"wrote {path}")
-    if json:
-        print_json([asdict(row) for row in rows])
-    else:
-        print_rows(rows)
+    print_json([asdict(row) for row in rows]) if json else print_rows(rows)
     failures.exit()
 
 

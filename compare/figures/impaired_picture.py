@@ -184,9 +184,8 @@ def draw_block(
         for place, name in enumerate(columns):
             share = row["share"][name]
             right = share if works else 1 - share
-            axes.add_patch(
-                Rectangle((place, top + line), 1, 1, facecolor=colours()(right), edgecolor="white", linewidth=1)
-            )
+            colour = colours()(right)
+            axes.add_patch(Rectangle((place, top + line), 1, 1, facecolor=colour, edgecolor="white", linewidth=1))
             ink = "white" if abs(right - 0.5) > 0.35 else INK
             axes.text(place + 0.5, top + line + 0.5, per_cent(share), ha="center", color=ink, **at)
 

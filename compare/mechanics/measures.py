@@ -152,15 +152,10 @@ def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:
     reports = {}
     for task, unable in mechanics.unable.items():
         rows = [asdict(one) for one in mechanics.outcomes(task)]
-        more = {name: plain(one) for name, one in scores[task].items()}
+        more = {name: asdict(one) for name, one in scores[task].items()}
+        for one in more.values():
+            one.pop("answers", None)  # the single places of what stands
         reports[task] = {"says": said[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:
         reports["standing"]["agreement"] = same and asdict(same)
     return reports
-
-
-def plain(score: PoseScore | StandScore | KeepScore) -> dict[str, Any]:
-    """Return a score for JSON, without the single places of what stands."""
-    fields = asdict(score)
-    fields.pop("answers", None)
-    return fields

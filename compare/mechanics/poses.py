@@ -53,9 +53,7 @@ class PoseScore:
         return [name for name, right in self.right.items() if not right]
 
 
-def posed(
-    path: Path, simulator: Simulator, loading: Loading, function: str, classifier: CloudClassifier
-) -> PoseAnswer:
+def posed(path: Path, simulator: Simulator, loading: Loading, function: str, classifier: CloudClassifier) -> PoseAnswer:
     """Return whether the pose of a file is found after it was turned at random, as its name says."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
     cloud = turned_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)

@@ -54,7 +54,6 @@ class Baseline(Protocol):
 
     def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
         """Return the scores (P, F) of objects."""
-        ...
 
 
 def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None]) -> Learnt:

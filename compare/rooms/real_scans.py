@@ -104,10 +104,7 @@ def main(
             measure(path, points, trial, shown, measured)
         except InputError as error:
             failures.add(error)
-    if as_json:
-        print_json(measured.json())
-    else:
-        print_measured(measured)
+    print_json(measured.json()) if as_json else print_measured(measured)
     failures.exit()
 
 

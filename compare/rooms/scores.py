@@ -90,10 +90,8 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) ->
         if 2 * len(own) <= inside.sum():
             continue
         numbers, shared = np.unique(own[own >= 0], return_counts=True)
-        best = {
-            int(number): both / (len(own) + objects[number] - both)
-            for number, both in zip(numbers, shared, strict=True)
-        }
+        pairs = zip(numbers.tolist(), shared, strict=True)
+        best = {number: both / (len(own) + objects[number] - both) for number, both in pairs}
         matches[part] = next((number for number, iou in best.items() if iou > IOU), None)
     return matches
 
@@ -116,9 +114,7 @@ def function_counts(matches: Matches, given: Functions, labels: Functions, name:
     labels : dict of int to set of str
         The functions of each object that counts, found or not.
     """
-    hits = sum(
-        name in given[part] and number is not None and name in labels[number] for part, number in matches.items()
-    )
-    claims = sum(name in given[part] for part in matches)
+    claimed = [number for part, number in matches.items() if name in given[part]]
+    hits = sum(number is not None and name in labels[number] for number in claimed)
     members = sum(name in functions for functions in labels.values())
-    return Counts(hits, claims - hits, members - hits)
+    return Counts(hits, len(claimed) - hits, members - hits)

@@ -11,16 +11,13 @@ from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.recognition.judging import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
-from spherefunc_bullet.settling.drops import Length
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import Settled, settle
-from spherefunc_bullet.simulator import Simulator
 
 from .trials import Fold, split_in_halves
 
@@ -30,29 +27,17 @@ OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Training:
+class Training(Dropping):
     """What is learnt from, and how."""
 
-    simulator: Simulator
-    radii: tuple[float, ...]  # metres
     examples: str = "whole"  # one of EXAMPLES
     completion: tuple[str, ...] = ()
     method: str = "cubes"
-    seed: int = 0
 
     def __post_init__(self):
+        super().__post_init__()
         if self.examples not in EXAMPLES:
             raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
-
-    @property
-    def length(self) -> Length:
-        """How long runs are."""
-        return find_method(self.method).length
-
-    @property
-    def dropping(self) -> Dropping:
-        """How spheres are dropped on whole models."""
-        return Dropping(simulator=self.simulator, radii=self.radii, seed=self.seed, length=self.length)
 
 
 def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
@@ -63,7 +48,7 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    simulated = simulate_dataset(dataset, training.dropping, jobs=jobs, failed=failed)
+    simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
@@ -94,7 +79,7 @@ def trained_classifier(
     if training.examples != "whole":
         examples += partial_examples(dataset, training, failed)
     settled, labels, names = ([example[column] for example in examples] for column in range(3))
-    return new_classifier(training.dropping, training.method).fit_settled(settled, labels, names)
+    return new_classifier(training, training.method).fit_settled(settled, labels, names)
 
 
 def partial_examples(
@@ -108,5 +93,5 @@ def partial_examples(
             if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
             item = room.objects[number].item
-            how = training.simulator, training.radii, training.seed, training.length
-            yield settle(cloud, *how), item.functions, f"{item.path.stem} in {room.name}"
+            settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)
+            yield settled, item.functions, f"{item.path.stem} in {room.name}"

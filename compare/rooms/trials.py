@@ -9,12 +9,14 @@ from typing import TypedDict, TypeVar
 
 import numpy as np
 
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.proposals import KINDS
-from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
+from spherefunc_bullet.scenes.recognition.recognition import Room, recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
@@ -48,16 +50,27 @@ class Condition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RoomTrial:
+class Recognition:
+    """How scans are taken apart and told."""
+
+    settings: Segmentation = field(default_factory=Segmentation)
+    completion: tuple[str, ...] = DEFAULT
+    proposals: tuple[str, ...] = KINDS  # "clusters", "pools", or both
+
+    def recognised(self, scan: Scan, model: FunctionModel) -> Room:
+        """Return what is recognised in a scan."""
+        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
+        return recognise(scan, model, **how)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoomTrial(Recognition):
     """Which rooms are made, how they are scanned, and how the scans are taken apart."""
 
     rooms: int = 12
     conditions: tuple[Condition, ...] = ()
     seed: int = 0
-    settings: Segmentation = field(default_factory=Segmentation)
-    completion: tuple[str, ...] = DEFAULT
     cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
-    proposals: tuple[str, ...] = KINDS
     lived_in: LivedIn = field(default_factory=LivedIn)
     resolution: Resolution = AS_SEEN
 
@@ -157,8 +170,7 @@ def run_trial(
     folds: Sequence[Fold],
     trial: RoomTrial,
     failed: Callable[[InputError], None],
-    shown: Callable[[Iterator], Iterator] = lambda rooms: rooms,
-    jobs: int = 1,
+    jobs: int,
 ) -> dict[Condition, ConditionCounts]:
     """Return the counts of each condition, over all rooms of all folds.
 
@@ -166,8 +178,6 @@ def run_trial(
     ----------
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
-    shown : callable
-        Passes an iterator of rooms on, and may show how far it is.
     jobs : int
         Processes that work at once, on a room each; -1: one per core.
     """
@@ -178,7 +188,7 @@ def run_trial(
         fold.ask_of_models(placed.item for room, own in rooms if own is fold for placed in room.objects)
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
     total = dict.fromkeys(trial.conditions, ConditionCounts())
-    for counts in shown(Parallel(n_jobs=jobs, return_as="generator")(tasks)):
+    for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):
         total = summed(total, counts)
     return total
 
@@ -197,8 +207,7 @@ def furnished_rooms(
 ) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
-        rooms = furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in)
-        for room in rooms:
+        for room in furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in):
             yield room, fold
 
 
@@ -218,13 +227,7 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
     seen = scan.seen().tolist()
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
-    room = recognise(
-        Scan(name=scan.room.name, points=scan.points),
-        fold.model,
-        settings=trial.settings,
-        completion=trial.completion,
-        proposals=trial.proposals,
-    )
+    room = trial.recognised(Scan(name=scan.room.name, points=scan.points), fold.model)
     matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
 
     def counts(matches: Matches, given: Functions) -> dict[str, Counts]:

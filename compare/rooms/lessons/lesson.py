@@ -99,9 +99,7 @@ def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, see
     return lessons
 
 
-def lesson_of(
-    name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float
-) -> Lesson:
+def lesson_of(name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float) -> Lesson:
     """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
     own = {"name": name, "record": record, "beside": example.beside}
     if item is None:
