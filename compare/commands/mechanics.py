@@ -67,8 +67,8 @@ def print_pose_scores(scores: list[PoseScore]):
     head = ["poses", "objects", "upright found", "best for its function", "likeliest", "poses each", "median s"]
     print_table("Objects turned at random: the pose in which they are used", head, rows)
     for one in scores:
-        if one.missed:
-            print(f"{one.backend}, not the best: {', '.join(one.missed)}")
+        if missed := [name for name, right in one.right.items() if not right]:
+            print(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):

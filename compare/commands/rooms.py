@@ -30,7 +30,6 @@ def rooms(
     lived_in: Annotated[
         str | None,
         typer.Option(
-            "--lived-in",
             help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, "
             "stacks, shelves, beds, sills, gaps, piles, clutter.",
         ),

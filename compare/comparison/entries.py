@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -94,17 +95,12 @@ class Complaints:
     consequence: str
     of: dict[str, list[str]] = field(default_factory=dict)
 
-    def by(self, name: str) -> Callable[[InputError], None]:
-        """Return what takes one simulator's failures."""
-
-        def failed(error: InputError):
-            """Keep a failure, and say it unless another simulator's was the same."""
-            known = any(str(error) in said for said in self.of.values())
-            self.of.setdefault(name, []).append(str(error))
-            if not known:
-                self.failures.add(InputError(f"{error} ({name}; {self.consequence})"))
-
-        return failed
+    def add(self, name: str, error: InputError):
+        """Keep a simulator's failure, and say it unless another simulator's was the same."""
+        known = any(str(error) in said for said in self.of.values())
+        self.of.setdefault(name, []).append(str(error))
+        if not known:
+            self.failures.add(InputError(f"{error} ({name}; {self.consequence})"))
 
 
 def simulate_candidates(
@@ -152,7 +148,7 @@ def drop_all(
     """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
     done = []
     for candidate in candidates:
-        failed = complaints.by(candidate.name)
+        failed = partial(complaints.add, candidate.name)
         try:
             done.append(simulate_dataset(dataset, candidate, failed=failed, jobs=jobs, run=run))
         except InputError as error:

@@ -46,17 +46,10 @@ def shares_of_copies(
 ) -> Shares:
     """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
     shares: Shares = {}
+    method = find_method(experiment.methods[0])
+    how = {"copied": experiment.copied, "jobs": jobs, "failed": failures.add}
     for entry in comparison.entries:
-        copies = impaired_shares(
-            entry.simulated,
-            dataset,
-            entry.candidate,
-            find_method(experiment.methods[0]),
-            copied=experiment.copied,
-            baselines=not shares,
-            jobs=jobs,
-            failed=failures.add,
-        )
+        copies = impaired_shares(entry.simulated, dataset, entry.candidate, method, baselines=not shares, **how)
         add_shares(shares, copies, entry.name)
     return shares
 
@@ -74,8 +67,8 @@ def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Spli
     """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
     if not isinstance(method, Method):
         return evaluate_profiles(entry, labels, splits)
-    distances = sphere_distances(entry.simulated, entry.radii, method)
-    again = distances_again(entry.simulated, entry.again, entry.radii, method) if entry.again.objects else None
+    distances, twice = sphere_distances(entry.simulated, entry.radii, method), dropped_twice(entry)
+    again = distances_again(entry.simulated, twice, entry.radii, method) if twice else None
     return evaluate(distances, labels, method, splits, again=again, each_radius=True)
 
 

@@ -190,8 +190,7 @@ def quality_section(report: Report) -> str:
     features, _, *figures = whole.columns
     for function in report["functions"]:
         rows = [[name, *row] for name, own, *row in whole.rows if own == function]
-        head = [features, *figures]
-        parts.append(f"<h3>{escape(function)}</h3>{table_html(head, rows)}")
+        parts.append(f"<h3>{escape(function)}</h3>{table_html([features, *figures], rows)}")
     return f"""<section><h2>Function by function</h2><p>{report["train_size"]} objects learnt at random,
 {report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
 spheres and have the same classifier; <b>always no</b> says no to everything. <b>F</b>: the F-measure, the

@@ -108,10 +108,8 @@ def front_first(centers: np.ndarray) -> np.ndarray:
     width, depth = np.ptp(centers[:, :2], axis=0)
     # How height goes along with x and y: towards the back it rises.
     along_x, along_y = (centers[:, 2] - centers[:, 2].mean()) @ centers[:, :2]
-    if max(width, depth) > 1.25 * min(width, depth):
-        across = depth > width
-    else:
-        across = abs(along_x) > abs(along_y)
+    oblong = max(width, depth) > 1.25 * min(width, depth)
+    across = depth > width if oblong else abs(along_x) > abs(along_y)
     # Turned once counterclockwise, what rose along +x rises along +y.
     rise = along_x if across else along_y
     return quarter_turns(centers, (1 if across else 0) + (2 if rise < 0 else 0))

@@ -5,7 +5,7 @@ If nearest neighbours on the bounding box do as well as the spheres, the physics
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
@@ -43,17 +43,17 @@ class Again:
     distances: Distances  # (R, N) at each radius
 
 
-def distances_again(simulated: Simulated, again: Simulated, radii: Sequence[float], method: Method) -> Again:
-    """Return the distances from the histograms of objects dropped on again to those of all of them."""
-    twice = {record.path: record.settled for record in again.records}
-    rows = [row for row, record in enumerate(simulated.records) if record.path in twice]
+def distances_again(
+    simulated: Simulated, twice: Mapping[int, ObjectRecord], radii: Sequence[float], method: Method
+) -> Again:
+    """Return the distances from the histograms of objects dropped on again, by row, to those of all objects."""
     distances = {}
     for radius in radii:
         histogram = method.histogram(radius)
         learnt = histogram.fit_transform([settled[radius] for settled in simulated.settled])
-        asked = histogram.transform([twice[simulated.records[row].path][radius] for row in rows])
+        asked = histogram.transform([record.settled[radius] for record in twice.values()])
         distances[radius] = euclidean_distances(asked, learnt)
-    return Again(rows=rows, distances=distances)
+    return Again(rows=list(twice), distances=distances)
 
 
 def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:

@@ -25,7 +25,7 @@ from spherefunc_bullet.formats.writing import cache_home, writing
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
-from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, Impairment
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
@@ -199,24 +199,17 @@ def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Se
     called = {name: np.concatenate(answers) for name, answers in said.items()}
     shares: Shares = {}
     made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
-    for function, impairment in kinds_by_function():
-        of_kind = (made == [function, impairment.kind]).all(axis=1)
-        if of_kind.any():
-            column = impaired.labels.functions.index(function)
+    for column, function in enumerate(impaired.labels.functions):
+        for impairment in IMPAIRMENTS:  # whole first, useless, harmless
+            of_kind = (made == [function, impairment.kind]).all(axis=1)
+            if function not in impairment.functions or not of_kind.any():
+                continue
             shares.setdefault(function, {})[impairment.kind] = {
                 "works": impairment.works,
                 "copies": len(set(rows[of_kind].tolist())),
                 "share": {name: round(float(answers[of_kind, column].mean()), 4) for name, answers in called.items()},
             }
     return shares
-
-
-def kinds_by_function() -> Iterator[tuple[str, Impairment]]:
-    """Yield each function with each kind that is made of its objects: whole first, useless, harmless."""
-    for function in sorted(set().union(*(impairment.functions for impairment in IMPAIRMENTS))):
-        for impairment in IMPAIRMENTS:
-            if function in impairment.functions:
-                yield function, impairment
 
 
 def print_shares(shares: Shares):
@@ -235,6 +228,18 @@ def share_rows(shares: Shares) -> tuple[list[str], list[list[str]]]:
         for kind, row in [*kinds.items(), *mean_rows(kinds, features)]
     ]
     return ["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows
+
+
+def mean_shares(shares: Shares, features: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return the shares of useless and of harmless copies by feature set, means over kinds and then over functions.
+
+    Where there are no such copies, they are not a number.
+    """
+    rows, means = [dict(mean_rows(kinds, features)) for kinds in shares.values()], {}
+    for name in (USELESS, HARMLESS):
+        own = [row[name]["share"] for row in rows if name in row] or [dict.fromkeys(features, np.nan)]
+        means[name] = {feature: float(np.mean([share[feature] for share in own])) for feature in features}
+    return means
 
 
 def mean_rows(kinds: Mapping[str, KindShare], features: Sequence[str]) -> Iterator[tuple[str, KindShare]]:

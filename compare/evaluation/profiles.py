@@ -23,6 +23,7 @@ from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, ProfileMethod
+from spherefunc_bullet.settling.drops import first_drops
 from spherefunc_bullet.settling.records import Dropping
 
 from .alternatives import f_measures, side_by_side
@@ -58,7 +59,7 @@ def few_drops(
     labels, across = labels_of(simulated), Splits(halves={}, left_out=splits.left_out)
     classifier, rows = FunctionClassifier(radii=radii), {}
     for count in counts:
-        first = [{radius: drops[:count] for radius, drops in settled.items()} for settled in simulated.settled]
+        first = [first_drops(settled, count) for settled in simulated.settled]
         rows[count] = f_measures(profiled(first, labels, classifier).evaluation(across).left_out_quality(ACROSS))
     return rows
 

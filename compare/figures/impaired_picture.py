@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows, mean_shares
 from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
@@ -111,9 +111,8 @@ def columns_of(shares: Shares) -> dict[str, str]:
     """Return which feature sets are drawn, and what they are called: simulators by name, and those of `COLUMNS`."""
     there = next(iter(next(iter(shares.values())).values()))["share"]
     simulators = [name for name in there if name not in {*COLUMNS, *NOT_DRAWN} and COPIES_LEARNT not in name]
-    return dict(zip(simulators, simulators, strict=True)) | {
-        name: words for name, (words, _) in COLUMNS.items() if name in there
-    }
+    others = {name: words for name, (words, _) in COLUMNS.items() if name in there}
+    return dict(zip(simulators, simulators, strict=True)) | others
 
 
 def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dict[bool, dict[str, KindShare]]:
@@ -138,13 +137,10 @@ def block_tops(shares: Shares) -> dict[bool, float]:
 
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     """Return what comes of it in two sentences, each a mean over functions."""
-    sentences = []
+    sentences, means = [], mean_shares(shares, list(columns))
     for name, words in ((USELESS, "useless objects"), (HARMLESS, "objects changed harmlessly")):
-        rows = [dict(mean_rows(kinds, list(columns))) for kinds in shares.values()]
-        means = [row[name]["share"] for row in rows if name in row]
-        if means:
-            means_told = [(column, np.mean([mean[key] for mean in means])) for key, column in columns.items()]
-            said = ", ".join(f"{column} {per_cent(mean)} %" for column, mean in means_told)
+        if not np.isnan(list(means[name].values())).all():
+            said = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
             sentences.append(f"Of {words} are still called useful by {said}.")
     return sentences
 
@@ -178,8 +174,7 @@ def draw_block(
     if block:
         axes.text(-LABELS / COLUMN, top - 0.4, TITLES[works], va="center", fontsize=8, fontweight="bold", color=GREY)
     for line, (kind, row) in enumerate(block.items()):
-        weight = "bold" if kind == MEAN else "normal"
-        at = {"va": "center_baseline", "fontsize": 8, "fontweight": weight}
+        at = {"va": "center_baseline", "fontsize": 8, "fontweight": "bold" if kind == MEAN else "normal"}
         axes.text(-0.15, top + line + 0.5, kind_words(function, kind), ha="right", color=INK, **at)
         for place, name in enumerate(columns):
             share = row["share"][name]

@@ -47,8 +47,8 @@ class Measured:
                         seconds=one.seconds, right=one.right)
                 for name, one in self.poses.items()
             ]
-        words = {"standing": "F of sound furniture", "keeping": "F of vessels"}[task]
-        scores: Mapping[str, StandScore | KeepScore] = self.standing if task == "standing" else self.keeping
+        told = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
+        words, scores = told[task]
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,

@@ -23,7 +23,7 @@ from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.method import CUBES, PROFILE_RADII
 from spherefunc_bullet.learning.validation import member_scores
 from spherefunc_bullet.scenes.recognition.judging import SMALLEST_RADII, value_for_size
-from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import Settled
 
 from ..evaluation.features import level_sizes, voxel_centers
@@ -100,7 +100,7 @@ def objects_learnt(
 
 def shape_record(cloud: Cloud, path: Path) -> ObjectRecord:
     """Return a cloud's shape, without spheres."""
-    return record_of(path, cloud, {})
+    return record_of(path, shape_of(cloud), {})
 
 
 def baselines(learnt: Learnt, model: FunctionModel) -> dict[str, Baseline]:

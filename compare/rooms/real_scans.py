@@ -46,9 +46,8 @@ def print_measured(measured: Measured):
     print_scans(measured.rows)
     print_functions(measured.readings)
     print_causes(measured.misses, measured.false_claims)
-    score = score_of(measured.readings.get(SPHERES, ()))
-    seen, claims = score.found + score.missed, score.found + score.false
-    print(f"all: {score.found} of {seen} found, {score.found} of {claims} claims true")
+    score = score_of(measured.readings.get(SPHERES, ())).row()
+    print(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
 def learnt_baselines(

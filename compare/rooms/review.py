@@ -55,10 +55,8 @@ def may_be_shown(path: Path) -> bool:
 def truth_marks(scan: Scan, room: Room, verdicts: Sequence[Verdict]) -> list[Mark]:
     """Return the boxes of all true objects with a function: green where found, red where missed, grey if uncounted."""
     marks = []
-    for verdict in verdicts:
+    for verdict in [verdict for verdict in verdicts if verdict.true is not None]:
         true = verdict.true
-        if true is None:
-            continue
         level, labelled = room.levelling.to_level, true.points is not None
         corners = bounding_box(level(scan.points[true.points])).corners if labelled else level(true.box.corners)
         colour = COLOURS.get(verdict.outcome, _APART)

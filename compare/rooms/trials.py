@@ -167,10 +167,7 @@ class Fold:
 
 
 def run_trial(
-    folds: Sequence[Fold],
-    trial: RoomTrial,
-    failed: Callable[[InputError], None],
-    jobs: int,
+    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None], jobs: int
 ) -> dict[Condition, ConditionCounts]:
     """Return the counts of each condition, over all rooms of all folds.
 

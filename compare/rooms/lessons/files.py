@@ -17,10 +17,9 @@ from spherefunc_bullet.formats.writing import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.settling.cache import packed as npz_bytes
-from spherefunc_bullet.settling.records import ObjectRecord
 from spherefunc_bullet.simulator import make_simulator
 
-from .lesson import Lesson, Sight, room_lessons
+from .lesson import Lesson, Sight, record_of, room_lessons
 
 FORMAT = 3  # of the files; another number, scanned anew
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
@@ -63,8 +62,7 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     """Write lessons as arrays, whole or not at all."""
     records = [one.record for one in lessons]
     arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "thing")}
-    shares = ("overlap", "shown")
-    arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in shares}
+    arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in ("overlap", "shown")}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
     arrays["beside"] = np.array([one.beside for one in lessons], float)
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
@@ -102,13 +100,10 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),
             beside=arrays["beside"][row],
-            record=ObjectRecord(
-                path=Path(str(name)),
-                size=arrays["size"][row],
-                voxels=voxels[row],
-                settled={radius: runs[row] for radius, runs in drops.items()},
-                seconds={},
-                drops={},
+            record=record_of(
+                Path(str(name)),
+                {"size": arrays["size"][row], "voxels": voxels[row]},
+                {radius: runs[row] for radius, runs in drops.items()},
             ),
         )
         for row, name in enumerate(arrays["name"])
