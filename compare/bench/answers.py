@@ -12,7 +12,6 @@ import resource
 import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -31,21 +30,11 @@ from spherefunc_bullet.settling.settling import settle
 
 OBJECTS = {"mug": "mug_01", "chair": "shell_chair_01", "sofa": "sofa_02"}
 IMPORT = "import spherefunc_bullet as sf; sf.load_cloud, sf.make_simulator, sf.load_model"
+STEPS = ("reading", "sampling", "simulation", "features", "scores")  # of one label
 
 
-@dataclass(frozen=True, kw_only=True)
-class LabelSteps:
-    """Milliseconds of the processor for each step of one label."""
-
-    reading: float
-    sampling: float
-    simulation: float
-    features: float
-    scores: float
-
-
-def label_steps(path: Path, model: FunctionClassifier) -> LabelSteps:
-    """Return what each step from a file to scores takes, one after the other."""
+def label_steps(path: Path, model: FunctionClassifier) -> list[float]:
+    """Return the milliseconds of the processor that each of `STEPS` takes, from a file to scores."""
     marks = [process_time()]
     read_geometry(path)
     marks.append(process_time())
@@ -58,9 +47,7 @@ def label_steps(path: Path, model: FunctionClassifier) -> LabelSteps:
     model.score_profiles(profiles)
     marks.append(process_time())
     reading, loading, *others = (1000 * np.diff(marks)).tolist()
-    simulation, features, scores = others
-    sampling = max(loading - reading, 0.0)
-    return LabelSteps(reading=reading, sampling=sampling, simulation=simulation, features=features, scores=scores)
+    return [reading, max(loading - reading, 0.0), *others]
 
 
 def processor_seconds(command: Sequence[str], cache: Path) -> float:
@@ -84,30 +71,25 @@ def print_processes(mug: Path):
 
 def print_labels(backend: str, paths: dict[str, Path], repeats: int):
     """Print the milliseconds of each step of a label in a process that is up, the median of some times."""
-    model, rows, names = load_model(shipped_model(backend)), [], [field.name for field in fields(LabelSteps)]
+    model, rows = load_model(shipped_model(backend)), []
     # The first round compiles and loads what is to be timed; in turn, since an object asked again is told by heart.
     rounds = [[label_steps(path, model) for path in paths.values()] for _ in range(1 + repeats)][1:]
     for (title, path), steps in zip(paths.items(), zip(*rounds, strict=True), strict=True):
-        medians = [float(np.median([getattr(step, name) for step in steps])) for name in names]
+        medians = np.median(steps, axis=0)
         rows.append([f"{title} ({path.stem})", *(f"{value:.1f}" for value in medians), f"{sum(medians):.1f}"])
-    print_table(f"\nA label by {backend} in a process that is up, ms of the processor", ["object", *names, "all"], rows)
+    print_table(f"\nA label by {backend} in a process that is up, ms of the processor", ["object", *STEPS, "all"], rows)
 
 
-def print_answers(backend: str = "fast", repeats: int = 5):
-    """Print both tables."""
+def print_answers(
+    backend: Annotated[str, typer.Option(help="Whose model, one that ships, is asked.")] = "fast",
+    repeats: Annotated[int, typer.Option(min=1, help="Of each label.")] = 5,
+):
+    """Print what an answer costs."""
     folder = built_catalogue("household").parent
     paths = {title: folder / f"{name}.ply" for title, name in OBJECTS.items()}
     print_processes(paths["mug"])
     print_labels(backend, paths, repeats)
 
 
-def main(
-    backend: Annotated[str, typer.Option(help="Whose model, one that ships, is asked.")] = "fast",
-    repeats: Annotated[int, typer.Option(min=1, help="Of each label.")] = 5,
-):
-    """Print what an answer costs."""
-    print_answers(backend, repeats)
-
-
 if __name__ == "__main__":
-    run(lambda: typer.run(main))
+    run(lambda: typer.run(print_answers))

@@ -15,7 +15,7 @@ from sklearn.metrics import f1_score
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, print_table, run
-from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
 from spherefunc_bullet.settling.drops import settled_rows
 from spherefunc_bullet.settling.records import Dropping
@@ -45,14 +45,10 @@ def told(simulated: Simulated) -> dict[str, float]:
     return {name: float(f1_score(true[:, k], said[:, k], zero_division=0.0)) for k, name in enumerate(labels.functions)}
 
 
-def some_of(dataset: Dataset, count: int) -> Dataset:
-    """Return so many objects, evenly chosen, so in the data set's proportions."""
-    return replace(dataset, objects=evenly(dataset.objects, count))
-
-
 def print_backends(data: str, backends: Sequence[str], count: int):
     """Print one row for each backend."""
-    some, rows, functions = some_of(open_dataset(data), count), [], []
+    dataset, rows, functions = open_dataset(data), [], []
+    some = replace(dataset, objects=evenly(dataset.objects, count))  # so in the data set's proportions
     for backend in backends:
         dropping = Dropping(simulator=backend, radii=PROFILE_RADII, length=METHODS[PROFILE].length)
         row, f_measures = table_row(backend, simulate_dataset(some, dropping, jobs=1, failed=Failures().add))

@@ -13,6 +13,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from spherefunc_bullet.batch.batch import Batch, Outcomes, run_batch
@@ -97,11 +98,8 @@ def main():
     if given.processor_time:
         print_processor_time(title, dataset, dropping, given.rounds)
         return
-    loops, one, two = [], [], []
-    for _ in range(given.rounds):
-        loops.append(plain_loop(dataset, dropping))
-        one.append(batch_seconds(dataset, dropping, 1))
-        two.append(batch_seconds(dataset, dropping, 2))
+    ways = [plain_loop, partial(batch_seconds, jobs=1), partial(batch_seconds, jobs=2)]
+    loops, one, two = zip(*[[way(dataset, dropping) for way in ways] for _ in range(given.rounds)], strict=True)
     loop, simulated = min(loops)
     (whole, steady), (whole_two, steady_two) = (map(min, zip(*pairs, strict=True)) for pairs in (one, two))
     rows = [["plain loop", f"{loop:.2f}", f"{simulated:.2f}"], ["batch, 1 process", f"{whole:.2f}", f"{steady:.2f}"]]

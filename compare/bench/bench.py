@@ -128,13 +128,6 @@ class BackendBench:
     stages: list[StageTiming]
     growth: Growth | None
 
-    def print(self, backend: str):
-        """Print its tables."""
-        print_timings(self.simulation, backend)
-        print_stages(self.stages, backend)
-        if self.growth is not None:
-            print_growth(self.growth, backend)
-
 
 def measure(chosen: list[Case], backend: str, repeats: int) -> BackendBench:
     """Measure one backend, each object in a process of its own."""
@@ -168,11 +161,13 @@ def main():
             measured[backend] = measure(chosen, backend, repeats)
     if options.json:
         backends = {name: asdict(of_backend) for name, of_backend in measured.items()}
-        about = {"machine": machine(), "repeats": repeats, "backends": backends}
-        print_json(about)
+        print_json({"machine": machine(), "repeats": repeats, "backends": backends})
         return
     for name, of_backend in measured.items():
-        of_backend.print(name)
+        print_timings(of_backend.simulation, name)
+        print_stages(of_backend.stages, name)
+        if of_backend.growth is not None:
+            print_growth(of_backend.growth, name)
     if options.file is None:
         print_answers()
     print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.batch.ledger import Ledger
@@ -20,8 +20,7 @@ COLLECTIONS = {"ShapeNet": 51_300, "Objaverse": 800_000, "ten million": 10_000_0
 CORES = (1, 64, 4096)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Cost:
+class Cost(NamedTuple):
     """What one radius of one backend cost in a run, an object on average."""
 
     backend: str
@@ -36,8 +35,7 @@ def costs(ledger: Ledger) -> list[Cost]:
     """Return the mean costs by backend and radius, of the runs that were done."""
     sql = """SELECT backend, radius, count(*), avg(seconds), avg(bytes), avg(drops)
         FROM runs JOIN ways USING (way) WHERE outcome = 'done' GROUP BY backend, radius ORDER BY backend, radius"""
-    names = ("backend", "radius", "objects", "seconds", "bytes", "drops")
-    return [Cost(**dict(zip(names, row, strict=True))) for row in ledger.query(sql)]
+    return [Cost(*row) for row in ledger.query(sql)]
 
 
 def bytes_per_row(ledger: Ledger) -> float:

@@ -49,10 +49,8 @@ class NaiveRun:
     seconds: float
 
 
-def run_naively(
-    path: Path, radius: float, seconds: float, miss_limit: int = 50, most: int | None = None, seed: int = 0
-) -> NaiveRun:
-    """Drop spheres of a radius in metres on a mesh until the miss limit, or until so many seconds or drops are over.
+def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRun:
+    """Drop spheres of a radius in metres on a mesh until so many seconds or drops are over.
 
     For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
     """
@@ -67,17 +65,15 @@ def run_naively(
     add_object(client, vertices, geometry.faces)
     sphere = client.createCollisionShape(p.GEOM_SPHERE, radius=radius)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    columns, top = np.random.default_rng(seed), high[2]
-    drops, misses, centers, settled = 0, 0, [], []  # misses in a row
+    columns, top = np.random.default_rng(0), high[2]
+    drops, centers, settled = 0, [], []
     started, spent = time.perf_counter(), 0.0
-    while misses < miss_limit and spent < seconds and drops != most:
+    while spent < seconds and drops < most:
         x, y = columns.uniform(low[:2], high[:2])
         center = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
         drops += 1
-        if center is None:
-            misses += 1
-        else:
-            misses, top = 0, max(top, center[2] + radius)
+        if center is not None:
+            top = max(top, center[2] + radius)
             centers.append(center)
             settled.append(client.getBodyUniqueId(client.getNumBodies() - 1))
         spent = time.perf_counter() - started

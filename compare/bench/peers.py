@@ -84,7 +84,7 @@ def backend_run(path: Path, name: str, drops: int) -> PeerRun | None:
 
 def naive_run(path: Path, drops: int) -> PeerRun:
     """Return what came of the naive script's spheres."""
-    naive = run_naively(path, RADIUS, NAIVE_SECONDS, miss_limit=drops, most=drops)
+    naive = run_naively(path, RADIUS, NAIVE_SECONDS, drops)
     moved = np.linalg.norm(naive.ends - naive.centers, axis=1).max(initial=0.0) / RADIUS
     return replace(measured("naive PyBullet script", path, naive.centers, naive.drops, naive.seconds), moved=moved)
 

@@ -107,9 +107,8 @@ def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     from ..comparison.experiment import BACKENDS, COPIED, Experiment, parse_radii, read_methods
     from ..machine import usable_backends
 
-    values = {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
-    plain = ("trials", "repeated", "copied", "task_objects", "up", "units")
-    values |= {name: given[name] for name in plain if name in given}
+    values = {name: value for name, value in given.items() if name not in ("tasks", "seed", "radii")}
+    values |= {name: names(name, given[name]) for name in ("backends", "shapes", "methods") if name in given}
     read_methods(list(values.get("methods", [PROFILE])))
     if "tasks" in given:
         values["tasks"] = asked_tasks(given["tasks"])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
-    from ..evaluation.impaired import Shares
     from ..mechanics.measures import Measured
 
 
@@ -66,16 +65,19 @@ def evaluate(
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
+    from ..evaluation.alternatives import print_alternatives
+    from ..evaluation.impaired import impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
+    from ..figures.impaired_picture import draw_impaired
     from ..mechanics.measures import task_reports
+    from .compare import asked_tasks
     from .mechanics import print_measured
 
     require_sensible(data, test, impaired, alternatives, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
-    others = asked_besides_labels(tasks)
-    chosen = find_method(method)
+    asked, chosen = asked_tasks(tasks), find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
     dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
     lengths = dropping.radii
@@ -86,7 +88,7 @@ def evaluate(
 
     learnt = simulated(dataset)
     if alternatives:
-        print_read_otherwise(learnt, dropping, lambda how: simulated(dataset, how), trials, json)
+        print_alternatives(learnt, dropping, lambda how: simulated(dataset, how), trials, json)
         failures.exit()
         return
     if test is not None:
@@ -98,13 +100,10 @@ def evaluate(
     about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
-        from ..evaluation.impaired import impaired_shares
-
-        shares = impaired_shares(
-            learnt, dataset, dropping, lengths, chosen, copied=copied, jobs=jobs, failed=failures.add
-        )
-        draw_shares(shares, picture)
-    mechanics = measured_tasks(dataset, dropping, others, task_objects) if others else None
+        shares = impaired_shares(learnt, dataset, dropping, chosen, copied=copied, jobs=jobs, failed=failures.add)
+        if picture is not None:
+            draw_impaired(shares, picture)
+    mechanics = measured_tasks(dataset, dropping, asked, task_objects)
     print_results(about, results, json, shares, confusion, None if mechanics is None else task_reports(mechanics))
     if mechanics is not None and not json:
         print_measured(mechanics)
@@ -125,40 +124,10 @@ def require_sensible(data: list[str], test: str | None, impaired: bool, alternat
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
 
 
-def print_read_otherwise(
-    learnt: Simulated, dropping: Dropping, simulated: Callable[[Dropping], Simulated], trials: int, json: bool
-):
-    """Print what the paper leaves open, read one way and another."""
-    from spherefunc_bullet.simulator import sphere_limit
-
-    from ..evaluation.alternatives import dropped_otherwise, print_alternatives
-
-    dropped = dropped_otherwise(dropping, simulated)
-    limit = sphere_limit(dropping.simulator)
-    print_alternatives(learnt, dropping.radii, trials, dropping.seed, json, limit, dropped)
-
-
-def draw_shares(shares: Shares, picture: Path | None):
-    """Draw what still works and what is told, where a picture is asked for."""
-    if picture is not None:
-        from ..figures.impaired_picture import draw_impaired
-
-        draw_impaired(shares, picture)
-
-
-def asked_besides_labels(text: str) -> list[str]:
-    """Return the tasks besides labels, which are measured in any case."""
+def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> Measured | None:
+    """Return what the backend does of the tasks besides labels; None where there are none."""
     from ..comparison.experiment import LABELS
-    from .compare import asked_tasks
-
-    return [name for name in asked_tasks(text) if name != LABELS]
-
-
-def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: list[str], count: int) -> Measured:
-    """Return what the backend does of the tasks besides labels."""
-    from spherefunc_bullet.learning.model_file import load_model, shipped_model
-
     from ..mechanics.measures import measured
 
-    simulators, ranks = {dropping.simulator.name: dropping.simulator}, load_model(shipped_model("fast"))
-    return measured(dataset.objects, simulators, tasks, count, ranks, dropping.loading)
+    others, simulators = [name for name in tasks if name != LABELS], {dropping.simulator.name: dropping.simulator}
+    return measured(dataset.objects, simulators, others, count, None, dropping.loading) if others else None

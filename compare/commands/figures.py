@@ -116,7 +116,7 @@ def configuration(data: EvaluatedData, left_out: int) -> dict[str, Any]:
         "backend": simulator.name,
         "backend_version": simulator.version,
         "backend_options": simulator.options(),
-        "method": data.method.name,
+        "method": data.evaluation.method.name,
         "radii": data.radii,
         "seed": data.protocol.seed,
         "trials": data.protocol.trials,

@@ -67,8 +67,8 @@ def print_pose_scores(scores: list[PoseScore]):
     head = ["poses", "objects", "upright found", "best for its function", "likeliest", "poses each", "median s"]
     print_table("Objects turned at random: the pose in which they are used", head, rows)
     for one in scores:
-        if one.missed:
-            print(f"{one.backend}, not the best: {', '.join(one.missed)}")
+        if missed := [name for name, right in one.right.items() if not right]:
+            print(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
@@ -93,12 +93,9 @@ def print_stand_scores(scores: list[StandScore], same: Agreement | None):
 def print_keep_scores(scores: list[KeepScore]):
     """Print how well vessels are told by what they keep."""
     for one in scores:
-        rows = [
-            ["vessels", *(f"{share:.2f}" for share in one.vessels)],
-            ["plates, trays, shelves, tables", *(f"{share:.2f}" for share in one.others)],
-            *([f"vessels, {holed.kind.replace('_', ' ')} %", *(f"{share:.2f}" for share in holed.kept)]
-              for holed in one.holed),
-        ]
+        curves = {"vessels": one.vessels, "plates, trays, shelves, tables": one.others}
+        curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in one.holed}
+        rows = [[what, *(f"{share:.2f}" for share in curve)] for what, curve in curves.items()]
         head = ["mean share kept at", *(f"{angle:g}°" for angle in one.angles_deg)]
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
         for holed in one.holed:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed
-from spherefunc_bullet.console import Failures, print_json, print_table, progress
+from spherefunc_bullet.console import Failures, print_json, print_table
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length, parse_lengths
 
@@ -30,7 +30,6 @@ def rooms(
     lived_in: Annotated[
         str | None,
         typer.Option(
-            "--lived-in",
             help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, "
             "stacks, shelves, beds, sills, gaps, piles, clutter.",
         ),
@@ -87,13 +86,14 @@ def rooms(
     training = Training(
         simulator=make_simulator(backend),
         radii=find_method(method).radii if radii is None else parse_lengths(radii),
+        length=find_method(method).length,
         examples=examples,
         completion=steps,
         method=method,
         seed=seed,
     )
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
-    counts = run_trial(folds, trial, failures.add, lambda rooms: progress(rooms, count, "scanning rooms"), jobs)
+    counts = run_trial(folds, trial, failures.add, jobs)
     learnt = str(model) if model else f"the other half, {examples}"
     about = head_of(trial, dataset.name, learnt, make_simulator(folds[0].model.simulator).name)
     show(about, [total.row(condition) for condition, total in counts.items()], report, json)

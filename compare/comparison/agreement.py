@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import norm
 
 from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.simulator import sphere_limit
@@ -55,16 +56,15 @@ def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgr
     histograms = four_histograms(first, second, radius)
     a, again_a, b, again_b = histograms
     between = np.sqrt(np.mean([apart(x, y) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
-    seeds = [apart(a, again_a), apart(b, again_b)]
-    within = np.sqrt(np.mean(np.square(seeds), axis=0))
-    names = [first.name, second.name]
+    seeds = {first.name: apart(a, again_a), second.name: apart(b, again_b)}
+    within = np.sqrt(np.mean(np.square(list(seeds.values())), axis=0))
     return {
         "radius": radius,
         "ratio": median_ratio(between, within),
-        "ratio_to": {name: median_ratio(between, own) for name, own in zip(names, seeds, strict=True)},
+        "ratio_to": {name: median_ratio(between, own) for name, own in seeds.items()},
         "between": median(between),
-        "within": {name: median(own) for name, own in zip(names, seeds, strict=True)},
-        "norm": median(np.sqrt(np.mean([norms(histogram) ** 2 for histogram in histograms], axis=0))),
+        "within": {name: median(own) for name, own in seeds.items()},
+        "norm": median(np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))),
         "objects": int(np.sum((between > 0) | (within > 0))),
     }
 
@@ -87,12 +87,7 @@ def four_histograms(first: Entry, second: Entry, radius: float) -> list[sparse.c
 
 def apart(first: sparse.csr_matrix, second: sparse.csr_matrix) -> np.ndarray:
     """Return the distance (N,) between the rows of two matrices."""
-    return norms(first - second)
-
-
-def norms(matrix: sparse.csr_matrix) -> np.ndarray:
-    """Return the Euclidean norm (N,) of each row."""
-    return np.sqrt(np.asarray(matrix.multiply(matrix).sum(axis=1)).ravel())
+    return norm(first - second, axis=1)
 
 
 def median_ratio(above: np.ndarray, below: np.ndarray) -> float | None:

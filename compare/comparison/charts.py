@@ -101,9 +101,8 @@ def draw_mark(axes: Axes, mark: Mark):
     style = {"color": look(mark.backend)["color"], "linestyle": "none", "clip_on": False}
     if not mark.label:
         spread = None if mark.spread is None else [[mark.spread], [min(mark.spread, 1 - mark.f_measure)]]
-        shape = look(mark.backend)["marker"]
-        style |= {"markersize": 9, "capsize": 2.5, "zorder": 4}
-        axes.errorbar(mark.seconds, mark.f_measure, spread, marker=shape, **style)
+        style |= {"marker": look(mark.backend)["marker"], "markersize": 9, "capsize": 2.5, "zorder": 4}
+        axes.errorbar(mark.seconds, mark.f_measure, spread, **style)
         return
     axes.plot(mark.seconds, mark.f_measure, "o", markersize=11, markerfacecolor="white", zorder=3, **style)
     at = {"ha": "center", "va": "center_baseline", "fontsize": 6.5 if len(mark.label) < 3 else 5}

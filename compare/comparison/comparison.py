@@ -75,17 +75,13 @@ def compare_entries(
 
 def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dataset) -> Tasks | None:
     """Return what backends do of the tasks besides labels; None where none is asked. Shapes do not matter to them."""
-    from spherefunc_bullet.learning.model_file import load_model, shipped_model
 
     tasks = [name for name in experiment.tasks if name != LABELS]
     if not tasks:
         return None
     simulators = {one.backend: one.simulator for one in reversed(compared)}
     simulators = {one.backend: simulators[one.backend] for one in compared}
-    ranks = load_model(shipped_model("fast"))
-    return task_reports(
-        measured(dataset.objects, simulators, tasks, experiment.task_objects, ranks, experiment.loading)
-    )
+    return task_reports(measured(dataset.objects, simulators, tasks, experiment.task_objects, None, experiment.loading))
 
 
 def feature_report(evaluation: Evaluation) -> FeatureReport:
@@ -102,23 +98,20 @@ def backend_report(entry: Entry, quality: FeatureReport, by_radius: Mapping[floa
     """Return everything of one simulator."""
     memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
     simulator = entry.candidate.simulator
-    return (
-        quality
-        | entry.runs.timing()
-        | {
-            "settled_share": entry.runs.settled_share,
-            "peak_memory": max(memory, default=None),
-            "peak_memory_runs": len(memory),
-            "failed": len(entry.failed),
-            "reasons": list(entry.failed),
-            "radii": list(entry.radii),
-            "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
-            "backend": entry.candidate.backend,
-            "version": simulator.version,
-            "options": simulator.options(),
-            "sphere_limit": sphere_limit(simulator),
-        }
-    )
+    own = {
+        "settled_share": entry.runs.settled_share,
+        "peak_memory": max(memory, default=None),
+        "peak_memory_runs": len(memory),
+        "failed": len(entry.failed),
+        "reasons": list(entry.failed),
+        "radii": list(entry.radii),
+        "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
+        "backend": entry.candidate.backend,
+        "version": simulator.version,
+        "options": simulator.options(),
+        "sphere_limit": sphere_limit(simulator),
+    }
+    return quality | entry.runs.timing() | own
 
 
 def radius_report(radius: float, runs: Runs, alone: Evaluation) -> RadiusReport:

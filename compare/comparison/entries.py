@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import Dropping, ObjectRecord
+from spherefunc_bullet.settling.records import ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of
@@ -92,20 +93,14 @@ class Complaints:
 
     failures: Failures
     consequence: str
-    known: set[str] = field(default_factory=set)
     of: dict[str, list[str]] = field(default_factory=dict)
 
-    def by(self, name: str) -> Callable[[InputError], None]:
-        """Return what takes one simulator's failures."""
-
-        def failed(error: InputError):
-            """Keep a failure, and say it unless another simulator's was the same."""
-            self.of.setdefault(name, []).append(str(error))
-            if str(error) not in self.known:
-                self.known.add(str(error))
-                self.failures.add(InputError(f"{error} ({name}; {self.consequence})"))
-
-        return failed
+    def add(self, name: str, error: InputError):
+        """Keep a simulator's failure, and say it unless another simulator's was the same."""
+        known = any(str(error) in said for said in self.of.values())
+        self.of.setdefault(name, []).append(str(error))
+        if not known:
+            self.failures.add(InputError(f"{error} ({name}; {self.consequence})"))
 
 
 def simulate_candidates(
@@ -127,8 +122,7 @@ def simulate_candidates(
         If too few objects are left to split, or all of one label.
     """
     complaints = Complaints(failures=failures, consequence="left out of every backend")
-    options = {"experiment": experiment, "jobs": jobs, "run": run}
-    first = drop_all(candidates, dataset, complaints, seed=experiment.seeds[0], **options)
+    first = drop_all(candidates, dataset, complaints, jobs, run)
     require_splittable(dataset.name, first[0].objects, " that every backend can simulate")
     if len(candidates) == 1:  # nobody to agree with
         again = [subset(first[0], ())]
@@ -136,7 +130,8 @@ def simulate_candidates(
         chosen = evenly(first[0].objects, repeated_count(first, experiment.repeated))
         say(f"seed {experiment.seeds[1]}, for the agreement: {len(chosen)} of {len(first[0].objects)} objects")
         fewer = Complaints(failures=failures, consequence="left out of the agreement of histograms")
-        again = drop_all(candidates, replace(dataset, objects=chosen), fewer, seed=experiment.seeds[1], **options)
+        reseeded = [replace(candidate, seed=experiment.seeds[1]) for candidate in candidates]
+        again = drop_all(reseeded, replace(dataset, objects=chosen), fewer, jobs, run)
     kept = {item.path for item in first[0].objects}
     return Comparison(
         entries=tuple(
@@ -148,36 +143,18 @@ def simulate_candidates(
 
 
 def drop_all(
-    candidates: Sequence[Candidate],
-    dataset: Dataset,
-    complaints: Complaints,
-    *,
-    seed: int,
-    experiment: Experiment,
-    **options: Any,
+    candidates: Sequence[Candidate], dataset: Dataset, complaints: Complaints, jobs: int, run: Path | None
 ) -> list[Simulated]:
     """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
     done = []
     for candidate in candidates:
-        failed = complaints.by(candidate.name)
+        failed = partial(complaints.add, candidate.name)
         try:
-            dropping = dropping_of(candidate, experiment, seed)
-            done.append(simulate_dataset(dataset, dropping, failed=failed, **options))
+            done.append(simulate_dataset(dataset, candidate, failed=failed, jobs=jobs, run=run))
         except InputError as error:
             raise InputError(f"{candidate.name}: {error}") from error
     paths = set.intersection(*({item.path for item in simulated.objects} for simulated in done))
     return [subset(simulated, paths) for simulated in done]
-
-
-def dropping_of(candidate: Candidate, experiment: Experiment, seed: int) -> Dropping:
-    """Return how spheres are dropped by one simulator."""
-    return Dropping(
-        simulator=candidate.simulator,
-        radii=candidate.radii,
-        seed=seed,
-        loading=experiment.loading,
-        length=experiment.length,
-    )
 
 
 def require_splittable(name: str, objects: Sequence[DatasetObject], which: str = ""):

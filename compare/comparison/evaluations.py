@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,7 +18,7 @@ from ..evaluation.impaired import Shares, impaired_shares
 from ..evaluation.profiled import evaluations, spheres_profiled
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, shapes_read
-from .entries import Comparison, Entry, dropped_twice, dropping_of
+from .entries import Comparison, Entry, dropped_twice
 from .experiment import Experiment
 
 ALWAYS_NO = "always_no"
@@ -45,18 +46,10 @@ def shares_of_copies(
 ) -> Shares:
     """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
     shares: Shares = {}
+    method = find_method(experiment.methods[0])
+    how = {"copied": experiment.copied, "jobs": jobs, "failed": failures.add}
     for entry in comparison.entries:
-        copies = impaired_shares(
-            entry.simulated,
-            dataset,
-            dropping_of(entry.candidate, experiment, experiment.seeds[0]),
-            entry.radii,
-            find_method(experiment.methods[0]),
-            copied=experiment.copied,
-            baselines=not shares,
-            jobs=jobs,
-            failed=failures.add,
-        )
+        copies = impaired_shares(entry.simulated, dataset, entry.candidate, method, baselines=not shares, **how)
         add_shares(shares, copies, entry.name)
     return shares
 
@@ -65,10 +58,7 @@ def add_shares(shares: Shares, copies: Shares, name: str):
     """Add what one simulator's spheres say of copies, under its name, and of baselines what there is."""
     for function, kinds in copies.items():
         for kind, row in kinds.items():
-            said = {
-                name + key.removeprefix(SPHERES) if key.startswith(SPHERES) else key: value
-                for key, value in row["share"].items()
-            }
+            said = {re.sub(f"^{SPHERES}", name, key): value for key, value in row["share"].items()}
             known = shares.setdefault(function, {}).setdefault(kind, row | {"share": {}})
             known["share"] |= said
 
@@ -77,8 +67,8 @@ def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Spli
     """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
     if not isinstance(method, Method):
         return evaluate_profiles(entry, labels, splits)
-    distances = sphere_distances(entry.simulated, entry.radii, method)
-    again = distances_again(entry.simulated, entry.again, entry.radii, method) if entry.again.objects else None
+    distances, twice = sphere_distances(entry.simulated, entry.radii, method), dropped_twice(entry)
+    again = distances_again(entry.simulated, twice, entry.radii, method) if twice else None
     return evaluate(distances, labels, method, splits, again=again, each_radius=True)
 
 

@@ -15,8 +15,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
 from spherefunc_bullet.settling.drops import LIMITED, Length
-from spherefunc_bullet.settling.records import Loading
-from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.settling.records import Dropping, Loading
+from spherefunc_bullet.simulator import make_simulator
 
 from ..mechanics.measures import TASKS, read_tasks
 
@@ -29,13 +29,11 @@ Kind = TypeVar("Kind")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """One simulator in the comparison."""
+class Candidate(Dropping):
+    """One simulator in the comparison, and how it drops spheres."""
 
     name: str  # in the tables: the backend, and its shape where several are compared
     backend: str
-    simulator: Simulator
-    radii: tuple[float, ...]  # metres, ascending
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,11 +64,6 @@ class Experiment:
         """How long runs are: all methods read the same spheres."""
         return find_method(PROFILE).length if PROFILE in self.methods else LIMITED
 
-    @property
-    def usual_radii(self) -> tuple[float, ...]:
-        """Where nobody says otherwise, metres."""
-        return PROFILE_RADII if PROFILE in self.methods else CUBES_RADII
-
 
 def candidates(experiment: Experiment) -> list[Candidate]:
     """Return the simulators that an experiment compares.
@@ -81,33 +74,32 @@ def candidates(experiment: Experiment) -> list[Candidate]:
         If a backend is unknown or not installed, or something is given for one that is not compared or has no use
         for it.
     """
-    made = [triple for backend in experiment.backends for triple in simulators(experiment, backend)]
-    names = {name for triple in made for name in triple[:2]}
+    made = [one for backend in experiment.backends for one in shapes_of(experiment, backend)]
+    names = {name for one in made for name in (one.name, one.backend)}
     for what, keys in (("radii", set(experiment.radii) - {ALL}), ("options", set(experiment.options))):
         if unknown := sorted(keys - names):
             raise InputError(f"{what}: expected some of {', '.join(sorted(names))}; got {', '.join(unknown)}")
-    if experiment.shapes and not any("shape" in simulator.options() for _, _, simulator in made):
+    if experiment.shapes and not any("shape" in one.simulator.options() for one in made):
         raise InputError(f"shapes: none of {', '.join(experiment.backends)} has the option shape")
-    radii = {ALL: experiment.usual_radii} | dict(experiment.radii)
-    return [
-        Candidate(
-            name=name, backend=backend, simulator=simulator, radii=radii.get(name) or radii.get(backend) or radii[ALL]
-        )
-        for name, backend, simulator in made
-    ]
+    return made
 
 
-def simulators(experiment: Experiment, backend: str) -> list[tuple[str, str, Simulator]]:
-    """Return name, backend and simulator for each shape of a backend, or once for one without shapes."""
+def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
+    """Return a backend with each shape, or once where it has no shapes."""
     options = experiment.options.get(backend, {})
-    plain = make_simulator(backend, **options)
-    if not experiment.shapes or "shape" not in plain.options():
-        return [(backend, backend, plain)]
+    usual = PROFILE_RADII if PROFILE in experiment.methods else CUBES_RADII
+    radii = {ALL: usual} | dict(experiment.radii)
+    how = {"seed": experiment.seeds[0], "loading": experiment.loading, "length": experiment.length}
+
+    def named(name: str, **shape: str) -> Candidate:
+        simulator, own = make_simulator(backend, **options | shape), radii.get(name) or radii.get(backend) or radii[ALL]
+        return Candidate(name=name, backend=backend, simulator=simulator, radii=own, **how)
+
+    plain = named(backend)
+    if not experiment.shapes or "shape" not in plain.simulator.options():
+        return [plain]
     several = len(experiment.shapes) > 1
-    return [
-        (f"{backend} {shape}" if several else backend, backend, make_simulator(backend, **options | {"shape": shape}))
-        for shape in experiment.shapes
-    ]
+    return [named(f"{backend} {shape}" if several else backend, shape=shape) for shape in experiment.shapes]
 
 
 def parse_radii(texts: Sequence[str]) -> dict[str, tuple[float, ...]]:

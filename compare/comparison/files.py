@@ -10,20 +10,18 @@ from PIL import Image
 from spherefunc_bullet.console import say
 from spherefunc_bullet.formats.writing import write_text
 
+from .charts import accuracy_chart, cost_chart
 from .entries import Comparison
-from .experiment import Experiment
+from .experiment import Experiment, as_toml
+from .page import comparison_page
 from .report import Report
+from .tables import markdown
 
 IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
 
 
 def write_report(folder: Path, report: Report, comparison: Comparison, experiment: Experiment):
     """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
-    from .charts import accuracy_chart, cost_chart
-    from .experiment import as_toml
-    from .page import comparison_page
-    from .tables import markdown
-
     picture = Image.open(folder / IMPAIRED).convert("RGB") if "impaired" in report else None
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
     files = {

@@ -16,6 +16,7 @@ from spherefunc_bullet.viewer.page import display_html, table_html
 
 from ..machine import options_text
 from ..pages.html import drawing, image, report_page
+from . import tables
 from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Display, clearest, disagreements, displays_of
 from .entries import Comparison
@@ -23,17 +24,6 @@ from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
 from .significance import COARSE, enumeration
-from .tables import (
-    Table,
-    copies_table,
-    cost_table,
-    histogram_table,
-    keeping_table,
-    label_table,
-    quality_table,
-    radius_table,
-    task_table,
-)
 
 LONGEST = 60  # disagreements in the list; all are in report.json
 
@@ -88,31 +78,31 @@ def copies_section(report: Report, copies: Image) -> str:
 function were spoilt so that they no longer work, or changed in a way that does not matter. Nobody had learnt the
 object, nor a spoilt one. The picture shows how many are still called by their function.</p>
 {image(copies, "Share of useless and harmless copies still called by their function")}
-<details><summary>The numbers, kind by kind</summary>{html_table(copies_table(report))}</details></section>"""
+<details><summary>The numbers, kind by kind</summary>{html_table(tables.copies_table(report))}</details></section>"""
 
 
 def tasks_section(report: Report) -> str:
     """Return what backends do of the tasks besides labels, and what fidelity buys at each."""
     said = "".join(f"<li>{escape(task['says'])}</li>" for task in report["tasks"].values())
-    kept = keeping_table(report)
+    kept = tables.keeping_table(report)
     curves = html_table(kept) if kept.rows else ""
     return f"""<section><h2>What else rigid bodies tell</h2><p>Here the object itself may move: in which poses it can
 lie (is the one in which it is used ranked first by its function?), whether furniture stands and carries its load,
 beside copies with a leg sawn off or cut askew, and what a vessel keeps when it is tilted, beside plates, shelves and
 tables. Where the statistics cannot tell two simulators apart (sign test, 5 %), they count as level.</p><ul>{said}</ul>
-{html_table(task_table(report))}{curves}</section>"""
+{html_table(tables.task_table(report))}{curves}</section>"""
 
 
 def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:
     """Return F-measures against seconds, and in words where spheres are not worth their time."""
     behind = [row.function for row in chosen if row.baseline_f >= row.f_measure]
     beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is not beaten."
-    words = beaten if behind else ""
+    words, table = beaten if behind else "", html_table(tables.radius_table(report))
     return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
 together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres.
 Nothing beats what lies on the grey line in both.{escape(words)}</p>
 {drawing(accuracy_chart(report), "F-measure against seconds per object, one panel per function")}
-<details><summary>The numbers: each radius alone</summary>{html_table(radius_table(report))}</details></section>"""
+<details><summary>The numbers: each radius alone</summary>{table}</details></section>"""
 
 
 def cost_section(report: Report, comparison: Comparison) -> str:
@@ -125,7 +115,7 @@ number of spheres gets slower as it fills. {escape(report["timing"])}</p></div>"
     if len(drops - {0}) == 1:  # all runs are of as many drops: nothing to draw against
         chart = f"<p>Each run is of {max(drops)} drops. {escape(report['timing'])}</p>"
     return f"""<section><h2>What it costs</h2>{chart}
-{html_table(cost_table(report))}
+{html_table(tables.cost_table(report))}
 <p class="note">Times of the median object and of the 95th percentile are over all radii. Peak memory is that of one
 whole process with interpreter and libraries.</p></section>"""
 
@@ -135,13 +125,13 @@ def agreement_section(report: Report) -> str:
     return f"""<section><h2>Do they agree?</h2><p>Each object is judged with all others learnt. <b>Same label</b>: the
 share of objects of which both say the same; the share for two seeds of one simulator says how much of the rest is
 chance. <b>Right alone</b>: objects that only the first, or only the second, has right.</p>
-{html_table(label_table(report))}
+{html_table(tables.label_table(report))}
 <p>How far their histograms lie apart, beside two seeds of one simulator: a ratio of 1 would mean that changing the
 simulator is no more than changing the seed. <b>Settled</b>: the share of all spheres dropped; a run that ends at its
 limit of settled spheres lacks the last ones, which miss. <b>Apart</b>: how far the two simulators' histograms of one
 object lie from each other, the square root of the summed squares of the differences of their cubes' counts, in spheres;
 <b>two seeds apart</b>: the same for two seeds of each simulator; <b>norm</b>: that length of a histogram itself, beside
-which the others are to be seen.</p>{html_table(histogram_table(report))}</section>"""
+which the others are to be seen.</p>{html_table(tables.histogram_table(report))}</section>"""
 
 
 def disagreement_section(report: Report, comparison: Comparison, experiment: Experiment) -> str:
@@ -149,11 +139,9 @@ def disagreement_section(report: Report, comparison: Comparison, experiment: Exp
     cases = disagreements(report["per_object"])
     differ = [case for case in cases if case.labels_differ]
     displays = displays_of(comparison, clearest(differ or cases), experiment.loading)
-    lead = (
-        f"They differ about {len(differ)} of {report['objects']} objects."
-        if differ
-        else "They give every object the same labels; these are the largest differences of scores."
-    )
+    lead = f"They differ about {len(differ)} of {report['objects']} objects."
+    if not differ:
+        lead = "They give every object the same labels; these are the largest differences of scores."
     parts = "\n".join(display_part(case, display, report) for case, display in displays)
     return f"""<section><h2>Where they disagree</h2><p>{lead} Below, {len(displays)} of the clearest, with the spheres
 of each simulator. Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>{parts}
@@ -184,13 +172,12 @@ def listing(differ: Sequence[Disagreement], report: Report) -> str:
     """Return all objects of which simulators say different things, as a table to open."""
     if not differ:
         return ""
+
+    def said(scores: dict[str, float]) -> str:
+        return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"
+
     items = [report["per_object"][case.row] for case in differ[:LONGEST]]
-    rows = []
-    for item in items:
-        every = [row["scores"] for row in item["backends"].values()]
-        listed = [", ".join(f"{name} {score:.2f}" for name, score in scores.items()) for scores in every]
-        answers = [f"{predicted(scores)} ({text})" for scores, text in zip(every, listed, strict=True)]
-        rows.append([item["file"], labels(item), *answers])
+    rows = [[item["file"], labels(item), *(said(row["scores"]) for row in item["backends"].values())] for item in items]
     more = f", the first {LONGEST}" if len(differ) > LONGEST else ""
     head = ["file", "label", *(f"{name} says" for name in report["backends"])]
     summary = f"<summary>All {len(differ)} in a list{more}</summary>"
@@ -199,13 +186,11 @@ def listing(differ: Sequence[Disagreement], report: Report) -> str:
 
 def quality_section(report: Report) -> str:
     """Return one table per function, simulators and baselines."""
-    whole = quality_table(report)
-    place = whole.columns.index("function")
-    parts = []
+    whole, parts = tables.quality_table(report), []
+    features, _, *figures = whole.columns
     for function in report["functions"]:
-        rows = [[*row[:place], *row[place + 1 :]] for row in whole.rows if row[place] == function]
-        head = [*whole.columns[:place], *whole.columns[place + 1 :]]
-        parts.append(f"<h3>{escape(function)}</h3>{table_html(head, rows)}")
+        rows = [[name, *row] for name, own, *row in whole.rows if own == function]
+        parts.append(f"<h3>{escape(function)}</h3>{table_html([features, *figures], rows)}")
     return f"""<section><h2>Function by function</h2><p>{report["train_size"]} objects learnt at random,
 {report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
 spheres and have the same classifier; <b>always no</b> says no to everything. <b>F</b>: the F-measure, the
@@ -239,6 +224,6 @@ def left_out(report: Report) -> str:
     return f"<p>Failed, and left out of every simulator's figures:</p><ul>{rows}</ul>"
 
 
-def html_table(table: Table) -> str:
+def html_table(table: tables.Table) -> str:
     """Return a table of the report as HTML."""
     return table_html(table.columns, table.rows)

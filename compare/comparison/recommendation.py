@@ -39,19 +39,18 @@ def recommendations(report: Report) -> list[Recommendation]:
     The cheapest simulator stands, unless another tells the function better over the same trials.
     """
     cheap, others = beside_cheapest(report)
-    return [
-        recommended(report, function, cheap, {name: rows[function] for name, rows in others.items()})
-        for function in report["functions"]
-    ]
+    return [recommended(report, function, cheap, others) for function in report["functions"]]
 
 
-def recommended(report: Report, function: str, cheap: str, others: Mapping[str, Difference]) -> Recommendation:
-    """Return what to use for one function, given how the others differ from the cheapest there."""
+def recommended(
+    report: Report, function: str, cheap: str, differences: Mapping[str, Mapping[str, Difference]]
+) -> Recommendation:
+    """Return what to use for one function, given how the others differ from the cheapest."""
 
     def f_of(feature: FeatureReport) -> float:
         return feature["functions"][function]["f_measure"]
 
-    baselines = report["baselines"]
+    baselines, others = report["baselines"], {name: rows[function] for name, rows in differences.items()}
     better = [name for name, row in others.items() if row["verdict"] == BETTER]
     chosen = max(better, key=lambda name: others[name]["difference"], default=cheap)
     baseline = max(baselines, key=lambda name: f_of(baselines[name]))

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NotRequired, TypedDict
 
-from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.impaired import Shares
-
-Qualities = dict[str, FunctionQuality]  # by function
+from ..evaluation.results import Qualities
 
 
 class Difference(TypedDict):

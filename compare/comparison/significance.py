@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from spherefunc_bullet.formats.units import format_duration
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, Shares, mean_rows
+from ..evaluation.impaired import COPIES_LEARNT, mean_shares
 from .report import BackendReport, Difference, Qualities, Report
 
 BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
@@ -68,38 +67,19 @@ def answer(report: Report) -> str:
 def bought(report: Report) -> str:
     """Return in one sentence what spheres buy, or do not: telling copies that work from copies that do not."""
     shares, backends = report["impaired"], list(report["backends"])
-    means = {name: mean_shares(shares, name) for name in next(iter(next(iter(shares.values())).values()))["share"]}
-    others = {name: pair for name, pair in means.items() if name.partition(",")[0] not in backends}
-    best = max((name for name in others if not name.endswith(COPIES_LEARNT)), key=lambda name: told_apart(means[name]))
-    wins = max(told_apart(means[name]) for name in backends) > told_apart(means[best])
-    said = enumeration([f"{means[name].useless:.0%} by {name.replace('_', ' ')}" for name in (*backends, best)])
-    kept = enumeration([f"{means[name].works:.0%}" for name in (*backends, best)])
+    features = list(next(iter(next(iter(shares.values())).values()))["share"])
+    useless, works = mean_shares(shares, features).values()
+    apart = {name: works[name] - useless[name] for name in features}  # 1 at best
+    others = [name for name in features if name.partition(",")[0] not in backends and not name.endswith(COPIES_LEARNT)]
+    best = max(others, key=lambda name: apart[name])
+    wins = max(apart[name] for name in backends) > apart[best]
+    said = enumeration([f"{useless[name]:.0%} by {name.replace('_', ' ')}" for name in (*backends, best)])
+    kept = enumeration([f"{works[name]:.0%}" for name in (*backends, best)])
     lead = "Spheres tell what works from what looks alike" if wins else "Spheres do not tell what works better"
     return (
         f"{lead}: of copies that no longer work {said}, the best that needs no spheres, are still called by their "
         f"function; of copies changed harmlessly, {kept}."
     )
-
-
-class MeanShares(NamedTuple):
-    """The shares of copies still called by their function, means over kinds and then over functions."""
-
-    useless: float
-    works: float
-
-
-def mean_shares(shares: Shares, name: str) -> MeanShares:
-    """Return what one feature set says of copies."""
-    means = [dict(mean_rows(kinds, [name])) for kinds in shares.values()]
-    useless, works = (
-        float(np.mean([row[kind]["share"][name] for row in means if kind in row])) for kind in (USELESS, HARMLESS)
-    )
-    return MeanShares(useless, works)
-
-
-def told_apart(means: MeanShares) -> float:
-    """Return how far apart copies that work and copies that do not are told, 1 at best."""
-    return means.works - means.useless
 
 
 def about_labels(report: Report) -> str:

@@ -9,7 +9,6 @@ import argparse
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
@@ -25,7 +24,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
 from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
+from spherefunc_bullet.learning.method import METHODS, PROFILE
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
@@ -38,7 +37,7 @@ from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
-from ..evaluation.impaired import Shares, impaired_shares
+from ..evaluation.impaired import impaired_shares
 from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
 from ..evaluation.results import Result, evaluate_features, results_of
@@ -61,26 +60,15 @@ UNSEEN = (
     "filing_cabinet_01",
     "vase_01",
 )
+METHOD = METHODS[PROFILE]
+DRAWN = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
 SIZE = (320, 280)  # of an object's picture, pixels
+COPIED = 3  # objects of each function, copies of which are made
+TRIALS = 2
 OBJECTS = 60  # evenly spread over the catalogue, so in its proportions
 AGAIN = 8  # of them dropped on with a second seed
 COMPARED_TRIALS = 3
 LEARNT = "20,half"  # training objects of the table; `spherefunc evaluate` has them all
-
-
-@dataclass(frozen=True, kw_only=True)
-class Demo:
-    """What is run."""
-
-    out: Path
-    backend: str = "fast"
-    radii: tuple[float, ...] = PROFILE_RADII  # metres
-    drawn: tuple[float, ...] = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, metres
-    method: str = PROFILE
-    copied: int = 3  # objects of each function, copies of which are made
-    trials: int = 2
-    seed: int = 0
-    jobs: int = -1
 
 
 @contextmanager
@@ -91,38 +79,38 @@ def step(watch: Stopwatch, name: str) -> Iterator[None]:
     watch.lap(name)
 
 
-def run_demo(demo: Demo) -> Path:
+def run_demo(out: Path, backend: str, jobs: int) -> Path:
     """Do everything and return the page's path.
 
     Raises
     ------
     InputError
-        If there is no such backend or method, or the folder cannot be written.
+        If there is no such backend, or the folder cannot be written.
     """
-    watch, length = Stopwatch(), find_method(demo.method).length
-    dropping = Dropping(simulator=demo.backend, radii=demo.radii, seed=demo.seed, length=length)
+    watch, dropping = Stopwatch(), Dropping(simulator=backend, radii=METHOD.radii, length=METHOD.length)
     with step(watch, f"dropping spheres on the catalogue {DATA}"):
-        simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=demo.jobs, failed=Failures().add)
+        simulated = simulate_dataset(open_dataset(DATA), dropping, jobs=jobs, failed=Failures().add)
     with step(watch, "evaluating, beside baselines that need no spheres"):
-        results, confusion = evaluated(simulated, demo)
+        results, confusion = evaluated(simulated)
     with step(watch, "asking whether copies that look right still work"):
-        shares = still_working(simulated, dropping, demo)
+        how = {"copied": COPIED, "jobs": jobs, "failed": Failures().add}
+        shares = impaired_shares(simulated, open_dataset(DATA), dropping, METHOD, **how)
     with step(watch, "learning all, and classifying objects that were not learnt"):
-        model = train_on(simulated, dropping, demo.method)
-        unseen = write_unseen(demo.out / "objects", simulated)
+        model = train_on(simulated, dropping, METHOD.name)
+        unseen = write_unseen(out / "objects", simulated)
         rows = [classified(item.path, model, True, "z", "m") for item in unseen]
     with step(watch, "comparing simulators on some of the objects"):
-        comparison = compare_some(demo.out / "comparison", demo.jobs)
-    about = About(data=DATA, objects=len(simulated.objects), backend=demo.backend, method=demo.method)
+        comparison = compare_some(out / "comparison", jobs)
+    about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
     print_results(about, results, False, shares)
     print()
     print_functions(rows, model.functions_, False)
     print(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
     with step(watch, "drawing"):
-        cards = list(drawn_objects(unseen, rows, model, demo))
-        impaired = draw_impaired(shares, demo.out / "pictures" / "impaired.png")
-        gallery = write_gallery(demo.out / "pictures", demo.backend, demo.seed)
-    write_text(demo.out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
+        cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
+        impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
+        gallery = write_gallery(out / "pictures", backend)
+    write_text(out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(
         data=DATA,
         objects=len(simulated.objects),
@@ -132,27 +120,20 @@ def run_demo(demo: Demo) -> Path:
         figure=Image.open(gallery[-1]).convert("RGB"),
         impaired=Image.open(impaired).convert("RGB"),
         comparison=comparison,
-        configuration=configuration(demo, dropping.simulator, simulated),
+        configuration=configuration(dropping.simulator, simulated),
         seconds=watch.seconds,
     )
-    return write_text(demo.out / "report.html", page(summary))
+    return write_text(out / "report.html", page(summary))
 
 
-def evaluated(simulated: Simulated, demo: Demo) -> tuple[list[Result], Confusion]:
+def evaluated(simulated: Simulated) -> tuple[list[Result], Confusion]:
     """Return the results on random halves, and who was taken for what when left out."""
-    method, sizes = find_method(demo.method), wanted_sizes(LEARNT, len(simulated.objects))
-    halves = Protocol(train_sizes=tuple(sizes), trials=demo.trials, seed=demo.seed)
-    results = results_of(evaluate_features(simulated, demo.radii, method, halves))
+    halves = Protocol(train_sizes=tuple(wanted_sizes(LEARNT, len(simulated.objects))), trials=TRIALS)
+    results = results_of(evaluate_features(simulated, METHOD.radii, METHOD, halves))
     labels = labels_of(simulated)
-    alone = Protocol(leave_one_out=True, seed=demo.seed).splits(labels)
-    evaluation = spheres_profiled(simulated, labels, demo.radii).evaluation(alone)
+    alone = Protocol(leave_one_out=True).splits(labels)
+    evaluation = spheres_profiled(simulated, labels, METHOD.radii).evaluation(alone)
     return results, count_confusion(labels, *evaluation.left_out.values())
-
-
-def still_working(simulated: Simulated, dropping: Dropping, demo: Demo) -> Shares:
-    """Return the share of impaired copies that are still called by their function, of some of the objects."""
-    how = {"copied": demo.copied, "jobs": demo.jobs, "failed": Failures().add}
-    return impaired_shares(simulated, open_dataset(DATA), dropping, demo.radii, find_method(demo.method), **how)
 
 
 def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
@@ -174,16 +155,16 @@ def write_unseen(folder: Path, learnt: Simulated) -> list[DatasetObject]:
 
 
 def drawn_objects(
-    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: CloudClassifier, demo: Demo
+    unseen: Sequence[DatasetObject], rows: Sequence[Row], model: CloudClassifier, folder: Path
 ) -> Iterator[ClassifiedObject]:
-    """Yield each classified object with its picture, which is also written beside the page."""
+    """Yield each classified object with its picture, which is also written in a folder."""
     pairs = zip(unseen, rows, strict=True)
     for item, row in progress(pairs, len(rows), "drawing objects"):
         cloud = load_cloud(item.path)
-        radius = fitting_radius(demo.drawn, cloud.size, SPHERES_ACROSS)
-        centers = settle(cloud, model.simulator, [radius], demo.seed)[radius]
+        radius = fitting_radius(DRAWN, cloud.size, SPHERES_ACROSS)
+        centers = settle(cloud, model.simulator, [radius], 0)[radius]
         picture = object_picture(cloud, centers, radius, View(size=SIZE))
-        write_png(picture, demo.out / "pictures" / f"{item.path.stem}.png")
+        write_png(picture, folder / f"{item.path.stem}.png")
         scores = {name: function["score"] for name, function in row["functions"].items()}
         yield ClassifiedObject(
             name=item.path.stem.replace("_", " "),
@@ -199,18 +180,18 @@ def drawn_objects(
         )
 
 
-def configuration(demo: Demo, simulator: Simulator, simulated: Simulated) -> dict[str, str]:
+def configuration(simulator: Simulator, simulated: Simulated) -> dict[str, str]:
     """Return what decides the results, for people."""
     drops = sum(sum(record.drops.values()) for record in simulated.records)
     return {
         "backend": f"{simulator.name}, version {simulator.version}",
         "its options": options_text(simulator.options()),
-        "method": find_method(demo.method).name,
-        "radii of the spheres": ", ".join(map(format_length, demo.radii)),
+        "method": METHOD.name,
+        "radii of the spheres": ", ".join(map(format_length, METHOD.radii)),
         "objects learnt": f"{len(simulated.objects)}, catalogue {simulated.name}, seed 0",
         "objects classified": f"{len(UNSEEN)}, catalogue {DATA}, seed {UNSEEN_SEED}",
         "spheres dropped": f"{drops:,}",
-        "trials": f"{demo.trials}, seed {demo.seed}",
+        "trials": f"{TRIALS}, seed 0",
     } | machine()
 
 
@@ -240,5 +221,5 @@ def main():
     parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
     parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")
     options = parser.parse_args()
-    path = run_demo(Demo(out=options.out, backend=options.backend, jobs=options.jobs))
+    path = run_demo(options.out, options.backend, options.jobs)
     print(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")

@@ -53,25 +53,25 @@ EXHIBITS = {
 SIDE_BY_SIDE = ("cup", "chair_side", "sofa")  # where the backends differ most
 
 
-def draw_exhibits(names: Iterable[str], simulator: Simulator, seed: int, caption: str = "") -> dict[str, Image.Image]:
+def draw_exhibits(names: Iterable[str], simulator: Simulator, caption: str = "") -> dict[str, Image.Image]:
     """Return objects of the catalogue with the spheres that settle on them, captioned, a simulator's name in front."""
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
     exhibits = {name: EXHIBITS[name] for name in names}
-    work = (delayed(drawn)(exhibit, meshes[exhibit.name], simulator, seed, caption) for exhibit in exhibits.values())
+    work = (delayed(drawn)(exhibit, meshes[exhibit.name], simulator, caption) for exhibit in exhibits.values())
     images = Parallel(n_jobs=-1, return_as="generator")(work)
     return dict(zip(exhibits, progress(images, len(exhibits), f"drawing {caption}".strip()), strict=True))
 
 
-def drawn(exhibit: Exhibit, mesh: Trimesh, simulator: Simulator, seed: int, caption: str) -> Image.Image:
+def drawn(exhibit: Exhibit, mesh: Trimesh, simulator: Simulator, caption: str) -> Image.Image:
     """Return one object with the spheres that settle on it, captioned."""
     cloud = cloud_from_mesh(mesh.vertices, mesh.faces, exhibit.name)
-    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), seed)
+    result = simulator.drop(cloud, DropSettings(radius=exhibit.radius), 0)
     image = object_picture(cloud, result.centers, exhibit.radius, exhibit.view)
     detail = f"r = {format_length(exhibit.radius)}, {result.settled:,} spheres settled"
     return captioned(image, f"{caption}: {exhibit.title.lower()}" if caption else exhibit.title, detail)
 
 
-def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]:
+def write_gallery(out: Path, backend: str) -> list[Path]:
     """Write one PNG for each exhibit, and ``settling.png`` with all of them; return their paths.
 
     Raises
@@ -79,12 +79,12 @@ def write_gallery(out: Path, backend: str = "fast", seed: int = 0) -> list[Path]
     InputError
         If there is no such backend, or the folder cannot be written.
     """
-    images = draw_exhibits(EXHIBITS, make_simulator(backend), seed)
+    images = draw_exhibits(EXHIBITS, make_simulator(backend))
     images["settling"] = tiled([*images.values(), colour_key(View().size)], columns=3, width=480)
     return [write_png(image, out / f"{name}.png") for name, image in images.items()]
 
 
-def write_side_by_side(out: Path, backends: Sequence[str], seed: int = 0) -> Path:
+def write_side_by_side(out: Path, backends: Sequence[str]) -> Path:
     """Write ``backends.png``, a row of the same objects for each backend; return its path.
 
     Raises
@@ -93,9 +93,7 @@ def write_side_by_side(out: Path, backends: Sequence[str], seed: int = 0) -> Pat
         If a backend is missing, or the folder cannot be written.
     """
     simulators = [make_simulator(name) for name in backends]
-    rows = [
-        draw_exhibits(SIDE_BY_SIDE, simulator, seed, name) for name, simulator in zip(backends, simulators, strict=True)
-    ]
+    rows = [draw_exhibits(SIDE_BY_SIDE, *pair) for pair in zip(simulators, backends, strict=True)]
     images = [image for row in rows for image in row.values()]
     return write_png(tiled(images, columns=len(SIDE_BY_SIDE), width=480), out / "backends.png")
 
@@ -121,18 +119,13 @@ def main():
 def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
     """Return an image with a title and a line below it."""
     width, height = image.size
-    large, small = font(height // 20), font(height // 26)
+    large, small = (ImageFont.load_default(height // lines) for lines in (20, 26))  # Pillow's own: on every machine
     canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
     canvas.paste(image, (0, 0))
     pen = ImageDraw.Draw(canvas)
     pen.text((width / 2, height + height * 0.02), title, INK, large, anchor="mm")
     pen.text((width / 2, height + height * 0.08), detail, GREY, small, anchor="mm")
     return canvas
-
-
-def font(size: int) -> ImageFont.FreeTypeFont:
-    """Return Pillow's own typeface at a size in pixels: it is there on every machine."""
-    return ImageFont.load_default(size)
 
 
 def colour_key(size: tuple[int, int]) -> Image.Image:
@@ -143,7 +136,7 @@ def colour_key(size: tuple[int, int]) -> Image.Image:
     left, top, bar = int(width * 0.28), int(height * 0.2), (int(width * 0.08), int(height * 0.5))
     ramp = sphere_colours(np.linspace(1, 0, bar[1]))[:, None].repeat(bar[0], axis=1)
     canvas.paste(Image.fromarray((ramp * 255).astype(np.uint8)), (left, top))
-    words, beside = font(height // 22), left + bar[0] + width // 30
+    words, beside = ImageFont.load_default(height // 22), left + bar[0] + width // 30
     pen.text((beside, top), "highest sphere", INK, words, anchor="lt")
     pen.text((beside, top + bar[1]), "lowest sphere", INK, words, anchor="lb")
     below = top + bar[1] + height // 12

@@ -187,10 +187,8 @@ def comparison_section(comparison: Report) -> str:
 
 def confusion_section(confusion: Confusion) -> str:
     """Return who was taken for what, every object tested on nine tenths of the others."""
-    rows = [
-        [label, str(count), *map(str, taken)]
-        for label, count, taken in zip(confusion.labels, confusion.objects, confusion.counts, strict=True)
-    ]
+    lines = zip(confusion.labels, confusion.objects, confusion.counts, strict=True)
+    rows = [[label, str(count), *map(str, taken)] for label, count, taken in lines]
     head = ["labelled", "objects", *(f"said: {name}" for name in confusion.labels)]
     return f"""<section><h2>What is taken for what</h2><p>Every object was told with nine tenths of
 the catalogue learnt, itself not among them. An object may be said to have several functions, so a row may add up to

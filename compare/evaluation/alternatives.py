@@ -18,7 +18,7 @@ from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import CUBES, PAPER, Method
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord
-from spherefunc_bullet.simulator import SPHERE_LIMIT, make_simulator
+from spherefunc_bullet.simulator import make_simulator, sphere_limit
 
 from .evaluation import Evaluation, FunctionQuality, evaluate
 from .features import Distances, cube_distances
@@ -108,10 +108,8 @@ def front_first(centers: np.ndarray) -> np.ndarray:
     width, depth = np.ptp(centers[:, :2], axis=0)
     # How height goes along with x and y: towards the back it rises.
     along_x, along_y = (centers[:, 2] - centers[:, 2].mean()) @ centers[:, :2]
-    if max(width, depth) > 1.25 * min(width, depth):
-        across = depth > width
-    else:
-        across = abs(along_x) > abs(along_y)
+    oblong = max(width, depth) > 1.25 * min(width, depth)
+    across = depth > width if oblong else abs(along_x) > abs(along_y)
     # Turned once counterclockwise, what rose along +x rises along +y.
     rise = along_x if across else along_y
     return quarter_turns(centers, (1 if across else 0) + (2 if rise < 0 else 0))
@@ -180,49 +178,54 @@ def dropped_otherwise(dropping: Dropping, simulated: Callable[[Dropping], Simula
 
 
 def print_alternatives(
-    simulated: Simulated,
-    radii: Sequence[float],
-    trials: int,
-    seed: int,
-    json: bool,
-    limit: int = SPHERE_LIMIT,
-    dropped: Mapping[str, Simulated] | None = None,
+    simulated: Simulated, dropping: Dropping, drop: Callable[[Dropping], Simulated], trials: int, json: bool
 ):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random.
 
     Parameters
     ----------
-    limit : int
-        Settled spheres at which runs end for methods that do not read them to the end.
-    dropped : dict of str to Simulated, optional
-        The same objects with spheres dropped in other ways, read by the paper's method.
+    dropping : Dropping
+        How spheres fell; its seed is that of the splits and turns too.
+    drop : callable
+        Returns the same objects with spheres dropped in another way, which the paper's method reads.
     """
-    labels = labels_of(simulated)
+    labels, dropped = labels_of(simulated), dropped_otherwise(dropping, drop)
     half, groups = len(labels) // 2, len(set(labels.groups.tolist())) > 1
-    splits = Protocol(train_sizes=(half,), trials=trials, seed=seed, groups=groups).splits(labels)
+    splits = Protocol(train_sizes=(half,), trials=trials, seed=dropping.seed, groups=groups).splits(labels)
+    radii, limit = dropping.radii, sphere_limit(dropping.simulator)
     rows: dict[str, dict[str, dict[str, float]]] = {}
 
     def reads(dropped: Simulated) -> tuple[Read, Read]:
         """Return objects as given, and turned at random."""
-        turned = Read(randomly_turned(dropped, seed), labels, radii, Splits(halves=splits.halves), limit)
+        turned = Read(randomly_turned(dropped, dropping.seed), labels, radii, Splits(halves=splits.halves), limit)
         return Read(dropped, labels, radii, splits, limit), turned
 
     as_dropped = reads(simulated)
     work = [(name, as_dropped, alternative) for name, alternative in ALTERNATIVES.items()]
-    work[1:1] = [(name, reads(other), Alternative()) for name, other in (dropped or {}).items()]
+    work[1:1] = [(name, reads(other), Alternative()) for name, other in dropped.items()]
     for name, both, alternative in progress(work, len(work), "learning and testing"):
         as_given, as_turned = (read.evaluation(alternative) for read in both)
         rows[name] = {"random halves": f_measures(as_given.quality(half))}
         if groups:
             rows[name]["across sources"] = f_measures(as_given.left_out_quality("leave_one_group_out"))
         rows[name]["random halves, turned"] = f_measures(as_turned.quality(half))
+    title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
+    print_beside("alternative", rows, title, json)
+
+
+def print_beside(what: str, rows: Mapping[str, Mapping[str, dict[str, float] | float]], title: str, json: bool):
+    """Print a row for each way, its F-measures of all functions or another figure in each column; or all as JSON."""
     if json:
         print_json(rows)
         return
-    protocols = list(next(iter(rows.values())))
-    table = [[name, *(side_by_side(row[protocol]) for protocol in protocols)] for name, row in rows.items()]
-    title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}; turned: each by a random quarter turn"
-    print_table(title, ["alternative", *protocols], table)
+    columns = list(next(iter(rows.values())))
+    table = [[name, *map(cell, row.values())] for name, row in rows.items()]
+    print_table(title, [what, *columns], table)
+
+
+def cell(value: dict[str, float] | float) -> str:
+    """Return one cell of a table."""
+    return side_by_side(value) if isinstance(value, dict) else f"{value:.4f}"
 
 
 def side_by_side(f_measures: Mapping[str, float]) -> str:

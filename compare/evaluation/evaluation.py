@@ -127,8 +127,8 @@ def evaluate(
     each_radius : bool
         Whether to run the trials with each radius alone besides.
     """
-    halves = Splits(halves=splits.halves)
-    pooled = {name: pooled_trial(distances, labels, alone, method) for name, alone in splits.left_out.items()}
+    halves, alone = Splits(halves=splits.halves), distances if each_radius else {}
+    pooled = {name: pooled_trial(distances, labels, every, method) for name, every in splits.left_out.items()}
     return Evaluation(
         labels=labels,
         method=method,
@@ -138,11 +138,7 @@ def evaluate(
         },
         left_out=pooled,
         again=None if again is None else trial_again(again, pooled["leave_one_out"], labels, method),
-        by_radius={
-            radius: evaluate({radius: matrix}, labels, method, halves)
-            for radius, matrix in distances.items()
-            if each_radius
-        },
+        by_radius={radius: evaluate({radius: matrix}, labels, method, halves) for radius, matrix in alone.items()},
     )
 
 

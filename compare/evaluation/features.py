@@ -5,7 +5,7 @@ If nearest neighbours on the bounding box do as well as the spheres, the physics
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
@@ -26,19 +26,13 @@ Answer = TypeVar("Answer")
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
 
 
-def all_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> dict[str, Distances]:
-    """Return the distances of the spheres and of every baseline."""
-    return {SPHERES: sphere_distances(simulated, radii, method)} | baseline_distances(simulated.records, radii)
-
-
 def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Method) -> Distances:
     """Return the distances between all objects' sphere histograms at each radius."""
-    return {
-        radius: euclidean_distances(
-            method.histogram(radius).fit_transform([settled[radius] for settled in simulated.settled])
-        )
-        for radius in radii
-    }
+    distances = {}
+    for radius in radii:
+        centers = [settled[radius] for settled in simulated.settled]
+        distances[radius] = euclidean_distances(method.histogram(radius).fit_transform(centers))
+    return distances
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,17 +43,17 @@ class Again:
     distances: Distances  # (R, N) at each radius
 
 
-def distances_again(simulated: Simulated, again: Simulated, radii: Sequence[float], method: Method) -> Again:
-    """Return the distances from the histograms of objects dropped on again to those of all of them."""
-    twice = {record.path: record.settled for record in again.records}
-    rows = [row for row, record in enumerate(simulated.records) if record.path in twice]
+def distances_again(
+    simulated: Simulated, twice: Mapping[int, ObjectRecord], radii: Sequence[float], method: Method
+) -> Again:
+    """Return the distances from the histograms of objects dropped on again, by row, to those of all objects."""
     distances = {}
     for radius in radii:
         histogram = method.histogram(radius)
         learnt = histogram.fit_transform([settled[radius] for settled in simulated.settled])
-        asked = histogram.transform([twice[simulated.records[row].path][radius] for row in rows])
+        asked = histogram.transform([record.settled[radius] for record in twice.values()])
         distances[radius] = euclidean_distances(asked, learnt)
-    return Again(rows=rows, distances=distances)
+    return Again(rows=list(twice), distances=distances)
 
 
 def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:
@@ -83,9 +77,14 @@ def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) 
 
 
 def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
-    """Return distances between bounding boxes: sorted width and depth, and height, in metres."""
-    sizes = np.array([record.size for record in records])
-    return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
+    """Return distances between bounding boxes, in metres."""
+    return euclidean_distances(level_sizes(records))
+
+
+def level_sizes(records: Sequence[ObjectRecord]) -> np.ndarray:
+    """Return the sizes (N, 3) of objects: the shorter and the longer level side, and the height, metres."""
+    sizes = np.array([record.size for record in records]).reshape(-1, 3)
+    return np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]])
 
 
 def cube_distances(objects: Sequence[Counts]) -> np.ndarray:

@@ -25,13 +25,13 @@ from spherefunc_bullet.formats.writing import cache_home, writing
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, Kin
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
-from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, Impairment
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
 from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import baselines_read, spheres_read
+from .readings import readings, spheres_read
 
 VERSION = 1  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -82,7 +82,6 @@ def impaired_shares(
     learnt: Simulated,
     dataset: Dataset,
     dropping: Dropping,
-    radii: tuple[float, ...],
     method: AnyMethod,
     *,
     copied: int | None = None,
@@ -108,9 +107,8 @@ def impaired_shares(
         Is given the error of each file that cannot be used.
     """
     impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
-    splits, asked = held_out(impaired, dropping.seed), {SPHERES: spheres_read(impaired.simulated, radii, method)}
-    if baselines:
-        asked |= baselines_read(impaired.simulated, radii, method)
+    both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
+    asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
     said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
     for name, read in asked.items():
@@ -123,8 +121,15 @@ def impaired_copies(
     learnt: Simulated, dataset: Dataset, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
 ) -> Impaired:
     """Return the whole objects and impaired copies of some of them, spheres dropped on all; see `impaired_shares`."""
-    usable = replace(dataset, objects=evenly_chosen(learnt.objects, copied))
-    return joined(learnt, usable, built_copies(usable, dropping, failed), dropping, jobs, failed)
+    folder = built_copies(replace(dataset, objects=evenly_chosen(learnt.objects, copied)), dropping, failed)
+    copies = {copy.item.path: copy for copy in read_copies(folder)}
+    data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
+    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
+    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
+    rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
+    kept = [copies[item.path] for item in simulated.objects]
+    originals = np.array([rows[copy.of] for copy in kept])
+    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
 
 
 def said_having_learnt(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
@@ -177,20 +182,6 @@ def content_name(dataset: Dataset, dropping: Dropping) -> str:
     return digest.hexdigest()
 
 
-def joined(
-    learnt: Simulated, dataset: Dataset, folder: Path, dropping: Dropping, jobs: int, failed: Failed
-) -> Impaired:
-    """Drop spheres on the copies, and return them behind the whole objects."""
-    copies = {copy.item.path: copy for copy in read_copies(folder)}
-    data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
-    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
-    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
-    rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
-    kept = [copies[item.path] for item in simulated.objects]
-    originals = np.array([rows[copy.of] for copy in kept])
-    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
-
-
 def held_out(impaired: Impaired, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test copies of others: source by source, or in random halves."""
     groups = impaired.labels.groups[: impaired.whole]
@@ -208,24 +199,17 @@ def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Se
     called = {name: np.concatenate(answers) for name, answers in said.items()}
     shares: Shares = {}
     made = np.array([impaired.made_of(row) for row in rows])  # (T, 2) function and kind
-    for function, impairment in kinds_by_function():
-        of_kind = (made == [function, impairment.kind]).all(axis=1)
-        if of_kind.any():
-            column = impaired.labels.functions.index(function)
+    for column, function in enumerate(impaired.labels.functions):
+        for impairment in IMPAIRMENTS:  # whole first, useless, harmless
+            of_kind = (made == [function, impairment.kind]).all(axis=1)
+            if function not in impairment.functions or not of_kind.any():
+                continue
             shares.setdefault(function, {})[impairment.kind] = {
                 "works": impairment.works,
                 "copies": len(set(rows[of_kind].tolist())),
                 "share": {name: round(float(answers[of_kind, column].mean()), 4) for name, answers in called.items()},
             }
     return shares
-
-
-def kinds_by_function() -> Iterator[tuple[str, Impairment]]:
-    """Yield each function with each kind that is made of its objects: whole first, useless, harmless."""
-    for function in sorted(set().union(*(impairment.functions for impairment in IMPAIRMENTS))):
-        for impairment in IMPAIRMENTS:
-            if function in impairment.functions:
-                yield function, impairment
 
 
 def print_shares(shares: Shares):
@@ -244,6 +228,18 @@ def share_rows(shares: Shares) -> tuple[list[str], list[list[str]]]:
         for kind, row in [*kinds.items(), *mean_rows(kinds, features)]
     ]
     return ["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows
+
+
+def mean_shares(shares: Shares, features: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return the shares of useless and of harmless copies by feature set, means over kinds and then over functions.
+
+    Where there are no such copies, they are not a number.
+    """
+    rows, means = [dict(mean_rows(kinds, features)) for kinds in shares.values()], {}
+    for name in (USELESS, HARMLESS):
+        own = [row[name]["share"] for row in rows if name in row] or [dict.fromkeys(features, np.nan)]
+        means[name] = {feature: float(np.mean([share[feature] for share in own])) for feature in features}
+    return means
 
 
 def mean_rows(kinds: Mapping[str, KindShare], features: Sequence[str]) -> Iterator[tuple[str, KindShare]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from sklearn.base import ClassifierMixin
@@ -17,7 +18,7 @@ from spherefunc_bullet.console import print_json, print_table
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier, forest
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
-from .alternatives import f_measures, side_by_side
+from .alternatives import f_measures, print_beside
 from .evaluation import Evaluation, Trial
 from .profiled import ACROSS, Profiled, profiled
 from .protocol import Labels, Splits, labels_of
@@ -44,20 +45,13 @@ CLASSIFIERS = {
 def print_classifiers(simulated: Simulated, radii: tuple[float, ...], splits: Splits, json: bool):
     """Print what each classifier makes of the quantities, calibrated alike: across sources and on random halves."""
     labels = labels_of(simulated)
-    quantities = profiled(simulated.settled, labels, FunctionClassifier(radii=radii)).profiles
-    rows = {
-        name: summary(Profiled(profiles=quantities, labels=labels, classifier=classifier).evaluation(splits))
-        for name, classifier in (
-            (name, FunctionClassifier(radii=radii, estimator=estimator)) for name, estimator in CLASSIFIERS.items()
-        )
-    }
-    if json:
-        print_json(rows)
-        return
-    columns = list(next(iter(rows.values())))
+    read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+    rows = {}
+    for name, estimator in CLASSIFIERS.items():
+        classifier = FunctionClassifier(radii=radii, estimator=estimator)
+        rows[name] = summary(replace(read, classifier=classifier).evaluation(splits))
     title = f"{simulated.name}: F-measure of {', '.join(labels.functions)}, and the log loss across sources"
-    table = [[name, *(cell(value) for value in row.values())] for name, row in rows.items()]
-    print_table(title, ["classifier", *columns], table)
+    print_beside("classifier", rows, title, json)
 
 
 def summary(evaluation: Evaluation) -> dict[str, dict[str, float] | float]:
@@ -65,11 +59,6 @@ def summary(evaluation: Evaluation) -> dict[str, dict[str, float] | float]:
     halves = {f"{size} train": f_measures(evaluation.quality(size)) for size in sorted(evaluation.trials)[::-1]}
     across = f_measures(evaluation.left_out_quality(ACROSS))
     return {"across sources": across, "log loss": log_loss(evaluation.left_out[ACROSS], evaluation.labels)} | halves
-
-
-def cell(value: dict[str, float] | float) -> str:
-    """Return one cell of a table."""
-    return side_by_side(value) if isinstance(value, dict) else f"{value:.4f}"
 
 
 def log_loss(trial: Trial, labels: Labels) -> float:
@@ -85,10 +74,10 @@ def print_ranking(simulated: Simulated, radii: tuple[float, ...], splits: Splits
     with another seed, which is printed too, say nothing.
     """
     labels, names = labels_of(simulated), list(NAMES)
-    everything = profiled(simulated.settled, labels, ranking_classifier(radii)).profiles
-    full = loss_without(everything, labels, radii, splits)
-    noise = [loss_without(everything, labels, radii, splits, seed=seed) for seed in range(1, 6)]
-    added = {name: loss_without(everything, labels, radii, splits, [name]) - full for name in names}
+    everything = profiled(simulated.settled, labels, ranking_classifier(radii))
+    full = loss_without(everything, splits)
+    noise = [loss_without(everything, splits, seed=seed) for seed in range(1, 6)]
+    added = {name: loss_without(everything, splits, [name]) - full for name in names}
     ranked = {name: round(added[name], 5) for name in sorted(names, key=added.get, reverse=True)}
     spread = round(float(np.std([full, *noise])), 5)
     if json:
@@ -104,15 +93,9 @@ def ranking_classifier(radii: Sequence[float], seed: int = 0) -> FunctionClassif
     return FunctionClassifier(radii=radii, estimator=trees, random_state=seed)
 
 
-def loss_without(
-    profiles: np.ndarray,
-    labels: Labels,
-    radii: Sequence[float],
-    splits: Splits,
-    left: Sequence[str] = (),
-    seed: int = 0,
-) -> float:
+def loss_without(read: Profiled, splits: Splits, left: Sequence[str] = (), seed: int = 0) -> float:
     """Return the log loss across sources when quantities are left out at every radius."""
+    radii = read.classifier.radii
     kept = np.tile([name not in left for name in NAMES], len(radii))
-    some = Profiled(profiles=profiles[:, kept], labels=labels, classifier=ranking_classifier(radii, seed))
-    return log_loss(some.trial(splits.left_out[ACROSS]), labels)
+    some = replace(read, profiles=read.profiles[:, kept], classifier=ranking_classifier(radii, seed))
+    return log_loss(some.trial(splits.left_out[ACROSS]), read.labels)

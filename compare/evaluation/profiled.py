@@ -49,15 +49,12 @@ class Profiled:
 
     def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
         """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
-        learnt = self.learnt(fold.train)
-        weights = [{learnt.radius_[name]: 1.0} for name in self.labels.functions]
-        return learnt.score_profiles(self.profiles[fold.test]), weights
-
-    def learnt(self, rows: np.ndarray) -> FunctionClassifier:
-        """Return the classifier after learning some objects."""
+        rows, functions = fold.train, self.labels.functions
         members, names = self.labels.members[rows], [str(row) for row in rows]
         kin = None if self.kin is None else self.kin.of(rows)
-        return self.classifier.fit_profiles(self.profiles[rows], members, self.labels.functions, names, kin)
+        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, kin)
+        weights = [{learnt.radius_[name]: 1.0} for name in functions]
+        return learnt.score_profiles(self.profiles[fold.test]), weights
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
@@ -130,10 +127,10 @@ def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
     return kin_of(names, originals) if any(originals) else None
 
 
-def points_profiled(records: Sequence[ObjectRecord], labels: Labels, radii: tuple[float, ...]) -> Profiled:
+def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
-    points = of_each(partial(points_as_drops, radii=radii), records)
-    return profiled(points, labels, FunctionClassifier(radii=radii))
+    points = of_each(partial(points_as_drops, radii=radii), simulated.records)
+    return replace(profiled(points, labels, FunctionClassifier(radii=radii)), kin=kin_in(simulated.objects))
 
 
 def fused(features: Sequence[Profiled]) -> Profiled:

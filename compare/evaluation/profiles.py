@@ -23,6 +23,7 @@ from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, ProfileMethod
+from spherefunc_bullet.settling.drops import first_drops
 from spherefunc_bullet.settling.records import Dropping
 
 from .alternatives import f_measures, side_by_side
@@ -37,9 +38,7 @@ from .tables import print_baselines
 
 FUSED = "spheres and points"
 CUBES_READ = "spheres, cubes"
-Radii = Annotated[str | None, typer.Option(help="Sphere radii, all of which count.")]
-Sizes = Annotated[str, typer.Option(help="Training examples on random halves.")]
-First = Annotated[str, typer.Option(help="Also with only the first so many drops at each radius.")]
+FIRST = f"10,20,40,80,120,{DROPS}"
 
 
 def all_readings(
@@ -60,7 +59,7 @@ def few_drops(
     labels, across = labels_of(simulated), Splits(halves={}, left_out=splits.left_out)
     classifier, rows = FunctionClassifier(radii=radii), {}
     for count in counts:
-        first = [{radius: drops[:count] for radius, drops in settled.items()} for settled in simulated.settled]
+        first = [first_drops(settled, count) for settled in simulated.settled]
         rows[count] = f_measures(profiled(first, labels, classifier).evaluation(across).left_out_quality(ACROSS))
     return rows
 
@@ -103,9 +102,9 @@ def milliseconds_each(simulated: Simulated, radii: tuple[float, ...]) -> float:
 
 def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
-    radii: Radii = None,
-    first: First = f"10,20,40,80,120,{DROPS}",
-    train_sizes: Sizes = "20,45,100",
+    radii: Annotated[str | None, typer.Option(help="Sphere radii, all of which count.")] = None,
+    first: Annotated[str, typer.Option(help="Also with only the first so many drops at each radius.")] = FIRST,
+    train_sizes: Annotated[str, typer.Option(help="Training examples on random halves.")] = "20,45,100",
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
     classifiers: Annotated[bool, typer.Option(help="Compare classifiers instead.")] = False,
     cubes: Annotated[bool, typer.Option(help="Also count spheres of full runs in cubes, which takes long.")] = False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 from spherefunc_bullet.batch.simulated import Simulated
@@ -11,7 +11,7 @@ from spherefunc_bullet.learning.method import CUBES, AnyMethod, Method
 
 from .evaluation import Evaluation, Trial, evaluate, run_trial
 from .features import SPHERES, Distances, baseline_distances, sphere_distances
-from .profiled import POINTS, kin_in, points_profiled, spheres_profiled
+from .profiled import POINTS, points_profiled, spheres_profiled
 from .protocol import Labels, Split, Splits, labels_of
 from .related.fixed import related
 
@@ -21,11 +21,9 @@ class Reading(Protocol):
 
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test by what that split learns."""
-        ...
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what is said of the objects under a protocol."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,8 +58,8 @@ def spheres_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMeth
 
 def baselines_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:
     """Return what the spheres have to beat: their own points, shapes and related work."""
-    points = points_profiled(simulated.records, labels_of(simulated), radii)
-    return {POINTS: replace(points, kin=kin_in(simulated.objects))} | shapes_read(simulated, radii, method)
+    points = points_profiled(simulated, labels_of(simulated), radii)
+    return {POINTS: points} | shapes_read(simulated, radii, method)
 
 
 def shapes_read(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:

@@ -54,12 +54,10 @@ class Asked:
     doubtful: np.ndarray  # (T,) bool, whether the early answer says so itself
 
 
-def asked_of(
-    simulated: Simulated, labels: Labels, split: Split, originals: Sequence[str], model: FunctionClassifier
-) -> Asked:
+def asked_of(simulated: Simulated, split: Split, originals: Sequence[str], model: FunctionClassifier) -> Asked:
     """Return what is said of the objects that a split tests, by what it learns."""
-    settled, names = simulated.settled, [str(row) for row in range(len(labels))]
-    sets = [{name for name, has in zip(labels.functions, row, strict=True) if has} for row in labels.members]
+    settled, names = simulated.settled, [str(row) for row in range(len(simulated.objects))]
+    sets = [item.functions for item in simulated.objects]
     learnt = [[part[row] for row in split.train] for part in (settled, sets, names, originals)]
     model.fit_settled(*learnt)
     tested = [settled[row] for row in split.test]
@@ -71,11 +69,10 @@ def asked_of(
 
 
 def asked_across(
-    simulated: Simulated, labels: Labels, splits: Sequence[Split], originals: Sequence[str], model: FunctionClassifier
+    simulated: Simulated, splits: Sequence[Split], originals: Sequence[str], model: FunctionClassifier
 ) -> Asked:
     """Return what is said under all splits, on all cores."""
-    work = [delayed(asked_of)(simulated, labels, split, originals, model) for split in splits]
-    parts = Parallel(n_jobs=-1)(work)
+    parts = Parallel(n_jobs=-1)(delayed(asked_of)(simulated, split, originals, model) for split in splits)
     fields = ("rows", "early", "late", "doubtful")
     return Asked(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in fields})
 
@@ -101,12 +98,12 @@ def stopped_at(objects: str, asked: Asked, labels: Labels, drops: int, error: fl
 def stoppings(simulated: Simulated, impaired: Impaired | None, model: FunctionClassifier) -> list[Stopping]:
     """Return what comes of stopping with each error that may be stated, of whole objects and of impaired copies."""
     drops, labels = model.early_drops, labels_of(simulated)
-    asked = asked_across(simulated, labels, leave_one_group_out(labels.groups), [""] * len(labels), model)
+    asked = asked_across(simulated, leave_one_group_out(labels.groups), [""] * len(labels), model)
     rows = [stopped_at("whole", asked, labels, drops, error) for error in ERRORS]
     if impaired is not None:
         splits = [impaired.with_copies(split) for split in held_out(impaired, 0)]
         originals = [""] * impaired.whole + [str(row) for row in impaired.originals]
-        asked = asked_across(impaired.simulated, impaired.labels, splits, originals, model)
+        asked = asked_across(impaired.simulated, splits, originals, model)
         rows += [stopped_at("copies", asked, impaired.labels, drops, error) for error in ERRORS]
     return rows
 

@@ -11,16 +11,19 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import typer
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, say
-from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.method import DROPS, PROFILE
 from spherefunc_bullet.settling.drops import Length
 from spherefunc_bullet.settling.settling import settle
@@ -30,10 +33,6 @@ from ..evaluation.profiles import few_drops
 from ..evaluation.protocol import Protocol, labels_of
 from ..machine import usable_backends
 from ..pages.plates import DOUBLE, Plate, look, write_plate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COUNTS = f"10,20,40,80,120,{DROPS}"
 TIMED = 40  # objects, evenly chosen
@@ -93,8 +92,6 @@ def budget_plate(rows: Sequence[Budget], data: str) -> Plate:
 
 def draw_budget(figure: Figure, rows: Sequence[Budget]):
     """Draw both panels."""
-    from matplotlib.ticker import EngFormatter
-
     by_drops, by_time = figure.subplots(1, 2, sharey=True)
     draw_lines(by_drops, rows, "drops")
     draw_lines(by_time, rows, "milliseconds")
@@ -120,12 +117,6 @@ def draw_lines(axes: Axes, rows: Sequence[Budget], across: str):
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
 
 
-def dropped(dataset: Dataset, backend: str, failures: Failures, jobs: int) -> Simulated:
-    """Return a data set's drops by a backend, from the cache where it has them."""
-    dropping = options.dropping(backend, None, None, 0, "z", "m", PROFILE)
-    return simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
-
-
 def main(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv that names sources.")],
     out: Annotated[Path, typer.Option(help="Folder of budget.png, .svg and .csv.")],
@@ -139,15 +130,13 @@ def main(
     chosen = [dataset.objects[k].path for k in np.linspace(0, len(dataset.objects) - 1, TIMED).astype(int)]
     clouds = [load_cloud(path) for path in chosen]
     for backend in usable_backends(backends.split(",")):
-        numbers = [int(count) for count in counts.split(",")]
-        rows += budgets(dropped(dataset, backend, failures, jobs), clouds, backend, numbers)
+        dropping = options.dropping(backend, None, None, 0, "z", "m", PROFILE)
+        simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
+        rows += budgets(simulated, clouds, backend, [int(count) for count in counts.split(",")])
     out.mkdir(parents=True, exist_ok=True)
     for path in write_plate(budget_plate(rows, dataset.name), out):
         say(f"wrote {path}")
-    if json:
-        print_json([asdict(row) for row in rows])
-    else:
-        print_rows(rows)
+    print_json([asdict(row) for row in rows]) if json else print_rows(rows)
     failures.exit()
 
 

@@ -42,10 +42,6 @@ class EvaluatedData:
         return self.evaluation.labels
 
     @property
-    def method(self) -> Method:
-        return self.evaluation.method
-
-    @property
     def half(self) -> int:
         """The largest number of training examples."""
         return self.evaluation.halves[0]

@@ -44,9 +44,9 @@ def histogram_slice(data: EvaluatedData) -> Plate:
         caption=f"The histogram, explained in the middle layer of the cubes around {name} ({data.name}). "
         f"(a) The object's points, dark in the layer and pale outside it, and the spheres of "
         f"{format_length(cut.radius)} radius that came to rest in the layer, which is one cube thick. (b) Space is "
-        f"divided into cubes of {format_length(cut.side)}, {data.method.diameters:g} sphere diameters; a sphere "
-        "belongs to the cube that holds its centre. (c) The number of spheres in each cube is one entry of the feature "
-        "vector; empty cubes are zeros.",
+        f"divided into cubes of {format_length(cut.side)}, {data.evaluation.method.diameters:g} sphere diameters; a "
+        "sphere belongs to the cube that holds its centre. (c) The number of spheres in each cube is one entry of the "
+        "feature vector; empty cubes are zeros.",
         size=(DOUBLE, TITLES + min(PANEL * up / across, HIGHEST)),
         draw=lambda figure: draw_slice(figure, points, cut),
         rows=[
@@ -73,9 +73,9 @@ def variety(cut: Slice) -> tuple[bool, int]:
 
 def cut_slice(data: EvaluatedData, index: int, axis: int) -> Slice:
     """Return an object's slice along x (``axis`` 0) or y (1)."""
-    diameters = data.method.diameters
-    radius = picture_radius(data, index, CUBES_ACROSS * 2 * diameters)
-    histogram = data.method.histogram(radius)
+    method = data.evaluation.method
+    radius = picture_radius(data, index, CUBES_ACROSS * 2 * method.diameters)
+    histogram = method.histogram(radius)
     centers = np.asarray(data.simulated.settled[index][radius], float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
     keys, counts = counted_cubes(layer, histogram.side)
@@ -138,10 +138,9 @@ def draw_spheres(axes: Axes, cut: Slice, filled: bool):
 
 def draw_grid(axes: Axes, cut: Slice, low: np.ndarray, high: np.ndarray):
     """Draw the boundaries between cubes."""
-    for line in np.arange(low[0], high[0] + cut.side / 2, cut.side):
-        axes.axvline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
-    for line in np.arange(low[1], high[1] + cut.side / 2, cut.side):
-        axes.axhline(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
+    for draw, lowest, highest in zip((axes.axvline, axes.axhline), low, high, strict=True):
+        for line in np.arange(lowest, highest + cut.side / 2, cut.side):
+            draw(line, color=GREY, linewidth=0.5, zorder=0.5, clip_on=False)
 
 
 def draw_counts(axes: Axes, cut: Slice):

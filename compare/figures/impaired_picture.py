@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows, mean_shares
 from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
@@ -20,21 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENDINGS = (".png", ".svg")
-COLUMNS = {  # feature set -> what the picture calls it
-    "spheres": "spheres",
-    "points": "points",
-    "occupancy_sqrt": "occupancy",
-    "rules": "rules",
-    "examiner": "examiner",
+COLUMNS = {  # feature set -> what the picture calls it, and what that means
+    "spheres": ("spheres", "where spheres that fall on the object come to rest"),
+    "points": ("points", "the object's own points, read the same way"),
+    "occupancy_sqrt": ("occupancy", "the cubes of space that it fills"),
+    "rules": ("rules", "height, area, flatness"),
+    "examiner": ("examiner", "a person of boxes, or a ball, tries it"),
 }
 NOT_DRAWN = ("bounding_box", "occupancy", "height_map", "always_no")  # no better than those that are
-MEANINGS = {
-    "spheres": "where spheres that fall on the object come to rest",
-    "points": "the object's own points, read the same way",
-    "occupancy_sqrt": "the cubes of space that it fills",
-    "rules": "height, area, flatness",
-    "examiner": "a person of boxes, or a ball, tries it",
-}
 KINDS = {  # function and kind, or kind -> what is drawn beside its row
     "hole": "hole in the bottom",
     "slit": "slit in the wall",
@@ -89,16 +82,18 @@ def draw_impaired(shares: Shares, path: Path) -> Path:
     from matplotlib.figure import Figure
 
     require_ending(path)
-    columns, tops, rows = columns_of(shares), block_tops(shares), rows_high(shares)
+    columns, tops = columns_of(shares), block_tops(shares)
+    blocks = {function: blocks_of(kinds, columns) for function, kinds in shares.items()}
+    rows = tops[True] + max(len(own[True]) for own in blocks.values())
     panel = LABELS + len(columns) * COLUMN + GAP
     wide, high = max(len(shares) * panel + GAP, NARROWEST), ABOVE + ROW * rows + BELOW
     with matplotlib.rc_context(STYLE), writing(path):
         figure = Figure(figsize=(wide, high), dpi=DOTS)
-        for place, (function, kinds) in enumerate(shares.items()):
+        for place, (function, own) in enumerate(blocks.items()):
             left, size = GAP + place * panel + LABELS, (len(columns) * COLUMN / wide, ROW * rows / high)
             axes = figure.add_axes((left / wide, BELOW / high, *size), xlim=(0, len(columns)), ylim=(rows, 0))
             draw_heads(axes, function, columns)
-            for works, block in blocks_of(kinds, columns).items():
+            for works, block in own.items():
                 draw_block(axes, function, block, columns, tops[works], works)
         draw_words(figure, headline(shares, columns), columns)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -116,9 +111,8 @@ def columns_of(shares: Shares) -> dict[str, str]:
     """Return which feature sets are drawn, and what they are called: simulators by name, and those of `COLUMNS`."""
     there = next(iter(next(iter(shares.values())).values()))["share"]
     simulators = [name for name in there if name not in {*COLUMNS, *NOT_DRAWN} and COPIES_LEARNT not in name]
-    return dict(zip(simulators, simulators, strict=True)) | {
-        name: words for name, words in COLUMNS.items() if name in there
-    }
+    others = {name: words for name, (words, _) in COLUMNS.items() if name in there}
+    return dict(zip(simulators, simulators, strict=True)) | others
 
 
 def blocks_of(kinds: Mapping[str, KindShare], columns: Mapping[str, str]) -> dict[bool, dict[str, KindShare]]:
@@ -141,21 +135,12 @@ def block_tops(shares: Shares) -> dict[bool, float]:
     return {False: 1.0, True: 2.0 + most + SPACE}
 
 
-def rows_high(shares: Shares) -> float:
-    """Return how many rows high the panels are."""
-    columns = columns_of(shares)
-    return block_tops(shares)[True] + max(len(blocks_of(kinds, columns)[True]) for kinds in shares.values())
-
-
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     """Return what comes of it in two sentences, each a mean over functions."""
-    sentences = []
+    sentences, means = [], mean_shares(shares, list(columns))
     for name, words in ((USELESS, "useless objects"), (HARMLESS, "objects changed harmlessly")):
-        rows = [dict(mean_rows(kinds, list(columns))) for kinds in shares.values()]
-        means = [row[name]["share"] for row in rows if name in row]
-        if means:
-            means_told = [(column, np.mean([mean[key] for mean in means])) for key, column in columns.items()]
-            said = ", ".join(f"{column} {per_cent(mean)} %" for column, mean in means_told)
+        if not np.isnan(list(means[name].values())).all():
+            said = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
             sentences.append(f"Of {words} are still called useful by {said}.")
     return sentences
 
@@ -189,15 +174,13 @@ def draw_block(
     if block:
         axes.text(-LABELS / COLUMN, top - 0.4, TITLES[works], va="center", fontsize=8, fontweight="bold", color=GREY)
     for line, (kind, row) in enumerate(block.items()):
-        weight = "bold" if kind == MEAN else "normal"
-        at = {"va": "center_baseline", "fontsize": 8, "fontweight": weight}
+        at = {"va": "center_baseline", "fontsize": 8, "fontweight": "bold" if kind == MEAN else "normal"}
         axes.text(-0.15, top + line + 0.5, kind_words(function, kind), ha="right", color=INK, **at)
         for place, name in enumerate(columns):
             share = row["share"][name]
             right = share if works else 1 - share
-            axes.add_patch(
-                Rectangle((place, top + line), 1, 1, facecolor=colours()(right), edgecolor="white", linewidth=1)
-            )
+            colour = colours()(right)
+            axes.add_patch(Rectangle((place, top + line), 1, 1, facecolor=colour, edgecolor="white", linewidth=1))
             ink = "white" if abs(right - 0.5) > 0.35 else INK
             axes.text(place + 0.5, top + line + 0.5, per_cent(share), ha="center", color=ink, **at)
 
@@ -220,6 +203,6 @@ def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, s
     key.set_axis_off()
     words = "wrong to right.  In each cell: how many per cent of the copies are still called by the function."
     figure.text((GAP + 1.5) / wide, 0.585 / high, words, fontsize=8, va="center", color=GREY)
-    meanings = [f"{words}: {MEANINGS[name]}." for name, words in columns.items() if name in MEANINGS]
+    meanings = [f"{words}: {COLUMNS[name][1]}." for name, words in columns.items() if name in COLUMNS]
     for line, said in enumerate((meanings[:-2], meanings[-2:])):
         figure.text(GAP / wide, (0.34 - 0.16 * line) / high, "  ".join(said), fontsize=8, va="center", color=GREY)

@@ -28,9 +28,8 @@ def learning_curve(data: EvaluatedData) -> Plate:
 
 def curve_rows(data: EvaluatedData) -> list[dict]:
     """Return the quality of each function at each training size."""
-    trials = data.protocol.trials
     return [
-        {"train_size": size, "trials": trials, "function": name, **row}
+        {"train_size": size, "trials": data.protocol.trials, "function": name, **row}
         for size in data.evaluation.trials
         for name, row in data.evaluation.quality(size).items()
     ]

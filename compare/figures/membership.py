@@ -129,11 +129,8 @@ def key_entries() -> list:
 def name_groups(axes: Axes, groups: list[Group], end: float):
     """Write the labels below their groups, slanted where they would run into each other."""
     middles = [group.places.mean() for group in groups]
-    slanted = bool(np.min(np.diff(middles), initial=np.inf) < NARROW * 1.5 * end)
-    words = [f"{group.label} ({len(group.objects)})" for group in groups]
-    if slanted:
-        axes.set_xticks(middles, words, rotation=25, ha="right", rotation_mode="anchor")
-    else:
-        axes.set_xticks(middles, words)
+    narrow = bool(np.min(np.diff(middles), initial=np.inf) < NARROW * 1.5 * end)
+    slant = {"rotation": 25, "ha": "right", "rotation_mode": "anchor"} if narrow else {}
+    axes.set_xticks(middles, [f"{group.label} ({len(group.objects)})" for group in groups], **slant)
     axes.spines["bottom"].set_color(PALE)
     axes.set_xlabel("objects by label (number)")

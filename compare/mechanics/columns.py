@@ -99,12 +99,11 @@ def main(
 def print_rows(results: dict[str, list[dict[str, float]]], data: str):
     """Print the mean F-measure of each function, and its spread over the forests."""
     functions = list(next(iter(results.values()))[0])
-    rows = [
-        [name, *(f"{np.mean([row[one] for row in rows]):.3f} ± {np.std([row[one] for row in rows]):.3f}"
-                 for one in functions)]
-        for name, rows in results.items()
-    ]
-    print_table(f"{data}: F-measures across sources, mean and spread of the forests", ["columns", *functions], rows)
+    table = []
+    for name, rows in results.items():
+        columns = [[row[one] for row in rows] for one in functions]
+        table.append([name, *(f"{np.mean(column):.3f} ± {np.std(column):.3f}" for column in columns)])
+    print_table(f"{data}: F-measures across sources, mean and spread of the forests", ["columns", *functions], table)
 
 
 if __name__ == "__main__":

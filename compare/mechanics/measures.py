@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.formats.units import format_duration
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 
@@ -16,9 +18,6 @@ from .keeping import KeepScore, score_keeping
 from .poses import PoseScore, score_poses
 from .standing import Agreement, StandScore, agreement, score_standing
 from .tasks import Outcome
-
-if TYPE_CHECKING:
-    from spherefunc_bullet.learning.classifier import CloudClassifier
 
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry"}  # by task, what a backend needs for it
 TASKS = tuple(ABILITIES)
@@ -48,8 +47,8 @@ class Measured:
                         seconds=one.seconds, right=one.right)
                 for name, one in self.poses.items()
             ]
-        words = {"standing": "F of sound furniture", "keeping": "F of vessels"}[task]
-        scores: Mapping[str, StandScore | KeepScore] = self.standing if task == "standing" else self.keeping
+        told = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
+        words, scores = told[task]
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,
@@ -76,7 +75,7 @@ def measured(
     simulators: Mapping[str, Simulator],
     tasks: Sequence[str],
     count: int | None,
-    classifier: CloudClassifier,
+    classifier: CloudClassifier | None,
     loading: Loading,
 ) -> Measured:
     """Return what simulators do of tasks, each asked for the tasks that it can do.
@@ -85,21 +84,24 @@ def measured(
     ----------
     count : int, optional
         Objects of each task at most, evenly chosen.
-    classifier : CloudClassifier
-        Which ranks poses.
+    classifier : CloudClassifier, optional
+        Which ranks poses; without one, the model that ships.
     """
+    if "poses" in tasks and classifier is None:
+        classifier = load_model(shipped_model("fast"))
 
     def able(task: str) -> dict[str, Simulator]:
         named = ABILITIES[task]
         return {name: one for name, one in simulators.items() if task in tasks and callable(getattr(one, named, None))}
 
-    poses = {name: score_poses(objects, one, classifier, count, loading) for name, one in able("poses").items()}
-    stood = {name: score_standing(objects, one, count, loading) for name, one in able("standing").items()}
-    kept = {name: score_keeping(objects, one, count, loading) for name, one in able("keeping").items()}
+    def scored(task: str, score: Callable[..., Any], *more: object) -> dict[str, Any]:
+        told = {name: score(objects, one, *more, count, loading) for name, one in able(task).items()}
+        return {name: one for name, one in told.items() if one is not None}
+
     return Measured(
-        poses={name: one for name, one in poses.items() if one is not None},
-        standing={name: one for name, one in stood.items() if one is not None},
-        keeping={name: one for name, one in kept.items() if one is not None},
+        poses=scored("poses", score_poses, classifier),
+        standing=scored("standing", score_standing),
+        keeping=scored("keeping", score_keeping),
         unable={task: tuple(name for name in simulators if name not in able(task)) for task in tasks},
     )
 
@@ -150,15 +152,10 @@ def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:
     reports = {}
     for task, unable in mechanics.unable.items():
         rows = [asdict(one) for one in mechanics.outcomes(task)]
-        more = {name: plain(one) for name, one in scores[task].items()}
+        more = {name: asdict(one) for name, one in scores[task].items()}
+        for one in more.values():
+            one.pop("answers", None)  # the single places of what stands
         reports[task] = {"says": said[task], "rows": rows, "unable": list(unable), "backends": more}
     if "standing" in reports:
         reports["standing"]["agreement"] = same and asdict(same)
     return reports
-
-
-def plain(score: PoseScore | StandScore | KeepScore) -> dict[str, Any]:
-    """Return a score for JSON, without the single places of what stands."""
-    fields = asdict(score)
-    fields.pop("answers", None)
-    return fields

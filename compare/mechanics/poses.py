@@ -24,51 +24,30 @@ UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseAnswer:
-    """What was found of one object."""
-
-    found: bool
-    first: bool  # the upright pose has the highest score of the object's function
-    likeliest: bool  # it is the likeliest pose
-    poses: int
-    seconds: float  # of the poses alone, by the clock
-
-
-@dataclass(frozen=True, kw_only=True)
 class PoseScore:
     """How well one backend finds poses."""
 
     backend: str
     asked: int
-    found: float
-    first: float
-    likeliest: float
+    found: float  # share of objects whose upright pose is among them
+    first: float  # the upright pose has the highest score of the object's function
+    likeliest: float  # it is the likeliest pose
     poses: float  # of an object, in the mean
     seconds: float  # the median of the poses alone, by the clock
     right: dict[str, bool]  # by file: the pose of use is ranked first
 
-    @property
-    def missed(self) -> list[str]:
-        """Whose pose of use is not ranked first."""
-        return [name for name, right in self.right.items() if not right]
-
 
 def posed(
     path: Path, simulator: Simulator, loading: Loading, function: str, classifier: CloudClassifier
-) -> PoseAnswer:
-    """Return whether the pose of a file is found after it was turned at random, as its name says."""
+) -> dict[str, float]:
+    """Return whether the pose of a file is found after it was turned at random, as its name says; see `PoseScore`."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
     cloud = turned_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)
     result = simulator.poses(cloud, PoseSettings(), 0)
     upright = [(pose.rotation @ turn)[2, 2] > np.cos(np.radians(UPRIGHT_DEG)) for pose in result.poses]
     best = best_poses(pose_functions(cloud, result.poses, classifier))[function]
-    return PoseAnswer(
-        found=any(upright),
-        first=bool(upright[best]),
-        likeliest=bool(upright[0]),
-        poses=len(upright),
-        seconds=result.seconds,
-    )
+    shares = {"found": any(upright), "first": bool(upright[best]), "likeliest": bool(upright[0])}
+    return shares | {"poses": len(upright), "seconds": result.seconds}
 
 
 def score_poses(
@@ -80,7 +59,7 @@ def score_poses(
 ) -> PoseScore | None:
     """Return how well a backend finds the poses of objects that have a function; None where none has one."""
     chosen = evenly([item for item in objects if item.functions & set(classifier.functions_)], count)
-    answers: dict[str, PoseAnswer] = {}
+    answers: dict[str, dict[str, float]] = {}
     for function in classifier.functions_:
         own = [item for item in chosen if main_function(item, classifier.functions_) == function]
         more = (f"posing by {simulator.name}", loading, function, classifier)
@@ -89,15 +68,13 @@ def score_poses(
     told = list(answers.values())
     if not told:
         return None
+    means = {key: float(np.mean([one[key] for one in told])) for key in ("found", "first", "likeliest", "poses")}
     return PoseScore(
         backend=simulator.name,
         asked=len(told),
-        found=float(np.mean([one.found for one in told])),
-        first=float(np.mean([one.first for one in told])),
-        likeliest=float(np.mean([one.likeliest for one in told])),
-        poses=float(np.mean([one.poses for one in told])),
-        seconds=float(np.median([one.seconds for one in told])),
-        right={name: one.first for name, one in answers.items()},
+        **means,
+        seconds=float(np.median([one["seconds"] for one in told])),
+        right={name: one["first"] for name, one in answers.items()},
     )
 
 

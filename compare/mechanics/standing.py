@@ -48,6 +48,11 @@ class StandAnswer:
         level = self.stance in (Stance.STANDS, Stance.ROCKS) and self.tilt_deg < LEVEL_DEG
         return level and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
+    def verdict(self, name: str) -> Verdict:
+        """Return what is told of the thing of this name."""
+        share = float(self.carries.mean()) if len(self.carries) else 0.0
+        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", told=self.sound, value=share)
+
 
 def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
     """Return how a file's object stands, and each sawn copy of it that can be made."""
@@ -99,16 +104,7 @@ def score_standing(
             seconds.append(taken / len(told))
     if not answers:
         return None
-    verdicts = tuple(
-        Verdict(
-            name=name,
-            kind=one.kind,
-            true=one.kind == "whole",
-            told=one.sound,
-            value=float(one.carries.mean()) if len(one.carries) else 0.0,
-        )
-        for name, one in answers.items()
-    )
+    verdicts = tuple(one.verdict(name) for name, one in answers.items())
     score = score_of(simulator.name, verdicts, float(np.mean(seconds)))
     return StandScore(score=score, verdicts=verdicts, answers=answers)
 

@@ -26,10 +26,10 @@ from spherefunc_bullet.scenes.recognition.judging import SMALLEST_RADII, value_f
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import Settled
 
-from ..evaluation.features import voxel_centers
+from ..evaluation.features import level_sizes, voxel_centers
 from ..evaluation.profiled import points_as_drops
 from .lessons.files import lesson_paths, read_lessons
-from .lessons.lesson import counted
+from .lessons.lesson import counted, record_of
 
 CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
 
@@ -54,7 +54,6 @@ class Baseline(Protocol):
 
     def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
         """Return the scores (P, F) of objects."""
-        ...
 
 
 def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None]) -> Learnt:
@@ -101,8 +100,7 @@ def objects_learnt(
 
 def shape_record(cloud: Cloud, path: Path) -> ObjectRecord:
     """Return a cloud's shape, without spheres."""
-    shape = shape_of(cloud)
-    return ObjectRecord(path=path, size=shape["size"], voxels=shape["voxels"], settled={}, seconds={}, drops={})
+    return record_of(path, shape_of(cloud), {})
 
 
 def baselines(learnt: Learnt, model: FunctionModel) -> dict[str, Baseline]:
@@ -119,19 +117,13 @@ class BoundingBoxes:
 
     def __init__(self, learnt: Learnt):
         self.functions = tuple(sorted(set().union(*learnt.labels)))
-        self.sizes = box_sizes(learnt.records)
+        self.sizes = level_sizes(learnt.records)
         self.members = memberships(learnt.labels, self.functions)
 
     def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
         """Return the scores (P, F) of objects."""
-        distances = euclidean_distances(box_sizes(records), self.sizes)
+        distances = euclidean_distances(level_sizes(records), self.sizes)
         return np.column_stack([member_scores(distances, column, CUBES) for column in self.members.T])
-
-
-def box_sizes(records: Sequence[ObjectRecord]) -> np.ndarray:
-    """Return the sizes (N, 3) of objects: the shorter and the longer level side, and the height, metres."""
-    sizes = np.array([record.size for record in records]).reshape(-1, 3)
-    return np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]])
 
 
 class PointsInCubes:

@@ -16,6 +16,7 @@ from .truth import RecognisedObject, TrueObject
 
 NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE = "not proposed", "merged", "torn", "mislabelled", "unsure"
 CAUSES = (NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE)
+Cause = tuple[str, str]  # one of CAUSES, and what happened
 SURE = 0.1  # off the threshold: what scores nearer to it is told by neither side with conviction
 _SPARED = 0.03  # metres, of an object's lowest slice, which may be what it stands on; less of a low one:
 _SPARED_SHARE = 0.2  # of its height
@@ -34,14 +35,6 @@ class CauseRow(TypedDict):
     score: float | None  # of a claim
     center: list[float]  # of the object's or the claim's box, metres, the scan's frame
     cause: str  # one of CAUSES
-    detail: str
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cause:
-    """Why."""
-
-    kind: str  # one of CAUSES
     detail: str
 
 
@@ -93,38 +86,25 @@ def cause_rows(scan: JudgedScan) -> tuple[list[CauseRow], list[CauseRow]]:
         return [], []
     proposed, told = overlaps_of(scan, scan.asked), overlaps_of(scan, scan.recognised)
     return (
-        [miss_row(scan, verdict, cause_of_miss(scan, verdict, proposed)) for verdict in missed],
-        [claim_row(scan, verdict, cause_of_claim(scan, verdict, told)) for verdict in false],
+        [cause_row(scan, verdict, cause_of_miss(scan, verdict, proposed)) for verdict in missed],
+        [cause_row(scan, verdict, cause_of_claim(scan, verdict, told)) for verdict in false],
     )
 
 
-def miss_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
-    """Return a missed object for a report."""
-    true = verdict.true
-    center = true.box.center if true.points is None else scan.points[true.points].mean(axis=0)
+def cause_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
+    """Return a missed object or a false claim for a report."""
+    (kind, detail), true, claim = cause, verdict.true, verdict.claim
+    labelled = true is not None and true.points is not None
+    center = scan.points[true.points].mean(axis=0) if labelled else (true or claim).box.center
     return {
         "scan": scan.name,
         "function": verdict.function,
-        "object": true.name,
-        "visible": true.visible,
-        "score": None,
+        "object": true and true.name,
+        "visible": true and true.visible,
+        "score": claim and claim.scores[verdict.function],
         "center": np.round(center, 2).tolist(),
-        "cause": cause.kind,
-        "detail": cause.detail,
-    }
-
-
-def claim_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
-    """Return a false claim for a report."""
-    return {
-        "scan": scan.name,
-        "function": verdict.function,
-        "object": None,
-        "visible": None,
-        "score": verdict.claim.scores[verdict.function],
-        "center": np.round(verdict.claim.box.center, 2).tolist(),
-        "cause": cause.kind,
-        "detail": cause.detail,
+        "cause": kind,
+        "detail": detail,
     }
 
 
@@ -139,16 +119,16 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
         return cause_of_telling(scan, scan.asked[best], verdict.function)
     if fits.any():
         best = int(np.argmax(np.where(fits, inside, -1)))
-        return Cause(kind=MERGED, detail=f"one part with {others_in(scan, overlaps, best, t)}")
+        return MERGED, f"one part with {others_in(scan, overlaps, best, t)}"
     if covered.max(initial=0.0) < _SOME or covered.sum() < _PROPOSED:
-        return Cause(kind=NOT_PROPOSED, detail=f"its points: {whereabouts(scan, own_points(scan, t))}")
+        return NOT_PROPOSED, f"its points: {whereabouts(scan, own_points(scan, t))}"
     best = int(np.argmax(covered))
     if inside[best] < _MOST:
-        return Cause(kind=MERGED, detail=f"one part with {others_in(scan, overlaps, best, t)}")
+        return MERGED, f"one part with {others_in(scan, overlaps, best, t)}"
     parts = int((covered > _SOME).sum())
     if covered[best] < _MOST or parts > 1:
-        return Cause(kind=TORN, detail=f"{parts} parts, the largest of {covered[best]:.0%} of its points")
-    return Cause(kind=TORN, detail=f"one part of {covered[best]:.0%} of its points, too small for its box")
+        return TORN, f"{parts} parts, the largest of {covered[best]:.0%} of its points"
+    return TORN, f"one part of {covered[best]:.0%} of its points, too small for its box"
 
 
 def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
@@ -156,13 +136,13 @@ def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str
     score = proposal.scores[function]
     if function in proposal.functions:
         if any(np.array_equal(proposal.points, item.points) for item in scan.recognised):
-            return Cause(kind=MERGED, detail="what was found there is another object")
-        return Cause(kind=MISLABELLED, detail=f"{function} {score:.2f}, but what overlaps it was surer")
+            return MERGED, "what was found there is another object"
+        return MISLABELLED, f"{function} {score:.2f}, but what overlaps it was surer"
     if proposal.fragment:
-        return Cause(kind=TORN, detail=f"refused as a fragment, {function} {score:.2f}")
+        return TORN, f"refused as a fragment, {function} {score:.2f}"
     told = ", ".join(f"{name} {proposal.scores[name]:.2f}" for name in sorted(proposal.functions)) or "nothing"
     kind = UNSURE if score > THRESHOLD - SURE else MISLABELLED
-    return Cause(kind=kind, detail=f"told as {told}; {function} {score:.2f}")
+    return kind, f"told as {told}; {function} {score:.2f}"
 
 
 def cause_of_claim(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cause:
@@ -172,19 +152,19 @@ def cause_of_claim(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Ca
     fits = np.array([sufficient_overlap(true, verdict.claim) for true in scan.truth])
     held = [t for t in range(len(scan.truth)) if covered[t] >= _MOST and inside[t] >= _SOME]
     if len(held) > 1 and inside[held].max() < 1 - _SOME:
-        return Cause(kind=MERGED, detail=f"holds {names_of(scan.truth, held)}")
+        return MERGED, f"holds {names_of(scan.truth, held)}"
     if fits.max(initial=0.0) > 0:
         true = scan.truth[int(np.argmax(fits))]
         if verdict.function in true.functions:
-            return Cause(kind=TORN, detail=f"a second part of the {true.name} that was found")
-        return Cause(kind=MISLABELLED, detail=f"is the {true.name}")
+            return TORN, f"a second part of the {true.name} that was found"
+        return MISLABELLED, f"is the {true.name}"
     best = int(np.argmax(inside)) if len(inside) else -1
     if best >= 0 and inside[best] >= _MOST:
-        return Cause(kind=TORN, detail=f"lies in the box of the {scan.truth[best].name}, {covered[best]:.0%} of it")
+        return TORN, f"lies in the box of the {scan.truth[best].name}, {covered[best]:.0%} of it"
     if held:
-        return Cause(kind=MERGED, detail=f"holds {names_of(scan.truth, held)} and what the truth does not list")
+        return MERGED, f"holds {names_of(scan.truth, held)} and what the truth does not list"
     unsure = verdict.claim.scores[verdict.function] < THRESHOLD + SURE
-    return Cause(kind=UNSURE if unsure else MISLABELLED, detail="a thing that the truth does not list")
+    return (UNSURE if unsure else MISLABELLED), "a thing that the truth does not list"
 
 
 def others_in(scan: JudgedScan, overlaps: Overlaps, proposal: int, but: int) -> str:

@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from spherefunc_bullet.formats.writing import write_text
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from .trials import ConditionRow
+from .trials import ConditionRow
 
 WHOLE = "whole"
 
@@ -82,8 +80,7 @@ def draw_curves(figure: Figure, measured: Sequence[ConditionRow]):
         by_noise = [row for row in rows if row["views"] == often]
         draw_panel(panels[1], by_noise, "noise", f"noise, times a Kinect's; {often}")
     panels[0].set(ylabel="F-measure; recall of objects", ylim=(0, 1.02))
-    handles, names = panels[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=5, handlelength=3.2)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.2)
 
 
 def draw_panel(axes: Axes, rows: Sequence[CurvePoint], across: str, label: str):

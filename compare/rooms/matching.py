@@ -111,9 +111,8 @@ def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:
 
 def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:
     """Compare each function of each object: the largest overlaps are matched first, each object once."""
-    functions = sorted({name for item in truth for name in item.functions | item.disputed}.union(
-        *(item.functions for item in recognised)
-    ))  # fmt: skip
+    wanted = [item.functions | item.disputed for item in truth]
+    functions = sorted(set().union(*wanted, *(item.functions for item in recognised)))
     return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
 
 
@@ -123,10 +122,8 @@ def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[Recog
     claimed = [item for item in recognised if name in item.functions]
     overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
     pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
-    told = [
-        Verdict(function=name, true=true, claim=claimed[pairs[t]] if t in pairs else None)
-        for t, true in enumerate(wanted)
-    ]
+    found = {t: claimed[c] for t, c in pairs.items()}
+    told = [Verdict(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
     return told + [Verdict(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()]
 
 

@@ -68,10 +68,8 @@ class Asked:
 
     def proposals(self) -> list[RecognisedObject]:
         """Return all that was proposed, as the spheres tell it; what is the same as others too."""
-        return [
-            self.as_recognised(item, self.has(members))
-            for item, members in zip(self.room.proposals, self.places.of_proposals, strict=True)
-        ]
+        proposed = zip(self.room.proposals, self.places.of_proposals, strict=True)
+        return [self.as_recognised(item, self.has(members)) for item, members in proposed]
 
     def has(self, members: np.ndarray) -> np.ndarray:
         """Return which of the scan's points lie at some places (K,), (N,) bool."""

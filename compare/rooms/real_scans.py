@@ -46,9 +46,8 @@ def print_measured(measured: Measured):
     print_scans(measured.rows)
     print_functions(measured.readings)
     print_causes(measured.misses, measured.false_claims)
-    score = score_of(measured.readings.get(SPHERES, ()))
-    seen, claims = score.found + score.missed, score.found + score.false
-    print(f"all: {score.found} of {seen} found, {score.found} of {claims} claims true")
+    score = score_of(measured.readings.get(SPHERES, ())).row()
+    print(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
 def learnt_baselines(
@@ -104,10 +103,7 @@ def main(
             measure(path, points, trial, shown, measured)
         except InputError as error:
             failures.add(error)
-    if as_json:
-        print_json(measured.json())
-    else:
-        print_measured(measured)
+    print_json(measured.json()) if as_json else print_measured(measured)
     failures.exit()
 
 

@@ -55,15 +55,10 @@ def may_be_shown(path: Path) -> bool:
 def truth_marks(scan: Scan, room: Room, verdicts: Sequence[Verdict]) -> list[Mark]:
     """Return the boxes of all true objects with a function: green where found, red where missed, grey if uncounted."""
     marks = []
-    for verdict in verdicts:
+    for verdict in [verdict for verdict in verdicts if verdict.true is not None]:
         true = verdict.true
-        if true is None:
-            continue
-        corners = (
-            room.levelling.to_level(true.box.corners)
-            if true.points is None
-            else bounding_box(room.levelling.to_level(scan.points[true.points])).corners
-        )
+        level, labelled = room.levelling.to_level, true.points is not None
+        corners = bounding_box(level(scan.points[true.points])).corners if labelled else level(true.box.corners)
         colour = COLOURS.get(verdict.outcome, _APART)
         marks.append(Mark(corners=corners, colour=colour, text=f"{true.name}: {verdict.outcome}", thin=True))
     return marks

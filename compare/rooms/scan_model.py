@@ -8,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import typer
+from joblib import Parallel, delayed
+from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import Failures, progress, run, say
@@ -27,9 +29,6 @@ from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_liv
 from .lessons.files import kept_lessons
 from .lessons.lesson import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, model_lesson
 from .trials import shares
-
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn
 TREES, LEAST = 100, 2  # of a forest, and objects in a leaf: a third of the nodes that single ones take, as right
@@ -82,8 +81,6 @@ def taught_in_all(
     streets: Sequence[Street], model: FunctionClassifier, kept: Path | None, jobs: int
 ) -> Iterator[Taught]:
     """Yield what each street teaches, in their order, whoever is done first."""
-    from joblib import Parallel, delayed
-
     tasks = (delayed(taught_in)(street, place, model, kept) for place, street in enumerate(streets))
     yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
 
@@ -113,8 +110,6 @@ def main(
 
 def forest() -> ExtraTreesClassifier:
     """Return the classifier of one function."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
     return ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, random_state=0)
 
 

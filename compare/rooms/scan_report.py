@@ -77,10 +77,7 @@ def print_functions(readings: Mapping[str, Verdicts]):
 
 def shares_of(score: Score) -> tuple[str, str]:
     """Return recall and precision as counts and shares."""
-    return (
-        counted(score.found, score.found + score.missed),
-        counted(score.found, score.found + score.false),
-    )
+    return counted(score.found, score.found + score.missed), counted(score.found, score.found + score.false)
 
 
 def counted(some: int, of: int) -> str:
@@ -117,11 +114,9 @@ def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
     empty = Score().row()
     own = [known.get(name, empty) for name in names]
     sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
-    return (
-        [plain(score["found"], score["seen"]) for score in own]
-        + [plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])]
-        + [str(sums["disputed"]) if sums["disputed"] else "-"]
-    )
+    told = [plain(score["found"], score["seen"]) for score in own]
+    claims, backs = plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])
+    return [*told, claims, backs, str(sums["disputed"] or "-")]
 
 
 def plain(some: int, of: int) -> str:

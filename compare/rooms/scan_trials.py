@@ -11,9 +11,8 @@ import numpy as np
 
 from spherefunc_bullet.console import say
 from spherefunc_bullet.learning.function_model import FunctionModel
-from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
+from spherefunc_bullet.scenes.recognition.recognition import Room
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
-from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.settling.records import ObjectRecord
 
 from .baselines import Baseline, shape_record
@@ -22,6 +21,7 @@ from .matching import JudgedScan, ScoreRow, Verdict, judged, score_of
 from .proposals import Asked, Scores
 from .review import Pictures
 from .scan_report import SPHERES, ScanRow, known_row, scores_by_function
+from .trials import Recognition
 from .truth import RecognisedObject, TrueObject, true_objects
 
 
@@ -48,19 +48,11 @@ class Measured:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Trial:
+class Trial(Recognition):
     """How scans are recognised, and what else tells what was proposed."""
 
     model: FunctionModel
-    settings: Segmentation
-    completion: tuple[str, ...]
-    proposals: tuple[str, ...]  # "clusters", "pools", or both
     baselines: dict[str, Baseline]
-
-    def recognise(self, scan: Scan) -> Room:
-        """Return what is recognised in a scan."""
-        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
-        return recognise(scan, self.model, **how)
 
     def told_by_baselines(self, asked: Asked) -> dict[str, Sequence[RecognisedObject]]:
         """Return what the same proposals become as every baseline tells them."""
@@ -116,7 +108,7 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
     if points is not None:
         truth = without_points(truth, len(scan))
     started = time.process_time()  # of one core, whatever else is running
-    room = trial.recognise(scan)
+    room = trial.recognised(scan, trial.model)
     row = scan_row(path, scan, room, time.process_time() - started)
     asked, verdicts = Asked(scan=scan, room=room), []
     if truth is not None:
@@ -132,7 +124,10 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
             verdicts=verdicts,
         )
         row |= known_row(verdicts)
-        add_verdicts(measured, judged_scan)
+        misses, false_claims = cause_rows(judged_scan)
+        measured.misses += misses
+        measured.false_claims += false_claims
+        measured.readings.setdefault(SPHERES, []).extend(verdicts)
         for name, others in trial.told_by_baselines(asked).items():
             measured.readings.setdefault(name, []).extend(judged(truth, others))
     measured.rows.append(row)
@@ -143,11 +138,3 @@ def without_points(truth: list[TrueObject] | None, count: int) -> list[TrueObjec
     """Return what is known of a scan of so many points; None where it is known by labels of others."""
     by_label = any(true.points is not None and len(true.points) != count for true in truth or ())
     return None if by_label else truth
-
-
-def add_verdicts(measured: Measured, scan: JudgedScan):
-    """Add the spheres' verdicts on one scan, and the causes of what went wrong."""
-    misses, false_claims = cause_rows(scan)
-    measured.readings.setdefault(SPHERES, []).extend(scan.verdicts)
-    measured.misses += misses
-    measured.false_claims += false_claims

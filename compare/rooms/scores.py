@@ -7,7 +7,7 @@ Objects that the scan hardly shows are neither asked for nor held against anybod
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -54,14 +54,7 @@ class Counts:
 
     def row(self) -> CountsRow:
         """Return the figures for a report, rounded."""
-        return {
-            "f_measure": rounded(self.f_measure),
-            "precision": rounded(self.precision),
-            "recall": rounded(self.recall),
-            "hits": self.hits,
-            "false_alarms": self.false_alarms,
-            "misses": self.misses,
-        }
+        return {name: rounded(getattr(self, name)) for name in ("f_measure", "precision", "recall")} | asdict(self)
 
 
 def ratio(part: float, whole: float) -> float | None:
@@ -97,10 +90,8 @@ def match_parts(truth: np.ndarray, part_of: np.ndarray, asked: Iterable[int]) ->
         if 2 * len(own) <= inside.sum():
             continue
         numbers, shared = np.unique(own[own >= 0], return_counts=True)
-        best = {
-            int(number): both / (len(own) + objects[number] - both)
-            for number, both in zip(numbers, shared, strict=True)
-        }
+        pairs = zip(numbers.tolist(), shared, strict=True)
+        best = {number: both / (len(own) + objects[number] - both) for number, both in pairs}
         matches[part] = next((number for number, iou in best.items() if iou > IOU), None)
     return matches
 
@@ -123,9 +114,7 @@ def function_counts(matches: Matches, given: Functions, labels: Functions, name:
     labels : dict of int to set of str
         The functions of each object that counts, found or not.
     """
-    hits = sum(
-        name in given[part] and number is not None and name in labels[number] for part, number in matches.items()
-    )
-    claims = sum(name in given[part] for part in matches)
+    claimed = [number for part, number in matches.items() if name in given[part]]
+    hits = sum(number is not None and name in labels[number] for number in claimed)
     members = sum(name in functions for functions in labels.values())
-    return Counts(hits, claims - hits, members - hits)
+    return Counts(hits, len(claimed) - hits, members - hits)

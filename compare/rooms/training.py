@@ -8,19 +8,16 @@ from pathlib import Path
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import say
-from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
+from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.recognition.judging import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
-from spherefunc_bullet.settling.drops import Length
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import Settled, settle
-from spherefunc_bullet.simulator import Simulator
 
 from .trials import Fold, split_in_halves
 
@@ -30,29 +27,17 @@ OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not 
 
 
 @dataclass(frozen=True, kw_only=True)
-class Training:
+class Training(Dropping):
     """What is learnt from, and how."""
 
-    simulator: Simulator
-    radii: tuple[float, ...]  # metres
     examples: str = "whole"  # one of EXAMPLES
     completion: tuple[str, ...] = ()
     method: str = "cubes"
-    seed: int = 0
 
     def __post_init__(self):
+        super().__post_init__()
         if self.examples not in EXAMPLES:
             raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
-
-    @property
-    def length(self) -> Length:
-        """How long runs are."""
-        return find_method(self.method).length
-
-    @property
-    def dropping(self) -> Dropping:
-        """How spheres are dropped on whole models."""
-        return Dropping(simulator=self.simulator, radii=self.radii, seed=self.seed, length=self.length)
 
 
 def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
@@ -63,7 +48,7 @@ def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
     """
-    simulated = simulate_dataset(dataset, training.dropping, jobs=jobs, failed=failed)
+    simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
     one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
     return [
         Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
@@ -87,30 +72,26 @@ def trained_classifier(
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
     """
-    settled, labels, names = [], [], []
+    examples: list[tuple[Settled, frozenset[str], str]] = []
     if training.examples != "views":
         by_path = {record.path: record.settled for record in simulated.records}
-        settled += [by_path[item.path] for item in dataset.objects]
-        labels += [item.functions for item in dataset.objects]
-        names += [item.path.name for item in dataset.objects]
+        examples += [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
     if training.examples != "whole":
-        for item, name, spheres in partial_examples(dataset, training, failed):
-            settled.append(spheres)
-            labels.append(item.functions)
-            names.append(name)
-    return new_classifier(training.dropping, training.method).fit_settled(settled, labels, names)
+        examples += partial_examples(dataset, training, failed)
+    settled, labels, names = ([example[column] for example in examples] for column in range(3))
+    return new_classifier(training, training.method).fit_settled(settled, labels, names)
 
 
 def partial_examples(
     dataset: Dataset, training: Training, failed: Callable[[InputError], None]
-) -> Iterator[tuple[DatasetObject, str, Settled]]:
-    """Yield object, name and settled centres of what scans of rooms show of a data set's objects."""
+) -> Iterator[tuple[Settled, frozenset[str], str]]:
+    """Yield settled centres, functions and name of what scans of rooms show of a data set's objects."""
     rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
     for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
         scan = scan_room(room, VIEWS, NOISE, training.seed)
         for number, cloud in partial_views(scan, training.completion):
             if training.examples == "both-large" and cloud.size.max() < LARGE:
                 continue
-            name = f"{room.objects[number].item.path.stem} in {room.name}"
-            how = training.simulator, training.radii, training.seed, training.length
-            yield room.objects[number].item, name, settle(cloud, *how)
+            item = room.objects[number].item
+            settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)
+            yield settled, item.functions, f"{item.path.stem} in {room.name}"

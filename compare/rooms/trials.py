@@ -9,12 +9,14 @@ from typing import TypedDict, TypeVar
 
 import numpy as np
 
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.proposals import KINDS
-from spherefunc_bullet.scenes.recognition.recognition import recognise, recognise_objects
+from spherefunc_bullet.scenes.recognition.recognition import Room, recognise, recognise_objects
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
@@ -33,7 +35,7 @@ from .scores import (
     segmentation_counts,
 )
 
-Key, Summand = TypeVar("Key"), TypeVar("Summand")
+Summand = TypeVar("Summand")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,16 +50,27 @@ class Condition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RoomTrial:
+class Recognition:
+    """How scans are taken apart and told."""
+
+    settings: Segmentation = field(default_factory=Segmentation)
+    completion: tuple[str, ...] = DEFAULT
+    proposals: tuple[str, ...] = KINDS  # "clusters", "pools", or both
+
+    def recognised(self, scan: Scan, model: FunctionModel) -> Room:
+        """Return what is recognised in a scan."""
+        how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
+        return recognise(scan, model, **how)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RoomTrial(Recognition):
     """Which rooms are made, how they are scanned, and how the scans are taken apart."""
 
     rooms: int = 12
     conditions: tuple[Condition, ...] = ()
     seed: int = 0
-    settings: Segmentation = field(default_factory=Segmentation)
-    completion: tuple[str, ...] = DEFAULT
     cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
-    proposals: tuple[str, ...] = KINDS
     lived_in: LivedIn = field(default_factory=LivedIn)
     resolution: Resolution = AS_SEEN
 
@@ -98,17 +111,7 @@ class ConditionCounts:
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
     def __add__(self, other: ConditionCounts) -> ConditionCounts:
-        return ConditionCounts(
-            rooms=self.rooms + other.rooms,
-            objects=self.objects + other.objects,
-            hidden=self.hidden + other.hidden,
-            points=self.points + other.points,
-            segmentation=self.segmentation + other.segmentation,
-            labelled=summed(self.labelled, other.labelled),
-            cut_out=summed(self.cut_out, other.cut_out),
-            whole=summed(self.whole, other.whole),
-            stages=summed(self.stages, other.stages),
-        )
+        return ConditionCounts(**summed(vars(self), vars(other)))
 
     def row(self, condition: Condition) -> ConditionRow:
         """Return the figures for a report."""
@@ -130,15 +133,17 @@ class ConditionCounts:
         }
 
 
-def summed(one: dict[Key, Summand], other: dict[Key, Summand]) -> dict[Key, Summand]:
-    """Return what two tables hold under each name, added where both have it.
+def summed(one: Summand, other: Summand) -> Summand:
+    """Return a sum; of two tables, what they hold under each name, added where both have it.
 
     Examples
     --------
     >>> summed({"cup": 1, "table": 2}, {"table": 3})
     {'cup': 1, 'table': 5}
     """
-    return one | other | {name: one[name] + other[name] for name in one if name in other}
+    if isinstance(one, dict):
+        return one | other | {name: summed(one[name], other[name]) for name in one if name in other}
+    return one + other
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -162,11 +167,7 @@ class Fold:
 
 
 def run_trial(
-    folds: Sequence[Fold],
-    trial: RoomTrial,
-    failed: Callable[[InputError], None],
-    shown: Callable[[Iterator], Iterator] = lambda rooms: rooms,
-    jobs: int = 1,
+    folds: Sequence[Fold], trial: RoomTrial, failed: Callable[[InputError], None], jobs: int
 ) -> dict[Condition, ConditionCounts]:
     """Return the counts of each condition, over all rooms of all folds.
 
@@ -174,8 +175,6 @@ def run_trial(
     ----------
     failed : callable
         Is given the error of each file that cannot be used; the rest goes on.
-    shown : callable
-        Passes an iterator of rooms on, and may show how far it is.
     jobs : int
         Processes that work at once, on a room each; -1: one per core.
     """
@@ -186,19 +185,18 @@ def run_trial(
         fold.ask_of_models(placed.item for room, own in rooms if own is fold for placed in room.objects)
     tasks = (delayed(room_counts)(room, fold, trial) for room, fold in rooms)
     total = dict.fromkeys(trial.conditions, ConditionCounts())
-    for counts in shown(Parallel(n_jobs=jobs, return_as="generator")(tasks)):
+    for counts in progress(Parallel(n_jobs=jobs, return_as="generator")(tasks), trial.rooms, "scanning rooms"):
         total = summed(total, counts)
     return total
 
 
 def room_counts(room: VirtualRoom, fold: Fold, trial: RoomTrial) -> dict[Condition, ConditionCounts]:
     """Return what comes of one room under each condition."""
-    return {
-        condition: scan_counts(
-            scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution), fold, trial
-        )
-        for condition in trial.conditions
-    }
+    counts = {}
+    for condition in trial.conditions:
+        scan = scan_room(room, condition.views, condition.noise, trial.seed, trial.resolution)
+        counts[condition] = scan_counts(scan, fold, trial)
+    return counts
 
 
 def furnished_rooms(
@@ -206,8 +204,7 @@ def furnished_rooms(
 ) -> Iterator[tuple[VirtualRoom, Fold]]:
     """Yield the rooms of all folds, each with its fold."""
     for fold, count in zip(folds, shares(trial.rooms, len(folds)), strict=True):
-        rooms = furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in)
-        for room in rooms:
+        for room in furnish_lived_in(fold.dataset, count, seed=trial.seed, failed=failed, lived_in=trial.lived_in):
             yield room, fold
 
 
@@ -227,13 +224,7 @@ def scan_counts(scan: VirtualScan, fold: Fold, trial: RoomTrial) -> ConditionCou
     seen = scan.seen().tolist()
     items = {number: scan.room.objects[number].item for number in seen}
     labels = {number: item.functions for number, item in items.items()}
-    room = recognise(
-        Scan(name=scan.room.name, points=scan.points),
-        fold.model,
-        settings=trial.settings,
-        completion=trial.completion,
-        proposals=trial.proposals,
-    )
+    room = trial.recognised(Scan(name=scan.room.name, points=scan.points), fold.model)
     matches, itself = match_parts(scan.labels, room.labels, seen), {number: number for number in seen}
 
     def counts(matches: Matches, given: Functions) -> dict[str, Counts]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -123,32 +123,24 @@ def is_disputed(name: str, remark: str) -> bool:
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
     """Return the object of a row of boxes."""
     center, size = (np.array([number_of(row, f"{kind}{axis}", path) for axis in "xyz"]) for kind in "cd")
-    name, disputed = value_of(row, "class", path), frozenset()
-    if is_disputed(name, row.get("comment") or ""):
-        disputed = frozenset({DISPUTED})
-    return TrueObject(
-        name=name,
-        functions=functions_of(row, path) - disputed,
-        disputed=disputed,
-        visible=visible_of(row, path),
-        box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)),
-    )
+    true = nowhere_yet(row, "class", "comment", path)
+    return replace(true, box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)))
 
 
 def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> TrueObject:
     """Return the object of a row of instances, by the points that carry its label."""
     if labels is None:
         raise InputError(f"{path.name}: expected a scan with a label for each point, found none")
-    name, disputed = value_of(row, "name", path), frozenset()
-    if is_disputed(name, row.get("pose") or ""):
-        disputed = frozenset({DISPUTED})
-    return TrueObject(
-        name=name,
-        functions=functions_of(row, path) - disputed,
-        disputed=disputed,
-        visible=visible_of(row, path),
-        points=labels == int(number_of(row, "label", path)),
-    )
+    true = nowhere_yet(row, "name", "pose", path)
+    return replace(true, points=labels == int(number_of(row, "label", path)))
+
+
+def nowhere_yet(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
+    """Return the object of a row but its place, its name and a remark being in columns of these names."""
+    called = value_of(row, name, path)
+    disputed = frozenset({DISPUTED}) if is_disputed(called, row.get(remark) or "") else frozenset()
+    functions, visible = functions_of(row, path) - disputed, visible_of(row, path)
+    return TrueObject(name=called, functions=functions, disputed=disputed, visible=visible)
 
 
 def overlap(true: TrueObject, recognised: RecognisedObject) -> float:

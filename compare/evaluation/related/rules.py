@@ -37,18 +37,6 @@ class SurfaceRule:
     area: float  # square metres, in one piece
 
 
-@dataclass(frozen=True, kw_only=True)
-class CavityRule:
-    """A hollow that holds water, in something that a hand can take hold of."""
-
-    tallest: float  # metres, of the object
-    grip: float  # metres, its narrower width
-    smallest: float  # cubic metres of water
-    largest: float
-    deepest: float  # metres of water, at least
-    proportion: float  # depth over width, at least
-
-
 # Seats: 35 to 55 cm, from a low sofa to an office chair raised to its end (EN 1335: 40 to 51 cm). A person needs a
 # disc of 30 cm, the size of a plain stool. Cushions are hollow by up to 5 cm.
 SITTABLE = SurfaceRule(lowest=0.35, highest=0.55, uneven=0.05, disc=0.30, area=0.07)
@@ -57,7 +45,9 @@ SITTABLE = SurfaceRule(lowest=0.35, highest=0.55, uneven=0.05, disc=0.30, area=0
 TABLE = SurfaceRule(lowest=0.60, highest=0.80, uneven=0.02, disc=0.40, area=0.24)
 # Cups: an espresso's 50 ml to a litre of beer; up to a wine glass's 25 cm; a hand spans 12 cm. Shallower than 3 cm, or
 # than half of its width, it is a plate or a bowl.
-CUP = CavityRule(tallest=0.25, grip=0.12, smallest=50e-6, largest=1e-3, deepest=0.03, proportion=0.5)
+TALLEST, GRIP = 0.25, 0.12  # metres, of the object, and its narrower width
+SMALLEST, LARGEST = 50e-6, 1e-3  # cubic metres of water
+DEEPEST, PROPORTION = 0.03, 0.5  # metres of water, and depth over width, at least
 
 
 def functions_by_rules(record: ObjectRecord) -> frozenset[str]:
@@ -65,7 +55,7 @@ def functions_by_rules(record: ObjectRecord) -> frozenset[str]:
     view = top_view(record)
     coarse = view.turned(0.0, SQUARE, margin=SQUARE)
     met = {
-        "cup": holds_water(view, record.size, CUP),
+        "cup": holds_water(view, record.size),
         "sittable": has_surface(coarse, SITTABLE),
         "table": has_surface(coarse, TABLE),
     }
@@ -87,9 +77,9 @@ def has_surface(view: TopView, rule: SurfaceRule) -> bool:
     return False
 
 
-def holds_water(view: TopView, size: np.ndarray, rule: CavityRule) -> bool:
-    """Return whether an object of some size (3,), metres, has a hollow as a rule wants it."""
-    if size[2] > rule.tallest or size[:2].min() > rule.grip:
+def holds_water(view: TopView, size: np.ndarray) -> bool:
+    """Return whether an object of some size (3,), metres, has a hollow for water, and a hand can take hold of it."""
+    if size[2] > TALLEST or size[:2].min() > GRIP:
         return False
     depths = water_depths(view)
     pools, count = ndimage.label(depths > 0)
@@ -97,7 +87,7 @@ def holds_water(view: TopView, size: np.ndarray, rule: CavityRule) -> bool:
         inside = depths[pools == pool]
         volume, depth = inside.sum() * view.cell**2, inside.max()
         width = 2 * np.sqrt(inside.size * view.cell**2 / np.pi)
-        if rule.smallest <= volume <= rule.largest and depth >= max(rule.deepest, rule.proportion * width):
+        if SMALLEST <= volume <= LARGEST and depth >= max(DEEPEST, PROPORTION * width):
             return True
     return False
 

@@ -13,14 +13,13 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.formats.npz import DAMAGE, read_arrays
-from spherefunc_bullet.formats.writing import writing
+from spherefunc_bullet.formats.writing import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
-from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.settling.settling import Settled
+from spherefunc_bullet.settling.cache import packed as npz_bytes
 from spherefunc_bullet.simulator import make_simulator
 
-from .lesson import Lesson, Sight, room_lessons
+from .lesson import Lesson, Sight, record_of, room_lessons
 
 FORMAT = 3  # of the files; another number, scanned anew
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
@@ -63,20 +62,15 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     """Write lessons as arrays, whole or not at all."""
     records = [one.record for one in lessons]
     arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "thing")}
-    shares = ("overlap", "shown")
-    arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in shares}
+    arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in ("overlap", "shown")}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
     arrays["beside"] = np.array([one.beside for one in lessons], float)
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
     arrays |= packed("voxels", [record.voxels for record in records])
     for radius in records[0].settled if records else ():
         arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius] for record in records])
-    scratch = path.with_suffix(".part")
     with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with open(scratch, "wb") as file:
-            np.savez_compressed(file, **arrays)
-        scratch.replace(path)
+        write_whole(path, npz_bytes(arrays))
 
 
 def read_lessons(path: Path) -> list[Lesson]:
@@ -106,18 +100,14 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),
             beside=arrays["beside"][row],
-            record=record_at(row, str(name), arrays["size"][row], voxels[row], drops),
+            record=record_of(
+                Path(str(name)),
+                {"size": arrays["size"][row], "voxels": voxels[row]},
+                {radius: runs[row] for radius, runs in drops.items()},
+            ),
         )
         for row, name in enumerate(arrays["name"])
     ]
-
-
-def record_at(
-    row: int, name: str, size: np.ndarray, voxels: np.ndarray, drops: dict[float, list[np.ndarray]]
-) -> ObjectRecord:
-    """Return the object of a row."""
-    settled: Settled = {radius: runs[row] for radius, runs in drops.items()}
-    return ObjectRecord(path=Path(name), size=size, voxels=voxels, settled=settled, seconds={}, drops={})
 
 
 def packed(name: str, parts: Sequence[np.ndarray]) -> dict[str, np.ndarray]:

@@ -39,11 +39,6 @@ class Sight:
     blur: float = 0.0  # pixels, see `Kinect`
     close: int = 4  # single views of one thing each, from near by
 
-    @property
-    def sensor(self) -> Kinect:
-        """The camera."""
-        return Kinect(window=self.window, blur=self.blur)
-
 
 # In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
 SIGHTS = (
@@ -79,9 +74,9 @@ class Lesson:
 
 def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
     """Yield the scans of a room: one of the whole, and those of things from near by."""
-    resolution = Resolution(leaf=sight.leaf, points=None)
-    yield scan_room(room, sight.views, sight.noise, seed, resolution, sight.sensor)
-    yield from close_ups(room, sight.close, sight.noise, seed, sight.sensor)
+    resolution, sensor = Resolution(leaf=sight.leaf, points=None), Kinect(window=sight.window, blur=sight.blur)
+    yield scan_room(room, sight.views, sight.noise, seed, resolution, sensor)
+    yield from close_ups(room, sight.close, sight.noise, seed, sensor)
 
 
 def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> list[Lesson]:
@@ -94,29 +89,17 @@ def room_lessons(room: VirtualRoom, sight: Sight, model: FunctionClassifier, see
             name = f"{room.name}_{view}_{example.by}_{place}"
             item = None if example.nearest < 0 else room.objects[example.nearest].item
             settled = settle(example.cloud, model.simulator, model.radii, model.seed, model.length)
-            lessons.append(
-                lesson_of(name, example, item, record_of(name, example.cloud, settled), shown[example.nearest])
-            )
+            record = record_of(Path(name), shape_of(example.cloud), settled)
+            lessons.append(lesson_of(name, example, item, record, shown[example.nearest]))
     return lessons
 
 
-def lesson_of(
-    name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float
-) -> Lesson:
+def lesson_of(name: str, example: Example, item: DatasetObject | None, record: ObjectRecord, shown: float) -> Lesson:
     """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
+    own = {"name": name, "record": record, "beside": example.beside}
     if item is None:
-        return Lesson(
-            name=name, thing="", functions=frozenset(), overlap=0.0, shown=0.0, record=record, beside=example.beside
-        )
-    return Lesson(
-        name=name,
-        thing=thing_of(item),
-        functions=item.functions,
-        overlap=example.overlap,
-        shown=shown,
-        record=record,
-        beside=example.beside,
-    )
+        return Lesson(thing="", functions=frozenset(), overlap=0.0, shown=0.0, **own)
+    return Lesson(thing=thing_of(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
 
 
 def thing_of(item: DatasetObject) -> str:
@@ -124,12 +107,9 @@ def thing_of(item: DatasetObject) -> str:
     return f"{item.path.parent.name}/{item.path.name}"
 
 
-def record_of(name: str, cloud: Cloud, settled: Settled) -> ObjectRecord:
-    """Return what is kept of an object on which spheres have fallen."""
-    shape = shape_of(cloud)
-    return ObjectRecord(
-        path=Path(name), size=shape["size"], voxels=shape["voxels"], settled=settled, seconds={}, drops={}
-    )
+def record_of(path: Path, shape: dict[str, np.ndarray], settled: Settled) -> ObjectRecord:
+    """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
+    return ObjectRecord(path=path, **shape, settled=settled, seconds={}, drops={})
 
 
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
@@ -137,7 +117,7 @@ def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -
     settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
     name, thing = item.path.name, thing_of(item)
     beside = alone(cloud.points, bounding_box(cloud.points).size)
-    record = record_of(name, cloud, settled)
+    record = record_of(Path(name), shape_of(cloud), settled)
     return Lesson(name=name, thing=thing, functions=item.functions, record=record, beside=beside)
 
 
