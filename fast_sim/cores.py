@@ -34,8 +34,9 @@ def drop_at_once(points, spheres, nearbies, columns, radius, shape, low, high, e
     """
     cores = len(nearbies[0])
     for core in prange(cores):
-        around, close, found, place, normals, seen = nearbies
-        nearby = Nearby(around[core], close[core], found[core], place[core], normals[core], seen[core])
+        around, close, counted, place, normals, seen, asked = nearbies
+        scratch = (normals[core], seen[core], asked[core])
+        nearby = Nearby(around[core], close[core], counted[core], place[core], *scratch)
         for k in range(core, len(columns), cores):
             x, y = columns[k, 0], columns[k, 1]
             x, y, z, outcome, on_object = drop_one(points, spheres, nearby, x, y, radius, shape, low, high)

@@ -66,7 +66,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
     for ix in range(first_x, last_x + 1):
         for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
-            highest, block = spheres.tops[column], spheres.last[column]
+            highest, block = spheres.blocks[column, 0, 3], np.uint64(column)
             while highest + reach > best:
                 for k in range(BLOCK):
                     dx = spheres.blocks[block, 1, k] - x
@@ -82,7 +82,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
                         return best, False
                     elif sz < z:
                         best = max(best, z)
-                highest, block = spheres.blocks[block, 0, 0], np.uint32(spheres.blocks[block, 0, 2])
+                highest, block = spheres.blocks[block, 0, 0], np.uint64(spheres.blocks[block, 0, 2])
     return best, True
 
 
@@ -113,7 +113,13 @@ def fall(points, spheres, x, y, z, radius):
 
     The ground at z = 0 ends every fall, so the height is at least the radius.
     """
-    best, clear = fall_on_spheres(spheres, x, y, z, radius, radius)
+    return fall_to(points, spheres, x, y, z, radius, radius)
+
+
+@inline_jit
+def fall_to(points, spheres, x, y, z, radius, best):
+    """Do as `fall` where it is known that the sphere touches at the height ``best`` <= z, if not before."""
+    best, clear = fall_on_spheres(spheres, x, y, z, radius, best)
     if not clear or falls_past_points(spheres, x, y, z, best):
         return best, clear
     return fall_on_points(points, x, y, z, radius, best)
@@ -129,7 +135,7 @@ def short_fall(points, spheres, nearby, x, y, z, radius):
         best, clear = fall_on_nearby(around, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
     if clear and z - best > DEPTH * radius and not knows_fall(nearby, x, y, z, best, radius):
         nearby.looks[min(nearby.counts[2], MAX_LOOKS) - 1, 3] = 1.0
-        return fall(points, spheres, x, y, z, radius)
+        return fall_to(points, spheres, x, y, z, radius, best)
     return best, clear
 
 

@@ -15,8 +15,9 @@ from .kernels import inline_jit
 from .sorting import cell_index, sorted_by_cell
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
-EMPTY = np.uint32(0)  # no block; unsigned, because signed indices cost a test for negative ones
-BLOCK = 4  # spheres
+BLOCK = 4  # spheres, as many as `near_of_four` asks of
+CACHE_LINE = 8  # numbers
+NEAR, TOUCHING = np.uint8(1), np.uint8(2)  # of `SphereGrid.near_points`
 STEPS = (0, -1, 1)  # to the cells around, the own one first
 SPACING_POINTS = 1000  # for the median distance between neighbours; its error is a few per cent
 
@@ -24,7 +25,7 @@ SPACING_POINTS = 1000  # for the median distance between neighbours; its error i
 class PointGrid(NamedTuple):
     """The cloud, sorted by column and, within a column, by cell from the top down."""
 
-    xyz: np.ndarray  # (N, 3) metres, in grid order
+    xyz: np.ndarray  # (N, 3) metres, in grid order; in memory all x, then all y, then all z
     start: np.ndarray  # (columns * nz + 1,) uint32, first point of each cell
     left: float  # of the grid, metres
     front: float
@@ -44,15 +45,16 @@ class SphereGrid(NamedTuple):
     """
 
     centers: np.ndarray  # (capacity, 3) metres, in the order in which they settled
-    # (block capacity, 4, BLOCK): the same centres by column, in rows 1 to 3 all x, all y and all z, infinite where
-    # there is none yet, so that a block is looked at without asking how full it is. Row 0 is the block's head: the
-    # highest centre in the column's blocks before, metres, -inf if there is none; the centres in this block; the block
-    # before.
+    # (nx * ny + block capacity, 4, BLOCK): the same centres by column, in rows 1 to 3 all x, all y and all z, infinite
+    # where there is none yet, so that a block is looked at without asking how full it is. The first nx * ny are the
+    # columns' last ones, side by side as the columns are, since nearly all that is read is there. Row 0 is the block's
+    # head: the highest centre in the column's blocks before, metres, -inf if there is none; the centres in this block;
+    # the block before; and, of a column's last block, the column's highest centre.
     blocks: np.ndarray
-    tops: np.ndarray  # (nx * ny,) float64, each column's highest centre, metres, or -inf
-    last: np.ndarray  # (nx * ny,) uint32, each column's last block, or EMPTY
-    used: np.ndarray  # (1,) uint32, blocks in use, the first of which stays empty
-    near_points: np.ndarray  # (nx * ny * nz,) bool: can the cloud matter to a sphere centred here? Empty: not known
+    used: np.ndarray  # (1,) uint32, blocks in use
+    # (nx * ny * nz,) uint8: 0 where the cloud cannot matter to a sphere centred here, NEAR where it can, TOUCHING where
+    # it can also end a fall. Empty: not known.
+    near_points: np.ndarray
     left: float
     front: float
     bottom: float
@@ -141,36 +143,43 @@ def sphere_grid(
     extent = high - low + 2 * margin
     side = cell_side(extent, 2 * radius)
     nx, ny, nz = (np.floor(extent / side).astype(int) + 1).tolist()
-    near = np.zeros((nx, ny, nz) if reach is not None else 0, np.bool_)
+    near = np.zeros((nx, ny, nz) if reach is not None else 0, np.uint8)
     if reach is not None:
-        mark_near_points(points, near, low - margin, side, reach)
-    tops, last = np.full(nx * ny, -np.inf), np.full(nx * ny, EMPTY, np.uint32)
-    used = np.ones(1, np.uint32)
+        for within, mark in ((reach, NEAR), (radius, TOUCHING)):
+            mark_near_points(points, near, low - margin, 1 / side, 1.0001 * within, mark)
+    centers, blocks = sphere_rows(nx * ny, capacity)
+    blocks[: nx * ny, 0], blocks[: nx * ny, 1:] = (-np.inf, 0, 0, -np.inf), np.inf
+    used = np.full(1, nx * ny, np.uint32)
     frame = (*(low - margin).tolist(), side, 1 / side, nx, ny, nz)
-    return SphereGrid(*sphere_rows(nx * ny, capacity), tops, last, used, near.ravel(), *frame)
+    return SphereGrid(centers, blocks, used, near.ravel(), *frame)
 
 
 def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
     """Return room for so many spheres: centres, and blocks."""
-    blocks = columns + capacity // BLOCK + 2  # every column's last block may be nearly empty
-    return np.empty((capacity, 3)), np.empty((blocks, 4, BLOCK))
+    numbers = (columns + capacity // BLOCK) * 4 * BLOCK
+    room = np.empty(numbers + CACHE_LINE)
+    skipped = -(room.ctypes.data // room.itemsize) % CACHE_LINE  # so that a block is two lines of the cache, not three
+    return np.empty((capacity, 3)), room[skipped : skipped + numbers].reshape(-1, 4, BLOCK)
 
 
 @njit(cache=True, error_model="numpy")
-def mark_near_points(points, near, low, side, reach):
-    """Mark the cells in which a centre can lie within ``reach`` of a point."""
+def mark_near_points(points, near, low, per_metre, reach, mark):
+    """Write ``mark`` into the cells in which a centre can lie within ``reach`` of a point."""
     nx, ny, nz = near.shape
     for i in range(len(points.xyz)):
         x, y, z = points.xyz[i, 0] - low[0], points.xyz[i, 1] - low[1], points.xyz[i, 2] - low[2]
-        for a in range(max(0, int((x - reach) / side)), min(nx - 1, int((x + reach) / side)) + 1):
-            for b in range(max(0, int((y - reach) / side)), min(ny - 1, int((y + reach) / side)) + 1):
-                for c in range(max(0, int((z - reach) / side)), min(nz - 1, int((z + reach) / side)) + 1):
-                    near[a, b, c] = True
+        last_a = cell_index(x + reach, per_metre, nx)
+        last_b = cell_index(y + reach, per_metre, ny)
+        last_c = cell_index(z + reach, per_metre, nz)
+        for a in range(cell_index(x - reach, per_metre, nx), last_a + 1):
+            for b in range(cell_index(y - reach, per_metre, ny), last_b + 1):
+                for c in range(cell_index(z - reach, per_metre, nz), last_c + 1):
+                    near[a, b, c] = mark
 
 
 def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
     """Return the grid with room for more spheres."""
-    room = sphere_rows(len(spheres.last), capacity)
+    room = sphere_rows(spheres.nx * spheres.ny, capacity)
     for new, old in zip(room, spheres, strict=False):
         new[: len(old)] = old
     return SphereGrid(*room, *spheres[len(room) :])
@@ -182,19 +191,19 @@ def insert(spheres, i, x, y, z):
     spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
     ix = cell_index(x - spheres.left, spheres.per_metre, spheres.nx)
     iy = cell_index(y - spheres.front, spheres.per_metre, spheres.ny)
-    column = ix * spheres.ny + iy
-    block = spheres.last[column]
-    if block == EMPTY or spheres.blocks[block, 0, 1] == BLOCK:
-        new = spheres.used[0]
+    last = spheres.blocks[ix * spheres.ny + iy]
+    if last[0, 1] == BLOCK:
+        full = spheres.used[0]
         spheres.used[0] += np.uint32(1)
-        spheres.blocks[new, 0, 0], spheres.blocks[new, 0, 1] = spheres.tops[column], 0
-        spheres.blocks[new, 0, 2] = block
-        spheres.blocks[new, 1:] = np.inf
-        spheres.last[column] = block = new
-    k = int(spheres.blocks[block, 0, 1])
-    spheres.blocks[block, 1, k], spheres.blocks[block, 2, k], spheres.blocks[block, 3, k] = x, y, z
-    spheres.blocks[block, 0, 1] = k + 1
-    spheres.tops[column] = max(spheres.tops[column], z)
+        for row in range(4):
+            for k in range(BLOCK):
+                spheres.blocks[full, row, k] = last[row, k]
+        last[0, 0], last[0, 1], last[0, 2] = last[0, 3], 0, full
+        last[1:] = np.inf
+    k = int(last[0, 1])
+    last[1, k], last[2, k], last[3, k] = x, y, z
+    last[0, 1] = k + 1
+    last[0, 3] = max(last[0, 3], z)
 
 
 @inline_jit
@@ -205,7 +214,7 @@ def may_touch_points(spheres, x, y, z):
     iz = int((z - spheres.bottom) * spheres.per_metre)
     if len(spheres.near_points) == 0 or min(ix, iy, iz) < 0 or ix >= spheres.nx or iy >= spheres.ny or iz >= spheres.nz:
         return True  # outside the grid nothing is known
-    return spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
+    return 0 < spheres.near_points[(ix * spheres.ny + iy) * spheres.nz + iz]
 
 
 @inline_jit
@@ -220,6 +229,6 @@ def falls_past_points(spheres, x, y, high, low):
     column = (ix * spheres.ny + iy) * spheres.nz
     above = min(spheres.nz, int((high - spheres.bottom) * spheres.per_metre) + 1)  # two radii over all points
     for cell in range(column + iz, column + above):
-        if spheres.near_points[cell]:
+        if spheres.near_points[cell] == TOUCHING:
             return False
     return True

@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .grid import BLOCK, cell_index, may_touch_points
+from .grid import cell_index, may_touch_points
 from .kernels import entry_jit, inline_jit
+from .lanes import lowest_bit, near_of_eight, near_of_four
 
 # Radii: the longest step, the fall after it that the surroundings decide, and the way that they serve for.
 STRIDE, DEPTH, SLACK = 1.0, 0.05, 0.2
@@ -20,6 +21,9 @@ POINT_REACH = 1 + STRIDE + DEPTH + SLACK
 KNOWN = 0.9999 * (STRIDE + DEPTH + SLACK)  # so near the place that was searched, all that a sphere touches is nearby
 MAX_LOOKS = 64  # of one sphere that are remembered
 MAX_SPHERES = 128  # that fit within SPHERE_REACH of a place: at the densest 0.74 * (SPHERE_REACH + 1)**3 = 87
+
+# Unsigned, because signed indices cost a test for negative ones.
+NONE, ONE, FOUR, EIGHT, FULL = (np.uint64(number) for number in (0, 1, 4, 8, 64))
 
 
 class Nearby(NamedTuple):
@@ -31,12 +35,14 @@ class Nearby(NamedTuple):
     place: np.ndarray  # (3,) metres
     normals: np.ndarray  # (C, 3) scratch for contacts
     looks: np.ndarray  # (MAX_LOOKS, 4) metres, the first places looked around, and 1 where a long fall began there
+    asked: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
 
 
 def nowhere(point_count: int, max_contacts: int) -> Nearby:
     """Return room for the surroundings of any place of a cloud with so many points."""
     rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(3, np.int64)
-    return Nearby(*rooms, np.full(3, np.inf), np.empty((max_contacts + 1, 3)), np.empty((MAX_LOOKS, 4)))
+    scratch = np.empty((max_contacts + 1, 3)), np.empty((MAX_LOOKS, 4)), np.empty(16, np.uint64)
+    return Nearby(*rooms, np.full(3, np.inf), *scratch)
 
 
 @inline_jit
@@ -62,8 +68,8 @@ def look_around(points, spheres, nearby, x, y, z, radius):
     remember(nearby, x, y, z)
     nearby.counts[0] = 0
     if may_touch_points(spheres, x, y, z):
-        nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.points)
-    nearby.counts[1] = copy_spheres(spheres, x, y, z, SPHERE_REACH * radius, nearby.spheres)
+        nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.asked, nearby.points)
+    nearby.counts[1] = copy_spheres(spheres, x, y, z, SPHERE_REACH * radius, nearby.asked, nearby.spheres)
 
 
 @inline_jit
@@ -94,44 +100,75 @@ def columns_around(grid, x, y, reach):
 
 
 @inline_jit
-def copy_points(points, x, y, z, reach, copied):
+def copy_points(points, x, y, z, reach, asked, copied):
     """Copy the points within ``reach`` of (x, y, z) to ``copied``; return how many.
 
-    Each is written, and the next one over it unless it counts: whether a point is near cannot be foreseen, and a wrong
-    guess costs the processor more than writing.
+    The answers of all lanes are gathered in the bits of one number before any is acted on: which of a few are near
+    cannot be foreseen, and a wrong guess for each few costs the processor more than all the rest.
     """
-    count = np.uint32(0)
-    within = reach * reach
     first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     top = cell_index(points.top - z - reach, points.per_metre, points.nz)
     bottom = cell_index(points.top - z + reach, points.per_metre, points.nz)
+    stride, bits, near, count = np.uint64(len(points.xyz)), NONE, NONE, NONE
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz
-            for i in range(points.start[column + top], points.start[column + bottom + 1]):
-                px, py, pz = points.xyz[i, 0], points.xyz[i, 1], points.xyz[i, 2]
-                copied[0, count], copied[1, count], copied[2, count] = px, py, pz
-                dx, dy, dz = px - x, py - y, pz - z
-                count += np.uint32(dx * dx + dy * dy + dz * dz < within)
+            i, end = np.uint64(points.start[column + top]), np.uint64(points.start[column + bottom + 1])
+            while i < end:
+                lanes = near_of_eight(points.xyz, i, stride, x, y, z, reach * reach)
+                if end - i < EIGHT:
+                    lanes &= (ONE << (end - i)) - ONE  # the others are of other cells
+                near |= lanes << bits
+                asked[bits // EIGHT] = i
+                i += EIGHT
+                bits += EIGHT
+                if bits == FULL:
+                    count = copy_near_points(points.xyz, near, asked, copied, count)
+                    bits = near = NONE
+    return copy_near_points(points.xyz, near, asked, copied, count)
+
+
+@inline_jit
+def copy_near_points(xyz, near, asked, copied, count):
+    """Copy the points whose bits are set, after the first ``count`` of ``copied``; return how many that makes."""
+    while near:
+        bit = lowest_bit(near)
+        near &= near - ONE
+        i = asked[bit // EIGHT] + bit % EIGHT
+        copied[0, count], copied[1, count], copied[2, count] = xyz[i, 0], xyz[i, 1], xyz[i, 2]
+        count += ONE
     return count
 
 
 @inline_jit
-def copy_spheres(spheres, x, y, z, reach, copied):
+def copy_spheres(spheres, x, y, z, reach, asked, copied):
     """Copy the settled centres within ``reach`` of (x, y, z) to ``copied``, as `copy_points`; return how many."""
-    count = np.uint32(0)
-    within, low = reach * reach, z - reach
     first_x, last_x, first_y, last_y = columns_around(spheres, x, y, reach)
+    low, bits, near, count = z - reach, NONE, NONE, NONE
     for ix in range(first_x, last_x + 1):
         for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
-            highest, block = spheres.tops[column], spheres.last[column]
+            highest, block = spheres.blocks[column, 0, 3], np.uint64(column)
             while highest > low:
-                for k in range(BLOCK):
-                    cx, cy, cz = spheres.blocks[block, 1, k], spheres.blocks[block, 2, k], spheres.blocks[block, 3, k]
-                    copied[0, count], copied[1, count], copied[2, count] = cx, cy, cz
-                    dx, dy, dz = cx - x, cy - y, cz - z
-                    count += np.uint32(dx * dx + dy * dy + dz * dz < within)
-                highest, block = spheres.blocks[block, 0, 0], np.uint32(spheres.blocks[block, 0, 2])
+                first = FOUR * (FOUR * block + ONE)  # below the block's head
+                near |= near_of_four(spheres.blocks, first, FOUR, x, y, z, reach * reach) << bits
+                asked[bits // FOUR] = block
+                bits += FOUR
+                if bits == FULL:
+                    count = copy_near_spheres(spheres.blocks, near, asked, copied, count)
+                    bits = near = NONE
+                highest, block = spheres.blocks[block, 0, 0], np.uint64(spheres.blocks[block, 0, 2])
+    return copy_near_spheres(spheres.blocks, near, asked, copied, count)
+
+
+@inline_jit
+def copy_near_spheres(blocks, near, asked, copied, count):
+    """Do as `copy_near_points` with settled centres."""
+    while near:
+        bit = lowest_bit(near)
+        near &= near - ONE
+        block, k = blocks[asked[bit // FOUR]], bit % FOUR
+        copied[0, count], copied[1, count], copied[2, count] = block[1, k], block[2, k], block[3, k]
+        count += ONE
     return count
 
 

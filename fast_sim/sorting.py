@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from .kernels import inline_jit
+from .lanes import MOST_LANES
 
 ONE = np.uint32(1)
 INSERTED = np.uint32(40)  # points of a cell that are sorted by insertion as they come, at most
@@ -28,7 +29,8 @@ def sorted_by_cell(
     """
     count, start = len(points), np.zeros(nx * ny * nz + 1, np.uint32)
     cells, order, keys = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.int64)
-    filled, xyz = np.empty(nx * ny * nz, np.uint32), np.empty((count, 3))
+    filled = np.empty(nx * ny * nz, np.uint32)
+    xyz = np.empty(3 * count + MOST_LANES)[: 3 * count].reshape(3, count).T  # lanes reach beyond the last point
     sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz)
     return start, xyz
 
