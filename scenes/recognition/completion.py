@@ -131,8 +131,9 @@ def continued_down(points: np.ndarray, support: float) -> np.ndarray:
     lowest = points[order[first]]
     edge = lowest[on_outline(column[order[first]])]
     levels = np.arange(support, points[:, 2].max(), _SPACING)
-    rows = [np.column_stack([np.tile(p[:2], (n, 1)), levels[:n]]) for p in edge if (n := int((levels < p[2]).sum()))]
-    return np.vstack(rows) if rows else np.empty((0, 3))
+    counts = np.searchsorted(levels, edge[:, 2])
+    upwards = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.column_stack([np.repeat(edge[:, :2], counts, axis=0), levels[upwards]])
 
 
 def on_outline(columns: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from ..scans.cells import cells
+from ..scans.neighbors import advance
 
 RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
 PASSES = 2
@@ -48,33 +49,29 @@ def project(points, counts, keys, start, radius, moved):
     moved : (N, 3) float64, metres
         Receives the points.
     """
+    columns = np.zeros((9, 2), np.int64)
     for cell in range(len(keys)):
+        advance(columns, keys[cell], keys)
         for i in range(start[cell], start[cell + 1]):
-            mean, spread = moments(points, counts, keys, start, radius, keys[cell], i)
+            mean, spread = moments(points, counts, start, columns, radius, i)
             normal = np.linalg.eigh(spread)[1][:, 0]
             moved[i] = points[i] + np.dot(mean, normal) * normal
 
 
 @njit(cache=True, error_model="numpy")
-def moments(points, counts, keys, start, radius, key, i):
+def moments(points, counts, start, columns, radius, i):
     """Return the weighted mean (3,) of a point's neighbours, relative to it, and their covariance (3, 3)."""
     total, x, y, z = 0.0, 0.0, 0.0, 0.0
     xx, xy, xz, yy, yz, zz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for dx in range(-1, 2):
-        for dy in range(-1, 2):
-            column = key + (dx << 42) + (dy << 21)
-            # The three cells along z follow one another.
-            cell = np.searchsorted(keys, column - 1)
-            while cell < len(keys) and keys[cell] <= column + 1:
-                for j in range(start[cell], start[cell + 1]):
-                    a, b, c = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
-                    nearness = 1.0 - (a * a + b * b + c * c) / (radius * radius)
-                    if nearness > 0:
-                        weight = counts[j] * nearness * nearness
-                        total, x, y, z = total + weight, x + weight * a, y + weight * b, z + weight * c
-                        xx, xy, xz = xx + weight * a * a, xy + weight * a * b, xz + weight * a * c
-                        yy, yz, zz = yy + weight * b * b, yz + weight * b * c, zz + weight * c * c
-                cell += 1
+    for column in range(9):
+        for j in range(start[columns[column, 0]], start[columns[column, 1]]):
+            a, b, c = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            nearness = 1.0 - (a * a + b * b + c * c) / (radius * radius)
+            if nearness > 0:
+                weight = counts[j] * nearness * nearness
+                total, x, y, z = total + weight, x + weight * a, y + weight * b, z + weight * c
+                xx, xy, xz = xx + weight * a * a, xy + weight * a * b, xz + weight * a * c
+                yy, yz, zz = yy + weight * b * b, yz + weight * b * c, zz + weight * c * c
     mean = np.array([x, y, z]) / total
     spread = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) / total
     return mean, spread - np.outer(mean, mean)

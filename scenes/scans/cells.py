@@ -14,6 +14,7 @@ from numba import njit
 STEP = 1e-5  # metres: what coordinates are rounded to; a sensor is off by a hundred times as much
 _BITS = 21  # of a cell's index along each axis
 _OFFSET = 1 << (_BITS - 1)
+_PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # of axes
 _DIGIT = 11  # bits that one pass of sorting looks at
 
 
@@ -49,14 +50,12 @@ class Cells:
     @cached_property
     def covariances(self) -> np.ndarray:
         """The covariance (C, 3, 3) of the points in each cell, square metres."""
-        # Tenths of a millimetre from the cell's corner: squares stay whole numbers that a float64 holds exactly.
-        corner = self.indices[self.cell_of] * self.side
-        offset = np.rint((self.points - corner) / (10 * STEP)).T
-        mean = np.stack([np.bincount(self.cell_of, steps, len(self.keys)) / self.counts for steps in offset])
+        sums = np.zeros((len(self.keys), 9))
+        add_products(np.ascontiguousarray(self.points), self.cell_of, self.indices * self.side, sums)
+        sums /= self.counts[:, None]
         out = np.empty((len(self.keys), 3, 3))
-        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-            product = np.bincount(self.cell_of, offset[i] * offset[j], len(self.keys)) / self.counts
-            out[:, i, j] = out[:, j, i] = product - mean[i] * mean[j]
+        for place, (i, j) in enumerate(_PAIRS, start=3):
+            out[:, i, j] = out[:, j, i] = sums[:, place] - sums[:, i] * sums[:, j]
         return out * (10 * STEP) ** 2
 
 
@@ -65,20 +64,20 @@ def cells(points: np.ndarray, side: float) -> Cells:
     count = len(points)
     sorting, order, keys = np.empty((2, count), np.int64), np.empty((2, count), np.int64), np.empty(count, np.int64)
     cell_of, counts = np.empty(count, np.int64), np.zeros(count, np.int64)
-    used = sort_into_cells(np.ascontiguousarray(points), side, sorting, order, keys, cell_of, counts)
-    return Cells(points, side, keys[:used].copy(), cell_of, counts[:used].copy(), order[0])
+    used, row = sort_into_cells(np.ascontiguousarray(points), side, sorting, order, keys, cell_of, counts)
+    return Cells(points, side, keys[:used].copy(), cell_of, counts[:used].copy(), order[row])
 
 
 @njit(cache=True, error_model="numpy")
 def sort_into_cells(points, side, sorting, order, keys, cell_of, counts):
-    """Write the occupied cells of points (N, 3) in the order of their keys; return how many there are.
+    """Write the occupied cells of points (N, 3) in the order of their keys; return how many, and the points' row.
 
     Digit by digit from the last one on (Knuth, 5.2.5): a few passes over all points, however many there are.
 
     Parameters
     ----------
     sorting, order : (2, N) int64
-        Room to sort in; the first row of ``order`` receives the points, cell by cell.
+        Room to sort in; one row of ``order`` receives the points, cell by cell.
     keys, counts : (N,) int64
         Receive the cells' keys and how many points they hold, which are 0 before.
     cell_of : (N,) int64
@@ -87,20 +86,21 @@ def sort_into_cells(points, side, sorting, order, keys, cell_of, counts):
     low, bits = pack_keys(points, side, sorting[0])
     for i in range(len(points)):
         order[0, i] = i
+    row = 0
     ends = np.empty((1 << _DIGIT) + 1, np.int64)
     for shift in range(0, bits[0] + bits[1] + bits[2], _DIGIT):
-        sort_by_digit(sorting[0], order[0], sorting[1], order[1], shift, ends)
-        sorting[0], order[0] = sorting[1], order[1]
+        sort_by_digit(sorting[row], order[row], sorting[1 - row], order[1 - row], shift, ends)
+        row = 1 - row
     used, last = 0, -1
     for i in range(len(points)):
-        key = sorting[0, i]
+        key = sorting[row, i]
         if key != last:
             x, y, z = key >> bits[1] + bits[2], (key >> bits[2]) & ((1 << bits[1]) - 1), key & ((1 << bits[2]) - 1)
             keys[used] = ((x + low[0]) << 2 * _BITS) | ((y + low[1]) << _BITS) | (z + low[2])
             used, last = used + 1, key
-        cell_of[order[0, i]] = used - 1
+        cell_of[order[row, i]] = used - 1
         counts[used - 1] += 1
-    return used
+    return used, row
 
 
 @njit(cache=True, error_model="numpy")
@@ -112,17 +112,32 @@ def add_steps(points, cell_of, sums):
 
 
 @njit(cache=True, error_model="numpy")
+def add_products(points, cell_of, corners, sums):
+    """Add to the sums (C, 9) of each cell its points (N, 3) from the cell's corner (C, 3), then products of `_PAIRS`.
+
+    In tenths of a millimetre: squares stay whole numbers that a float64 holds exactly.
+    """
+    for p in range(len(points)):
+        cell = cell_of[p]
+        x = np.rint((points[p, 0] - corners[cell, 0]) / (10 * STEP))
+        y = np.rint((points[p, 1] - corners[cell, 1]) / (10 * STEP))
+        z = np.rint((points[p, 2] - corners[cell, 2]) / (10 * STEP))
+        for place, term in enumerate((x, y, z, x * x, x * y, x * z, y * y, y * z, z * z)):
+            sums[cell, place] += term
+
+
+@njit(cache=True, error_model="numpy")
 def pack_keys(points, side, packed):
     """Write the cell of each point (N, 3) as one number; return the lowest cell (3,) and the bits of each axis (3,)."""
     low, bits = np.zeros(3, np.int64), np.zeros(3, np.int64)
     for axis in range(3):
-        least, most = 1 << 62, -(1 << 62)
+        least, most = np.inf, -np.inf
         for i in range(len(points)):
-            index = np.int64(np.floor(points[i, axis] / side))
-            least, most = min(least, index), max(most, index)
-        low[axis] = least + _OFFSET
-        while (most - least) >> bits[axis] > 0:
-            bits[axis] += 1
+            least, most = min(least, points[i, axis]), max(most, points[i, axis])
+        if least <= most:
+            low[axis] = np.int64(np.floor(least / side)) + _OFFSET
+            while (np.int64(np.floor(most / side)) + _OFFSET - low[axis]) >> bits[axis] > 0:
+                bits[axis] += 1
     for i in range(len(points)):
         x, y, z = np.floor(points[i, 0] / side), np.floor(points[i, 1] / side), np.floor(points[i, 2] / side)
         own = np.int64(x) + _OFFSET - low[0]

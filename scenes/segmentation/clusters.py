@@ -13,7 +13,9 @@ _LARGE = 0.5  # metres: the least of furniture
 _WIDEST = 0.06  # metres: beyond, neighbouring objects run together
 
 
-def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarray | None = None) -> np.ndarray:
+def euclidean_clusters(
+    points: np.ndarray, tolerance: float, distances: np.ndarray | None = None, *, connected: np.ndarray | None = None
+) -> np.ndarray:
     """Return the cluster (N,) int64 of each point, numbered from 0 in the order of their first points.
 
     Parameters
@@ -24,6 +26,8 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
     distances : (N,) float64, optional
         From the camera, metres. A depth camera's steps grow with their square, and from about two metres on they are
         wider than 2 cm: the tolerance then grows with them, to 6 cm at most.
+    connected : (N,) int64, optional
+        Clusters, numbered from 0, that are known to lie within ones by this tolerance: fewer pairs are looked at.
     """
     if not len(points):
         return np.empty(0, np.int64)
@@ -32,6 +36,9 @@ def euclidean_clusters(points: np.ndarray, tolerance: float, distances: np.ndarr
         reach = np.clip(_STEP * distances**2, tolerance, max(tolerance, _WIDEST))
     grid = cells(points, float(reach.max()))
     roots = np.arange(len(points))
+    if connected is not None:
+        names = connected[grid.order]
+        roots = np.unique(names, return_index=True)[1][names]
     connect(np.ascontiguousarray(points[grid.order]), reach[grid.order], grid.keys, grid.start, roots)
     cluster_of = np.empty(len(points), np.int64)
     cluster_of[grid.order] = roots
@@ -53,7 +60,7 @@ def renumbered(cluster_of: np.ndarray) -> np.ndarray:
     return rank[member.ravel()]
 
 
-def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) -> np.ndarray:
+def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, *, smaller: bool = True) -> np.ndarray:
     """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
 
     Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
@@ -65,8 +72,10 @@ def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float) ->
         Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
     tolerance : float
         The gap that is bridged, metres.
+    smaller : bool
+        Whether that tolerance was smaller everywhere; far from a camera it may not be.
     """
-    wide = euclidean_clusters(points, tolerance)
+    wide = euclidean_clusters(points, tolerance, connected=cluster_of if smaller else None)
     has_large = np.zeros(len(points), bool)
     has_large[wide[is_large(points, cluster_of)]] = True
     first = np.unique(wide, return_index=True)[1]
@@ -97,7 +106,7 @@ def connect(points, reach, keys, start, roots):
     start : (C + 1,) int64
         The first point of each cell, and the number of all.
     roots : (N,) int64
-        Each its own index; receives its cluster's smallest.
+        Each its own index, or a smaller one of the same cluster; receives the smallest.
     """
     first = np.zeros((2, 3), np.int64)  # cell of each column that may be beside: keys ascend, so these only advance
     for cell in range(len(keys)):

@@ -88,7 +88,7 @@ def labelled_voxels(
     labels[rest[flush]] = WALL
     rest, cluster_of = rest[~flush], renumbered(cluster_of[~flush])
     if settings.large_tolerance > settings.cluster_tolerance:
-        cluster_of = bridge_gaps(voxels[rest], cluster_of, settings.large_tolerance)
+        cluster_of = bridge_gaps(voxels[rest], cluster_of, settings.large_tolerance, smaller=camera is None)
     cluster_of = split_off(voxels[rest], cluster_of, settings.cluster_tolerance, noise or 0.0)
     cluster_of = join_pieces(voxels[rest], cluster_of, voxels[labels == WALL], voxels[labels == FLOOR], walls)
     labels[rest] = np.where(cluster_of < 0, WALL, numbered_by_size(cluster_of, settings))
