@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.scenes.scans.cells import cells
-from spherefunc_bullet.scenes.scans.neighbors import NEIGHBORS, crowded, has_near
+from spherefunc_bullet.scenes.scans.neighbors import NEIGHBORS, Near, crowded
 from spherefunc_bullet.scenes.segmentation.box import outer_places
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
 
@@ -36,10 +36,10 @@ def test_points_far_apart_share_no_cell():
 
 
 @pytest.mark.parametrize(("count", "others"), [(0, 5), (5, 0), (3_000, 2_000)])
-def test_has_near_is_what_a_tree_finds(count: int, others: int):
+def test_near_is_what_a_tree_finds(count: int, others: int):
     places, points = scattered(count, 1), scattered(others, 2)
     distances = cKDTree(points).query(places, distance_upper_bound=0.02)[0]
-    assert np.array_equal(has_near(places, points, 0.02), np.isfinite(distances))
+    assert np.array_equal(Near(points, 0.02).to(places), np.isfinite(distances))
 
 
 def test_crowded_is_what_a_tree_counts():

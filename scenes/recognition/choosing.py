@@ -9,7 +9,6 @@ import numpy as np
 
 from spherefunc_bullet.learning.function_model import Membership
 
-from ..segmentation.box import Box
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
@@ -46,7 +45,6 @@ class Candidate:
     proposal: Proposal
     functions: dict[str, Membership]
     place: int  # in the order of proposals
-    box: Box | None = None  # around its points, if known
 
     @property
     def claimed(self) -> frozenset[str]:
@@ -60,8 +58,8 @@ class Candidate:
 
     def taking(self, members: np.ndarray) -> Candidate:
         """Return it with other points."""
-        same = np.array_equal(members, self.proposal.members)
-        return replace(self, proposal=replace(self.proposal, members=members), box=self.box if same else None)
+        box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
+        return replace(self, proposal=replace(self.proposal, members=members, box=box))
 
 
 def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:

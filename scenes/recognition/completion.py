@@ -9,7 +9,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 
-from ..scans.neighbors import has_near
+from ..scans.neighbors import Near
 from ..segmentation.box import bounding_box
 from .smoothing import smoothed
 
@@ -150,9 +150,9 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
     own = box.to_own(points)
-    added = [np.empty((0, 3))]
+    seen, added = Near(own, 2 * _SPACING), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
-        apart = ~has_near(own * sign, own, 2 * _SPACING)
+        apart = ~seen.to(own * sign)
         if apart.mean() <= _DISAGREES:
             added.append((own * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

@@ -79,11 +79,17 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    clouds = [object_cloud(points[one.members], asking.completion, one.support, one.pool) for one in proposals]
+    owns = [points[one.members] for one in proposals]
+    clouds = [
+        object_cloud(own, asking.completion, one.support, one.pool, one.box)
+        for own, one in zip(owns, proposals, strict=True)
+    ]
     watch.lap("completion")
     settled = settled_on([cloud for cloud, _ in clouds], asking.model)
     watch.lap("spheres")
-    parts = [Part(one, points[one.members], box) for one, (_, box) in zip(proposals, clouds, strict=True)]
+    parts = [
+        Part(replace(one, box=box), own, box) for one, own, (_, box) in zip(proposals, owns, clouds, strict=True)
+    ]
     functions = told_of(parts, settled, asking)
     if not asking.ground_seen:
 
@@ -97,7 +103,7 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
     for place, (part, told) in enumerate(zip(parts, functions, strict=True)):
         if is_fragment(part.points, part.box, part.proposal.support):
             told = {name: replace(membership, member=False) for name, membership in told.items()}
-        candidates.append(Candidate(proposal=part.proposal, functions=told, place=place, box=part.box))
+        candidates.append(Candidate(proposal=part.proposal, functions=told, place=place))
     return candidates
 
 
@@ -122,10 +128,10 @@ def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
 
 
 def object_cloud(
-    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None
+    points: np.ndarray, completion: Sequence[str], support: float, pool: Pool | None = None, box: Box | None = None
 ) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
-    box = bounding_box(points)
+    box = box or bounding_box(points)
     spacing = value_for_size(SPACINGS, box.size.max())
     seen = cells(points, spacing).means if spacing else points
     even = levelled(seen, pool) if pool is not None and TOP in completion else seen

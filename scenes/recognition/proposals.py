@@ -17,7 +17,7 @@ from ..pools.surfaces import Pool, level_pools
 from ..pools.things import Top, ground_top, things_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
-from ..segmentation.box import bounding_box
+from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import members_of
 from ..segmentation.segmentation import FLOOR, WALL
 from ..segmentation.supports import top_below
@@ -45,6 +45,7 @@ class Proposal:
     members: np.ndarray  # (K,) int64, ascending, of the scene's points
     support: float  # the height that it stands on, metres
     pool: Pool | None = None  # of large spheres, that it carries
+    box: Box | None = None  # around its points, if known
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -170,10 +171,11 @@ def on_top(
     proposed = []
     for members in things_on(top):
         thing = points[own[members]]
-        if bounding_box(thing).size[1] < _NARROWEST:
+        box = bounding_box(thing)
+        if box.size[1] < _NARROWEST:
             continue
         support = float(np.median(top.height_at(thing)))
-        proposed.append(Proposal(by=POOLS, members=own[members], support=support))
+        proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box))
         if np.ptp(thing[:, :2], axis=0).max() > _BLOB:
             alone = Top(plane=top.plane, points=thing, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):

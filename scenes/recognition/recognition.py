@@ -14,7 +14,7 @@ from ..pools.vessels import surroundings
 from ..scans.cells import cells
 from ..scans.filling import filled
 from ..scans.levelling import level
-from ..scans.neighbors import crowded, has_near
+from ..scans.neighbors import Near, crowded
 from ..scans.scan import Scan
 from ..segmentation.box import bounding_box
 from ..segmentation.clusters import euclidean_clusters
@@ -37,7 +37,7 @@ def compile_kernels():
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
     smoothed(few)
     crowded(few, 0.02)
-    has_near(few, few, 0.02)
+    Near(few, 0.02).to(few)
     surroundings(few, few)
     euclidean_clusters(few, 0.02)
 
@@ -126,7 +126,7 @@ def recognise_objects(
 def scene_object(number: int, points: np.ndarray, candidate: Candidate) -> SceneObject:
     """Return an object of a scene's points (N, 3)."""
     own, support = points[candidate.proposal.members], candidate.proposal.support
-    box = candidate.box or bounding_box(own)
+    box = candidate.proposal.box or bounding_box(own)
     return SceneObject(
         id=number,
         points=own,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numba import njit
 
@@ -52,15 +55,26 @@ def count_around(points, keys, start, square, enough):
             enough[i] = count >= NEIGHBORS
 
 
-def has_near(places: np.ndarray, others: np.ndarray, reach: float) -> np.ndarray:
-    """Return which places (N, 3) have one of other points (M, 3) nearer than a reach in metres, (N,) bool."""
-    grid, own = cells(others, reach), cells(places, reach)
-    near = np.zeros(len(places), np.bool_)
-    points = np.ascontiguousarray(others[grid.order])
-    look_around(places[own.order], own.keys, own.start, points, grid.keys, grid.start, reach * reach, near)
-    out = np.empty(len(places), bool)
-    out[own.order] = near
-    return out
+@dataclass(frozen=True, eq=False)
+class Near:
+    """Points (N, 3) that others are asked to be near, metres, sorted once by cells as wide as the reach."""
+
+    points: np.ndarray
+    reach: float  # metres
+
+    @cached_property
+    def _sorted(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        grid = cells(self.points, self.reach)
+        return np.ascontiguousarray(self.points[grid.order]), grid.keys, grid.start
+
+    def to(self, places: np.ndarray) -> np.ndarray:
+        """Return which places (M, 3) have one of the points nearer than the reach, (M,) bool."""
+        own = cells(places, self.reach)
+        near = np.zeros(len(places), np.bool_)
+        look_around(places[own.order], own.keys, own.start, *self._sorted, self.reach * self.reach, near)
+        out = np.empty(len(places), bool)
+        out[own.order] = near
+        return out
 
 
 @njit(cache=True, error_model="numpy")

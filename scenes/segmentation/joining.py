@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import corners_of
 
+from ..scans.neighbors import Near
 from .box import Box, bounding_box
 from .clusters import members_of
 from .walls import Wall
@@ -71,7 +72,7 @@ def join_pieces(
     """
     pieces = [Piece.from_points(number, points[members]) for number, members in enumerate(members_of(cluster_of))]
     links, hanging = vessel_sides(pieces, ground), []
-    distance, along_x = nearest_wall(wall), np.argsort(points[:, 0], kind="stable")
+    near_wall, along_x = Near(wall, _HANGS), np.argsort(points[:, 0], kind="stable")
     x = points[along_x, 0]
     lows, highs = (np.array([getattr(piece, end) for piece in pieces]).reshape(-1, 3) for end in ("low", "high"))
     for piece in pieces:
@@ -87,7 +88,7 @@ def join_pieces(
         if carried and piece.low[2] > _BASE:
             continue
         whole = whole_of(piece, points[near], cluster_of[near])
-        if not carried and distance(piece.points) < _HANGS and not reaches_out(piece, walls):
+        if not carried and hangs(piece, near_wall) and not reaches_out(piece, walls):
             hanging.append(piece.number)
         elif whole is not None:
             links.append((piece.number, whole))
@@ -139,19 +140,9 @@ def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.
     return []
 
 
-def nearest_wall(wall: np.ndarray) -> Callable[[np.ndarray], float]:
-    """Return what measures how near points (N, 3) come to those of walls (W, 3), metres."""
-    from scipy.spatial import cKDTree
-
-    if not len(wall):
-        return lambda points: np.inf
-    tree = cKDTree(wall)
-
-    def nearest(points: np.ndarray) -> float:
-        some = points[:: -(-len(points) // _PROBES)]
-        return float(tree.query(some, distance_upper_bound=2 * _HANGS)[0].min())
-
-    return nearest
+def hangs(piece: Piece, wall: Near) -> bool:
+    """Return whether a piece comes near a wall."""
+    return bool(wall.to(piece.points[:: -(-len(piece.points) // _PROBES)]).any())
 
 
 def reaches_out(piece: Piece, walls: Sequence[Wall]) -> bool:
