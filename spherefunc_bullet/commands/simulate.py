@@ -63,10 +63,12 @@ def drop_on_file(
 ) -> tuple[list[Run], InputError | None]:
     """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
     from ..clouds.cloud import load_cloud
+    from ..settling.settling import warm_up
 
     done = []
     try:
         cloud = load_cloud(file, up=up, units=units, report=say)
+        warm_up(simulator)  # compiling is no part of the seconds
         for settings in runs:
             result = simulator.drop(cloud, settings, seed)
             done.append((summary(file, cloud, result), result))
