@@ -31,6 +31,7 @@ def near_of(lanes: int) -> Callable[..., Any]:
         return types.uint64(array, types.uint64, types.uint64, *numbers), generate
 
     def generate(context: Any, builder: ir.IRBuilder, signature: Any, values: list[ir.Value]) -> ir.Value:
+        """Write the code for one call."""
         data = context.make_array(signature.args[0])(context, builder, values[0]).data
         at, squares = values[1], []
         for place in values[3:6]:
@@ -61,6 +62,7 @@ def lowest_bit(_: Any, bits: Any):
     """Return which is the lowest bit of a uint64 that is set; one is."""
 
     def generate(_: Any, builder: ir.IRBuilder, __: Any, values: list[ir.Value]) -> ir.Value:
+        """Write the code for one call."""
         return builder.cttz(values[0], cgutils.true_bit)
 
     return types.uint64(types.uint64), generate

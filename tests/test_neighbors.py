@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
+from spherefunc_bullet.clouds.corners import well_within
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.scans.neighbors import NEIGHBORS, Near, crowded
-from spherefunc_bullet.scenes.segmentation.box import outer_places
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
 
 
@@ -77,10 +77,9 @@ def outline_triangles(corners: np.ndarray) -> np.ndarray:
     return np.stack([spokes[:-1], spokes[1:]], axis=1)
 
 
-def test_places_within_their_extremes_are_no_corners_of_the_hull():
+def test_places_well_within_are_no_corners_of_the_hull():
     places = np.random.default_rng(3).normal(size=(10_000, 2))
-    outer = outer_places(places)
+    outer = places[~well_within(places)]
     assert len(outer) < 0.5 * len(places)
     assert set(map(tuple, outer[ConvexHull(outer).vertices])) == set(map(tuple, places[ConvexHull(places).vertices]))
-    line = np.outer(np.linspace(0, 1, 5_000), [1.0, 2.0])
-    assert outer_places(line) is line
+    assert not well_within(np.outer(np.linspace(0, 1, 5_000), [1.0, 2.0])).any()

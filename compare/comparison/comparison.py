@@ -75,7 +75,6 @@ def compare_entries(
 
 def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dataset) -> Tasks | None:
     """Return what backends do of the tasks besides labels; None where none is asked. Shapes do not matter to them."""
-
     tasks = [name for name in experiment.tasks if name != LABELS]
     if not tasks:
         return None

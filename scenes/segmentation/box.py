@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spherefunc_bullet.clouds.corners import well_within
+
 _MANY = 3_000  # points: of fewer, the hull is as quick
-_WELL = 1e-6  # metres inside of the extremes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +51,9 @@ def bounding_box(points: np.ndarray) -> Box:
     """
     from scipy.spatial import ConvexHull, QhullError
 
-    places = outer_places(points[:, :2])
+    places = points[:, :2]
+    if len(places) > _MANY:
+        places = places[~well_within(places)]
     try:
         outline = places[ConvexHull(places).vertices]
     except (QhullError, ValueError):  # in a line
@@ -65,28 +68,6 @@ def bounding_box(points: np.ndarray) -> Box:
     best = int(np.argmin(np.round(areas, 9)))
     low, high = (np.array([spans[k][best], spans[k + 1][best]]) for k in (0, 2))
     return turned_box(points, low, high, along[best], across[best], angles[best])
-
-
-def outer_places(places: np.ndarray) -> np.ndarray:
-    """Return the places (N, 2), of many without those well within their extremes, which are no corners of the hull.
-
-    Akl and Toussaint, 1978: the farthest along both axes and both diagonals have most of the others between them.
-    """
-    from scipy.spatial import ConvexHull, QhullError
-
-    if len(places) < _MANY:
-        return places
-    x, y = places.T
-    ways = (x, y, x + y, x - y)
-    ends = [int(end(way)) for way in ways for end in (np.argmin, np.argmax)]
-    try:
-        sides = ConvexHull(places[ends]).equations
-    except (QhullError, ValueError):  # in a line
-        return places
-    outside = np.zeros(len(places), bool)
-    for a, b, c in sides:
-        outside |= a * x + b * y + c > -_WELL
-    return places[outside]
 
 
 def turned_box(

@@ -11,8 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
+from spherefunc_bullet.clouds.corners import well_within
+
 _MANY = 60  # points: of fewer, those within the others are not worth finding
-_INSIDE = 1e-6  # square metres between a side and a point that is well within: rounding never reaches so far
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
 
 
@@ -60,18 +61,6 @@ def outline_of(points: np.ndarray, radius: float) -> Outline:
         back = ordered[::-1]
         ordered = np.concatenate([ordered[half_hull(ordered)[:-1]], back[half_hull(back)[:-1]]])
     return Outline(corners=ordered, radius=radius)
-
-
-def well_within(points: np.ndarray) -> np.ndarray:
-    """Return which points (N, 2) lie within the farthest ones in eight directions, (N,) bool (Akl, Toussaint, 1978)."""
-    x, y = points.T
-    turning = (x, x + y, y, y - x)  # a quarter of a turn ahead each, then the same backwards
-    ends = [int(np.argmax(way)) for way in turning] + [int(np.argmin(way)) for way in turning]
-    within = np.ones(len(points), bool)
-    for a, b in zip(ends, [*ends[1:], ends[0]], strict=True):
-        if a != b:
-            within &= (x[b] - x[a]) * (y - y[a]) - (y[b] - y[a]) * (x - x[a]) > _INSIDE
-    return within
 
 
 def half_hull(ordered: np.ndarray) -> list[int]:
