@@ -5,12 +5,15 @@ from __future__ import annotations
 from .falling import fall
 from .grid import insert
 from .kernels import entry_jit, inline_jit
-from .rolling import SETTLED, roll
+from .nearby import in_strip
+from .rolling import ASTRAY, SETTLED, roll
 
 
 @inline_jit
 def drop_one(points, spheres, nearby, x, y, radius, shape, low, high):
     """Drop a sphere down a column; return x, y, z, the outcome and whether it rests on the object itself."""
+    if not in_strip(nearby, x, y):
+        return x, y, 0.0, ASTRAY, False
     # Above everything: a sphere that touches the top of the object has its centre one radius higher, and
     # one that rolls off it was two higher still.
     z, _ = fall(points, spheres, x, y, high[2] + 4 * radius, radius)
@@ -25,7 +28,8 @@ def take_in(spheres, x, y, z, outcome, touching, state, on_object):
         state[4] += 1
         return
     i = state[0] - 1
-    insert(spheres, i, x, y, z)
+    spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
+    spheres.used[0] += insert(spheres, x, y, z, spheres.used[0])
     on_object[i] = touching
     state[4] = 0
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .grid import BLOCK, cell_index, falls_past_points
 from .kernels import inline_jit
-from .nearby import DEPTH, MAX_LOOKS, knows_fall
+from .nearby import DEPTH, knows_fall
 
 # A contact this close to the sphere's equator does not stop a fall: the sphere slides past a wall that it
 # grazes. It may then overlap what it grazes by at most (1 - GRAZE) of the distance at which they touch.
@@ -134,7 +134,6 @@ def short_fall(points, spheres, nearby, x, y, z, radius):
         around, near = nearby.points, nearby.counts[0]
         best, clear = fall_on_nearby(around, near, x, y, z, radius, GRAZE_POINT, TIGHT_POINT, best)
     if clear and z - best > DEPTH * radius and not knows_fall(nearby, x, y, z, best, radius):
-        nearby.looks[min(nearby.counts[2], MAX_LOOKS) - 1, 3] = 1.0
         return fall_to(points, spheres, x, y, z, radius, best)
     return best, clear
 

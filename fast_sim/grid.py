@@ -186,24 +186,23 @@ def grown(spheres: SphereGrid, capacity: int) -> SphereGrid:
 
 
 @inline_jit
-def insert(spheres, i, x, y, z):
-    """Enter settled sphere ``i``."""
-    spheres.centers[i, 0], spheres.centers[i, 1], spheres.centers[i, 2] = x, y, z
+def insert(spheres, x, y, z, spare):
+    """Enter a settled sphere into its column, which may need the ``spare`` block; return whether it did."""
     ix = cell_index(x - spheres.left, spheres.per_metre, spheres.nx)
     iy = cell_index(y - spheres.front, spheres.per_metre, spheres.ny)
     last = spheres.blocks[ix * spheres.ny + iy]
-    if last[0, 1] == BLOCK:
-        full = spheres.used[0]
-        spheres.used[0] += np.uint32(1)
+    is_full = last[0, 1] == BLOCK
+    if is_full:
         for row in range(4):
             for k in range(BLOCK):
-                spheres.blocks[full, row, k] = last[row, k]
-        last[0, 0], last[0, 1], last[0, 2] = last[0, 3], 0, full
+                spheres.blocks[spare, row, k] = last[row, k]
+        last[0, 0], last[0, 1], last[0, 2] = last[0, 3], 0, spare
         last[1:] = np.inf
     k = int(last[0, 1])
     last[1, k], last[2, k], last[3, k] = x, y, z
     last[0, 1] = k + 1
     last[0, 3] = max(last[0, 3], z)
+    return is_full
 
 
 @inline_jit

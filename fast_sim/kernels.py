@@ -9,5 +9,5 @@ from __future__ import annotations
 
 from numba import njit
 
-entry_jit = njit(cache=True, error_model="numpy", _nrt=False)  # called by Python, or seldom
+entry_jit = njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # called by Python, or seldom
 inline_jit = njit(error_model="numpy", _nrt=False, forceinline=True)  # kept as part of others alone

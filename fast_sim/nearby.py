@@ -19,7 +19,6 @@ STRIDE, DEPTH, SLACK = 1.0, 0.05, 0.2
 SPHERE_REACH = 2 + STRIDE + DEPTH + SLACK
 POINT_REACH = 1 + STRIDE + DEPTH + SLACK
 KNOWN = 0.9999 * (STRIDE + DEPTH + SLACK)  # so near the place that was searched, all that a sphere touches is nearby
-MAX_LOOKS = 64  # of one sphere that are remembered
 MAX_SPHERES = 128  # that fit within SPHERE_REACH of a place: at the densest 0.74 * (SPHERE_REACH + 1)**3 = 87
 
 # Unsigned, because signed indices cost a test for negative ones.
@@ -31,41 +30,31 @@ class Nearby(NamedTuple):
 
     points: np.ndarray  # (3, N + 1) metres, all x, all y and all z of the first counts[0]
     spheres: np.ndarray  # (3, MAX_SPHERES) metres, of the first counts[1]
-    counts: np.ndarray  # (3,) int64: points, spheres, and looks since the sphere began to roll
+    counts: np.ndarray  # (2,) int64: points, spheres
     place: np.ndarray  # (3,) metres
     normals: np.ndarray  # (C, 3) scratch for contacts
-    looks: np.ndarray  # (MAX_LOOKS, 4) metres, the first places looked around, and 1 where a long fall began there
+    strip: np.ndarray  # (4,) metres, left, right, front and back of where may be looked; for most runs everywhere
     asked: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
 
 
 def nowhere(point_count: int, max_contacts: int) -> Nearby:
     """Return room for the surroundings of any place of a cloud with so many points."""
-    rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(3, np.int64)
-    scratch = np.empty((max_contacts + 1, 3)), np.empty((MAX_LOOKS, 4)), np.empty(16, np.uint64)
+    rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
+    scratch = np.empty((max_contacts + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
     return Nearby(*rooms, np.full(3, np.inf), *scratch)
 
 
 @inline_jit
-def remember(nearby, x, y, z):
-    """Enter a place whose surroundings decide where a sphere goes."""
-    if nearby.counts[2] < MAX_LOOKS:
-        look = nearby.looks[nearby.counts[2]]
-        look[0], look[1], look[2], look[3] = x, y, z, 0.0
-    nearby.counts[2] += 1
-
-
-@inline_jit
-def begin(nearby, x, y, z):
-    """Forget the sphere before; this one has come down to (x, y, z), where nothing has been searched yet."""
-    nearby.place[0], nearby.counts[2] = np.inf, 0
-    remember(nearby, x, y, z)
+def in_strip(nearby, x, y):
+    """Tell whether it may be looked around at (x, y)."""
+    strip = nearby.strip
+    return (strip[0] <= x) & (x <= strip[1]) & (strip[2] <= y) & (y <= strip[3])
 
 
 @inline_jit
 def look_around(points, spheres, nearby, x, y, z, radius):
     """Fill the surroundings of (x, y, z)."""
     nearby.place[0], nearby.place[1], nearby.place[2] = x, y, z
-    remember(nearby, x, y, z)
     nearby.counts[0] = 0
     if may_touch_points(spheres, x, y, z):
         nearby.counts[0] = copy_points(points, x, y, z, POINT_REACH * radius, nearby.asked, nearby.points)

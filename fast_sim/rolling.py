@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
 from .falling import short_fall, stands_on_floor
 from .kernels import inline_jit
-from .nearby import STRIDE, begin, look_around, still_serves, touches_points
+from .nearby import STRIDE, in_strip, look_around, still_serves, touches_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
+ASTRAY = 4  # has left its strip, see `strips`
 MAX_STEPS = 20_000  # of one sphere, whatever happens
 GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
@@ -90,13 +93,15 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     Returns x, y, z, the outcome, and whether it rests on the object itself.
     """
     lowest, stalled = z, 0
-    begin(nearby, x, y, z)
+    nearby.place[0] = np.inf  # nothing has been searched yet
     for _ in range(MAX_STEPS):
         if z <= radius:
             if stands_on_floor(points, x, y, radius):
                 return x, y, z, SETTLED, True
             return x, y, z, ROLLED_OFF, False
         if not still_serves(nearby, x, y, z, radius):
+            if not in_strip(nearby, x, y):
+                return x, y, z, ASTRAY, False
             look_around(points, spheres, nearby, x, y, z, radius)
         x, y, z, moved = step(points, spheres, nearby, x, y, z, radius, shape)
         stalled = stalled + 1 if z > lowest - 0.002 * radius else 0

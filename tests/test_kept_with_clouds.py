@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.fast_sim import backend
+from spherefunc_bullet.fast_sim import drop_run
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 SHORT, LONG = (DropSettings(radius=0.008, miss_limit=count, max_drops=count) for count in (40, 200))
@@ -60,13 +60,13 @@ def same(one, other) -> bool:
 @pytest.fixture
 def begun(monkeypatch) -> list[int]:
     """Return a list that grows whenever a run of `fast` begins anew."""
-    runs, begin = [], backend.DropRun.__init__
+    runs, begin = [], drop_run.DropRun.__init__
 
     def counted(run, *arguments):
         runs.append(len(runs))
         begin(run, *arguments)
 
-    monkeypatch.setattr(backend.DropRun, "__init__", counted)
+    monkeypatch.setattr(drop_run.DropRun, "__init__", counted)
     return runs
 
 

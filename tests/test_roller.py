@@ -19,7 +19,7 @@ from spherefunc_bullet.fast_sim.contact import (
 )
 from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
 from spherefunc_bullet.fast_sim.grid import find_nearest, insert, point_grid, sphere_grid
-from spherefunc_bullet.fast_sim.nearby import DEPTH, begin, look_around, nowhere
+from spherefunc_bullet.fast_sim.nearby import DEPTH, knows_fall, look_around, nowhere
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
@@ -28,6 +28,12 @@ OVERLAP = 0.02  # of the radius, promised of every contact
 
 def drop(cloud: Cloud, radius: float, seed: int = 0):
     return make_simulator("fast").drop(cloud, DropSettings(radius=radius), seed)
+
+
+def enter(spheres, centers):
+    """Enter settled spheres into a grid."""
+    for center in centers:
+        spheres.used[0] += insert(spheres, *center, spheres.used[0])
 
 
 def lowest_between_points(radius: float) -> float:
@@ -354,8 +360,7 @@ def test_fall_through_the_grids_is_the_fall_past_every_point_and_sphere():
     points = point_grid(cloud, low, high, radius)
     spheres = sphere_grid(points, low, high, radius, 4 * radius, 64)
     centers = random.uniform([-0.4, -0.3, 0.1], [0.4, 0.3, 0.7], (40, 3))
-    for i, center in enumerate(centers):
-        insert(spheres, i, *center)
+    enter(spheres, centers)
     for x, y in random.uniform([-0.45, -0.35], [0.45, 0.35], (300, 2)):
         height, clear = fall(points, spheres, x, y, 1.0, radius)
         aside = np.hypot(centers[:, 0] - x, centers[:, 1] - y)
@@ -375,18 +380,16 @@ def test_fall_past_what_is_nearby_is_the_fall_through_the_grids(reach):
     low, high = cloud.min(axis=0), cloud.max(axis=0)
     points = point_grid(cloud, low, high, radius)
     spheres = sphere_grid(points, low, high, radius, reach and reach * radius, 512)
-    for i, center in enumerate(random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.5], (400, 3))):
-        insert(spheres, i, *center)
+    enter(spheres, random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.5], (400, 3)))
     nearby = nowhere(len(cloud), MAX_CONTACTS)
     decided = []
     for x, y, z in random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.7], (600, 3)):
-        begin(nearby, x, y, z)
         look_around(points, spheres, nearby, x, y, z, radius)
         x, y, z = np.array([x, y, z]) + 0.6 * radius * unit_vectors(random, 1)[0]
         height, clear = short_fall(points, spheres, nearby, x, y, z, radius)
         expected, expected_clear = fall(points, spheres, x, y, z, radius)
         assert clear == expected_clear and (height == expected or not clear)
-        decided += [nearby.looks[1, 3] == 0] if clear and z - height > DEPTH * radius else []
+        decided += [knows_fall(nearby, x, y, z, height, radius)] if clear and z - height > DEPTH * radius else []
     assert 0.1 < np.mean(decided) < 0.9 and len(decided) > 30  # both ways are taken
 
 

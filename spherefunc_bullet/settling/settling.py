@@ -11,7 +11,7 @@ from ..clouds.cloud import Cloud, Mesh
 from ..errors import InputError
 from ..processes.memory import forget_peak, peak_bytes
 from ..processes.tasks import run_tasks
-from ..simulator import DropSettings, Simulator, isolated, make_simulator, sphere_limit
+from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
 from .drops import LIMITED, NO_DROPS, Length, drop_array
 
 # Radius in metres -> where spheres settled, centres (S, 3), metres; or, of runs of a stated number of drops, what
@@ -68,6 +68,8 @@ def drop_or_nothing(
         return NO_DROPS, 0.0, 0
     if radius > cloud.size.max():
         return np.empty((0, 3), np.float32) if length.drops is None else NO_DROPS, 0.0, 0
+    if length.drops is None:
+        simulator = one_by_one(simulator)
     result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
     if length.drops is None:
         return result.centers.astype(np.float32), result.seconds, result.drops

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, is_dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -120,6 +120,9 @@ class Simulator(Protocol):
         runs where it is made.
     sphere_limit : int, optional
         Settled spheres that end a run for features, where the simulator needs a limit of its own.
+    as_drawn : bool, optional
+        An option of a simulator that may drop spheres in another order than their columns are drawn in, which True
+        forbids; spheres of runs to the end that become features are dropped so.
     """
 
     name: str
@@ -132,7 +135,7 @@ class Simulator(Protocol):
         static for ever. A sphere at rest keeps off the points by its radius, may rest on spheres alone only while its
         centre is within the bounding box (else `Outcome.REJECTED`), and one that reaches the ground z = 0 beside the
         object has rolled off. The limits cut a run short and change nothing else: the drops of a shorter run are the
-        first ones of a longer.
+        first ones of a longer, at least of one with the attribute ``as_drawn``.
 
         Parameters
         ----------
@@ -167,6 +170,13 @@ def provenance_of(simulator: Simulator, settings: DataclassInstance, seed: int) 
         "settings": asdict(settings),
         "seed": seed,
     }
+
+
+def one_by_one(simulator: Simulator) -> Simulator:
+    """Return a simulator that drops one sphere after another, as the paper does; itself, if it knows no other way."""
+    if is_dataclass(simulator) and hasattr(simulator, "as_drawn"):
+        return replace(simulator, as_drawn=True)
+    return simulator
 
 
 def require_fitting(cloud: Cloud, radius: float):

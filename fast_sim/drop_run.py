@@ -1,0 +1,189 @@
+"""One run of the fast backend: what it drops, and when it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.processes.compilation import prepare
+from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
+
+from .contact import MAX_CONTACTS
+from .dropping import drop_spheres
+from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
+from .nearby import POINT_REACH, nowhere
+from .options import FastOptions
+from .rolling import MAX_STEPS, SETTLED, RollShape
+from .strips import LARGE, Strips, drop_in_strip
+
+CHUNK = 8192  # columns drawn at a time
+FEW = 256  # spheres that are not worth dropping together
+SPARSE = 0.5  # radii between points, about, where drops are few
+SQUARE = 0.005  # metres: as far as samples of a mesh lie apart
+Columns = Callable[[np.random.Generator, int], np.ndarray]  # draws so many columns (M, 2) or more, metres
+
+
+class DropRun:
+    """The state of one run, which can go on: both grids, the tallies, and what the kernel needs beside them."""
+
+    def __init__(self, cloud: Cloud, settings: DropSettings, how: FastOptions, seed: int):
+        self.settings, self.how, self.seed = settings, how, seed
+        self.seconds = 0.0
+        self.low, self.high = cloud.bounds
+        points, reach = cloud.points, POINT_REACH * settings.radius
+        if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
+            points, reach = cloud.thinned(SPARSE * settings.radius), None
+        self.points = point_grid(points, self.low, self.high, settings.radius)
+        self.shape = roll_shape(settings.radius, point_spacing(self.points), how)
+        margin = settings.radius if how.inside == "sphere" else 0.0
+        self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
+        self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
+        self.nearby = nowhere(len(points), MAX_CONTACTS)
+        self.strips = None
+        if settings.max_drops is None and not how.as_drawn and self.spheres.nx * self.spheres.ny >= LARGE:
+            scratch = [nowhere(len(points), MAX_CONTACTS) for _ in range(how.cores)]
+            self.strips = Strips(self.spheres, settings.radius, scratch)
+        self.state = np.zeros(5, np.int64)
+        self.on_object = np.zeros(CHUNK, np.bool_)
+        self.generator = np.random.default_rng(seed)
+        self.draw = over_points(cloud.points) if how.columns == "points" else over_box(self.low, self.high)
+        self.waiting = np.empty((0, 2))  # columns that are drawn, and down which nothing has been dropped
+        self.columns: list[np.ndarray] = []
+        self.outcomes: list[np.ndarray] = []
+
+    @property
+    def settled(self) -> int:
+        """How many spheres have settled."""
+        return int(self.state[0])
+
+    @property
+    def drops(self) -> int:
+        """How many spheres have been dropped."""
+        return int(self.state[:4].sum())
+
+    def begins(self, settings: DropSettings, how: FastOptions, seed: int) -> bool:
+        """Tell whether a run is to make the same drops as this one, and more."""
+        s = self.settings
+        same = (s.radius, self.how, self.seed) == (settings.radius, how, seed)
+        longer = settings.max_drops is not None and settings.max_drops > self.drops
+        return same and longer and settings.miss_limit >= s.miss_limit and settings.max_spheres >= s.max_spheres
+
+    def get_ready(self) -> float:
+        """Have the code for strips compiled or loaded, where there are any; return the seconds that it took."""
+        started = perf_counter()
+        if self.strips is not None:
+            prepare(drop_in_strip)
+            self.drop_in_strips(np.empty((0, 2)))
+        return perf_counter() - started
+
+    def go_on(self, settings: DropSettings):
+        """Drop spheres until one of the limits is reached; the drops so far are the first ones."""
+        self.settings, ended = settings, False
+        while not ended:
+            together = 0 if self.strips is None else self.strips.together(self.drops)
+            together = min(together, settings.max_spheres - self.settled)
+            if together >= FEW:
+                ended = self.drop_in_strips(self.take_columns(together))
+            else:
+                left = CHUNK if self.strips is None else CHUNK // 2
+                left = left if settings.max_drops is None else min(left, settings.max_drops - self.drops)
+                ended = self.drop_as_drawn(self.take_columns(left))
+
+    def take_columns(self, count: int) -> np.ndarray:
+        """Draw so many columns (M, 2), those first down which nothing has been dropped yet."""
+        if len(self.waiting) < count:
+            self.waiting = np.concatenate([self.waiting, self.draw(self.generator, count - len(self.waiting))])
+        taken, self.waiting = self.waiting[:count], self.waiting[count:]
+        self.reserve(count)
+        return taken
+
+    def reserve(self, count: int):
+        """Make room for so many more settled spheres, and blocks for as many that will not settle in the end."""
+        capacity, needed = len(self.on_object), self.settled + (1 if self.strips is None else 2 * BLOCK) * count
+        if needed > capacity:
+            self.spheres = grown(self.spheres, max(2 * capacity, needed))
+            self.on_object = np.concatenate([self.on_object, np.zeros(len(self.spheres.centers) - capacity, np.bool_)])
+
+    def drop_as_drawn(self, columns: np.ndarray) -> bool:
+        """Drop a sphere down each of the columns (M, 2), until one of the limits is reached: then return True."""
+        s, before = self.settings, self.drops
+        outcomes = np.empty(len(columns), np.int8)
+        limits = (s.miss_limit, s.max_spheres, self.state, self.on_object, outcomes)
+        body = (self.points, self.spheres, self.nearby)
+        ended = drop_spheres(*body, columns, s.radius, self.shape, *self.inside, *limits)
+        done = self.drops - before
+        self.columns.append(columns[:done])
+        self.outcomes.append(outcomes[:done])
+        self.waiting = np.concatenate([columns[done:], self.waiting])
+        return ended or self.drops == s.max_drops
+
+    def drop_in_strips(self, columns: np.ndarray) -> bool:
+        """Do as `drop_as_drawn` with so few columns (M, 2) that they cannot settle too many; all are dropped.
+
+        Misses in a row are counted in the order in which the columns were drawn.
+        """
+        radius, limit, before = self.settings.radius, self.settings.miss_limit, self.settled
+        ends = self.strips.drop(self.points, self.spheres, columns, radius, self.shape, *self.inside)
+        self.columns.append(columns)
+        self.outcomes.append(ends.outcomes)
+        self.state[:4] += np.bincount(ends.outcomes, minlength=4)
+        settled = np.flatnonzero(ends.outcomes == SETTLED)
+        self.spheres.centers[before : self.settled] = ends.centers[settled]
+        self.on_object[before : self.settled] = ends.touching[settled]
+        in_a_row = np.diff(settled, prepend=-1 - self.state[4], append=len(columns)) - 1
+        self.state[4] = limit if in_a_row.max() >= limit else in_a_row[-1]
+        return self.state[4] >= limit or self.settled >= self.settings.max_spheres
+
+    def stop(self) -> Stop:
+        """Return why the run ended."""
+        if self.state[4] >= self.settings.miss_limit:
+            return Stop.MISSES
+        return Stop.SPHERE_LIMIT if self.state[0] >= self.settings.max_spheres else Stop.DROP_LIMIT
+
+    def result(self, provenance: dict[str, Any]) -> DropResult:
+        """Return what has come of the run so far."""
+        settled, rolled_off, rejected, timed_out, _ = self.state.tolist()
+        return DropResult(
+            centers=self.spheres.centers[:settled].copy(),
+            on_object=self.on_object[:settled].copy(),
+            rolled_off=rolled_off,
+            rejected=rejected,
+            timed_out=timed_out,
+            stop=self.stop(),
+            seconds=self.seconds,
+            columns=np.concatenate(self.columns),
+            outcomes=np.concatenate(self.outcomes),
+            provenance=provenance,
+        )
+
+
+def over_box(low: np.ndarray, high: np.ndarray) -> Columns:
+    """Return what draws columns uniformly over a bounding box."""
+    return lambda generator, count: generator.uniform(low[:2], high[:2], size=(count, 2))
+
+
+def over_points(points: np.ndarray) -> Columns:
+    """Return what draws columns uniformly over the squares of `SQUARE` that hold some of the points (N, 3).
+
+    Always `CHUNK` of them, since squares are drawn before places in them.
+    """
+    squares = np.unique(np.floor(points[:, :2] / SQUARE), axis=0)
+    return lambda generator, _: SQUARE * (generator.choice(squares, CHUNK) + generator.random((CHUNK, 2)))
+
+
+def roll_shape(radius: float, spacing: float, how: FastOptions):
+    """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
+    gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
+    sink = radius - math.sqrt(radius * radius - gap * gap)
+    return RollShape(
+        gap=1.1 * gap,
+        patch=max(1.4 * spacing, 0.5 * radius),
+        bump=max(1.2 * sink, 0.015 * radius),
+        flat=math.sin(math.radians(how.flat_angle_deg)),
+        stalled=how.stalled_steps or MAX_STEPS,
+    )

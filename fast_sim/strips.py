@@ -1,0 +1,147 @@
+"""The drops on a large object, in strips that know nothing of each other: sooner, and on several cores.
+
+Some thousand spheres are dropped together. The object is cut into strips across its length; each sphere that keeps to
+its own strip is dropped there, one after another with its neighbours, so that what one reads is still in the cache for
+the next. Those that went astray are dropped after them, in strips along it, and what is left last. Who went astray is
+decided by its way alone, so the number of cores decides how long it takes, and nothing else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from queue import SimpleQueue
+from typing import NamedTuple
+
+import numpy as np
+
+from .dropping import drop_one
+from .grid import PointGrid, SphereGrid, insert
+from .kernels import entry_jit
+from .nearby import Nearby
+from .rolling import ASTRAY, SETTLED
+
+LARGE = 2000  # columns of an object that is worth it
+SHARE = 0.5  # of the columns, spheres dropped together: few of them come near each other
+PACE = 2.0  # where half of them settle so many are dropped together, and fewer where fewer do
+OF_ALL = 1 / 16  # of the drops so far, at most
+WIDE = 100  # columns of a strip; one of a quarter as many at least is cut in two
+TILE = 12  # radii: the side of the squares that are filled one after another
+EVERYWHERE = (-np.inf, np.inf, -np.inf, np.inf)
+
+
+class Ends(NamedTuple):
+    """What became of spheres that were dropped together."""
+
+    centers: np.ndarray  # (M, 3) where they ended, metres
+    outcomes: np.ndarray  # (M,) int8
+    touching: np.ndarray  # (M,) bool: the object itself
+
+
+@entry_jit
+def drop_in_strip(
+    points, spheres, nearby, columns, order, radius, shape, low, high, spares, ends, outcomes, touching
+):
+    """Drop a sphere down each of the columns (M, 2) that are listed in ``order``, and enter those that settle.
+
+    Parameters
+    ----------
+    points, spheres, nearby, columns, radius, shape, low, high
+        As of `drop_spheres`; ``nearby`` holds the strip, which no sphere leaves.
+    order : (K,) int64
+        Which columns.
+    spares : (M,) uint32
+        A block for each column's sphere, should it need one; set to 0 where it did.
+    ends, outcomes, touching
+        Of `Ends`; receive what became of them, `ASTRAY` where one would have left the strip.
+    """
+    for k in order:
+        x, y = columns[k, 0], columns[k, 1]
+        x, y, z, outcome, on_object = drop_one(points, spheres, nearby, x, y, radius, shape, low, high)
+        ends[k, 0], ends[k, 1], ends[k, 2] = x, y, z
+        outcomes[k], touching[k] = outcome, on_object
+        if outcome == SETTLED and insert(spheres, x, y, z, spares[k]):
+            spares[k] = 0
+
+
+class Strips:
+    """How an object is cut, and what its strips need beside its grids: scratch for each core, and spare blocks."""
+
+    def __init__(self, spheres: SphereGrid, radius: float, nearbies: Sequence[Nearby]):
+        self.radius, self.low = radius, np.array([spheres.left, spheres.front])
+        # A sphere reads up to 3.3 radii from where it last looked around, and all of the columns there; it settles
+        # within 1.3 radii. So far inside their strips, no two of them meet in one column.
+        self.margin = 2 * radius + spheres.cell
+        self.most, self.settling = int(SHARE * spheres.nx * spheres.ny), 1.0
+        self.spares = np.empty(0, np.uint32)
+        self.threads, self.idle = ThreadPoolExecutor(len(nearbies)), SimpleQueue[Nearby]()
+        for nearby in nearbies:
+            self.idle.put(nearby)
+        cuts = [
+            (0, cuts_of(spheres.left, spheres.cell, spheres.nx)),
+            (1, cuts_of(spheres.front, spheres.cell, spheres.ny)),
+        ]
+        cuts.sort(key=lambda cut: -len(cut[1]))
+        self.rounds = [*cuts, (0, np.empty(0))]  # along which axis it is cut, and where; last, not at all
+
+    def drop(self, points: PointGrid, spheres: SphereGrid, columns: np.ndarray, *how: object) -> Ends:
+        """Drop a sphere down each of the columns (M, 2); ``how`` are the radius, the shape and the box."""
+        ends = Ends(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
+        self.find_spares(spheres, len(columns))
+        left = self.by_tiles(columns)
+        fill = partial(self.fill, points, spheres, columns, how, ends)
+        for axis, cuts in self.rounds:
+            strips = np.searchsorted(cuts, columns[left, axis])
+            orders = [left[strips == strip] for strip in range(len(cuts) + 1)]
+            list(self.threads.map(fill, self.bounds(axis, cuts), orders))
+            left = left[ends.outcomes[left] == ASTRAY]
+        self.settling = (ends.outcomes == SETTLED).mean() if len(columns) else 1.0
+        return ends
+
+    def together(self, drops: int) -> int:
+        """Return how many spheres to drop together after so many drops.
+
+        The nearer the end, at which few settle, the fewer, since a run ends only after all of them.
+        """
+        return int(min(drops * OF_ALL, self.most * min(1.0, PACE * self.settling)))
+
+    def bounds(self, axis: int, cuts: np.ndarray) -> np.ndarray:
+        """Return where spheres of each strip may be, left, right, front and back (S, 4), metres."""
+        bounds = np.tile(EVERYWHERE, (len(cuts) + 1, 1))
+        bounds[1:, 2 * axis], bounds[:-1, 2 * axis + 1] = cuts + self.margin, cuts - self.margin
+        return bounds
+
+    def fill(
+        self,
+        points: PointGrid,
+        spheres: SphereGrid,
+        columns: np.ndarray,
+        how: Sequence[object],
+        ends: Ends,
+        bounds: np.ndarray,
+        order: np.ndarray,
+    ):
+        """Drop the spheres of one strip, on whichever core is idle."""
+        nearby = self.idle.get()
+        nearby.strip[:] = bounds
+        drop_in_strip(points, spheres, nearby, columns, order, *how, self.spares, *ends)
+        self.idle.put(nearby)
+
+    def find_spares(self, spheres: SphereGrid, count: int):
+        """Have a block for each of so many spheres; those that were not needed before serve again."""
+        kept = self.spares[self.spares > 0]
+        new = np.arange(spheres.used[0], spheres.used[0] + max(0, count - len(kept)), dtype=np.uint32)
+        spheres.used[0] += len(new)
+        self.spares = np.concatenate([kept, new])
+
+    def by_tiles(self, columns: np.ndarray) -> np.ndarray:
+        """Return an order (M,) of columns (M, 2) that goes from tile to tile, to and fro."""
+        across, along = np.floor((columns - self.low) / (TILE * self.radius)).astype(np.int64).T
+        return np.lexsort((np.where(across % 2, -along, along), across))
+
+
+def cuts_of(start: float, cell: float, count: int) -> np.ndarray:
+    """Return where so many columns along an axis are cut into strips, metres."""
+    strips = max(count // WIDE, 2 if count > WIDE // 4 else 1)
+    return start + cell * count / strips * np.arange(1, strips)
