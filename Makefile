@@ -30,6 +30,7 @@ bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoC
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.engine_share
+	@$(BIN)/python -m spherefunc_bullet.compare.bench.strips
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
 

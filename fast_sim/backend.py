@@ -21,7 +21,8 @@ SHORT = 100  # drops: a run of so few is kept with the cloud, since more are ask
 class FastSimulator(FastOptions):
     """Rolls spheres over a point cloud, one at a time, without forces or time.
 
-    A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere.
+    A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere. A run without a limit of drops
+    fills a large object strip by strip, on as many ``cores`` as it may use, unless spheres are to fall ``as_drawn``.
     """
 
     name = "fast"

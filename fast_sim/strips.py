@@ -75,7 +75,8 @@ class Strips:
         self.margin = 2 * radius + spheres.cell
         self.most, self.settling = int(SHARE * spheres.nx * spheres.ny), 1.0
         self.spares = np.empty(0, np.uint32)
-        self.threads, self.idle = ThreadPoolExecutor(len(nearbies)), SimpleQueue[Nearby]()
+        self.cores, self.idle = len(nearbies), SimpleQueue[Nearby]()
+        self.threads = ThreadPoolExecutor(self.cores)  # which begin with the first task
         for nearby in nearbies:
             self.idle.put(nearby)
         cuts = [
@@ -94,7 +95,8 @@ class Strips:
         for axis, cuts in self.rounds:
             strips = np.searchsorted(cuts, columns[left, axis])
             orders = [left[strips == strip] for strip in range(len(cuts) + 1)]
-            list(self.threads.map(fill, self.bounds(axis, cuts), orders))
+            shared = self.threads.map if len(cuts) and self.cores > 1 else map
+            list(shared(fill, self.bounds(axis, cuts), orders))
             left = left[ends.outcomes[left] == ASTRAY]
         self.settling = (ends.outcomes == SETTLED).mean() if len(columns) else 1.0
         return ends

@@ -1,6 +1,6 @@
 """How soon a report can be looked at: from the browser's first byte to its first picture, by software drawing.
 
-    python -m spherefunc_bullet.compare.bench.opening demo/comparison/report.html
+    python -m spherefunc_bullet.compare.pages.opening demo/comparison/report.html
 """
 
 from __future__ import annotations
