@@ -90,7 +90,7 @@ class DropRun:
             if together >= FEW:
                 ended = self.drop_in_strips(self.take_columns(together))
             else:
-                left = CHUNK if self.strips is None else CHUNK // 2
+                left = CHUNK if self.strips is None else CHUNK // 4
                 left = left if settings.max_drops is None else min(left, settings.max_drops - self.drops)
                 ended = self.drop_as_drawn(self.take_columns(left))
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from queue import SimpleQueue
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,7 @@ from .rolling import ASTRAY, SETTLED
 LARGE = 2000  # columns of an object that is worth it
 SHARE = 0.5  # of the columns, spheres dropped together: few of them come near each other
 PACE = 2.0  # where half of them settle so many are dropped together, and fewer where fewer do
-OF_ALL = 1 / 16  # of the drops so far, at most
+OF_ALL = 1 / 8  # of the drops so far, at most
 WIDE = 100  # columns of a strip; one of a quarter as many at least is cut in two
 TILE = 12  # radii: the side of the squares that are filled one after another
 EVERYWHERE = (-np.inf, np.inf, -np.inf, np.inf)
@@ -75,10 +74,7 @@ class Strips:
         self.margin = 2 * radius + spheres.cell
         self.most, self.settling = int(SHARE * spheres.nx * spheres.ny), 1.0
         self.spares = np.empty(0, np.uint32)
-        self.cores, self.idle = len(nearbies), SimpleQueue[Nearby]()
-        self.threads = ThreadPoolExecutor(self.cores)  # which begin with the first task
-        for nearby in nearbies:
-            self.idle.put(nearby)
+        self.nearbies, self.threads = nearbies, ThreadPoolExecutor(len(nearbies))  # which begin with the first task
         cuts = [
             (0, cuts_of(spheres.left, spheres.cell, spheres.nx)),
             (1, cuts_of(spheres.front, spheres.cell, spheres.ny)),
@@ -91,12 +87,14 @@ class Strips:
         ends = Ends(np.empty((len(columns), 3)), np.empty(len(columns), np.int8), np.empty(len(columns), np.bool_))
         self.find_spares(spheres, len(columns))
         left = self.by_tiles(columns)
-        fill = partial(self.fill, points, spheres, columns, how, ends)
         for axis, cuts in self.rounds:
             strips = np.searchsorted(cuts, columns[left, axis])
             orders = [left[strips == strip] for strip in range(len(cuts) + 1)]
-            shared = self.threads.map if len(cuts) and self.cores > 1 else map
-            list(shared(fill, self.bounds(axis, cuts), orders))
+            fill = partial(self.fill, points, spheres, columns, how, ends, self.bounds(axis, cuts), orders)
+            others = [self.threads.submit(fill, core) for core in range(1, min(len(self.nearbies), len(orders)))]
+            fill(0)
+            for other in others:
+                other.result()
             left = left[ends.outcomes[left] == ASTRAY]
         self.settling = (ends.outcomes == SETTLED).mean() if len(columns) else 1.0
         return ends
@@ -122,13 +120,14 @@ class Strips:
         how: Sequence[object],
         ends: Ends,
         bounds: np.ndarray,
-        order: np.ndarray,
+        orders: Sequence[np.ndarray],
+        core: int,
     ):
-        """Drop the spheres of one strip, on whichever core is idle."""
-        nearby = self.idle.get()
-        nearby.strip[:] = bounds
-        drop_in_strip(points, spheres, nearby, columns, order, *how, self.spares, *ends)
-        self.idle.put(nearby)
+        """Drop the spheres of all strips that are a core's, every so many one."""
+        nearby, cores = self.nearbies[core], len(self.nearbies)
+        for strip in range(core, len(orders), cores):
+            nearby.strip[:] = bounds[strip]
+            drop_in_strip(points, spheres, nearby, columns, orders[strip], *how, self.spares, *ends)
 
     def find_spares(self, spheres: SphereGrid, count: int):
         """Have a block for each of so many spheres; those that were not needed before serve again."""
@@ -139,8 +138,10 @@ class Strips:
 
     def by_tiles(self, columns: np.ndarray) -> np.ndarray:
         """Return an order (M,) of columns (M, 2) that goes from tile to tile, to and fro."""
-        across, along = np.floor((columns - self.low) / (TILE * self.radius)).astype(np.int64).T
-        return np.lexsort((np.where(across % 2, -along, along), across))
+        across, along = ((columns - self.low) / (TILE * self.radius)).astype(np.int64).T
+        rows = along.max(initial=0) + 1
+        tiles = across * rows + np.where(across % 2, rows - 1 - along, along)
+        return np.argsort(tiles.astype(np.min_scalar_type(tiles.max(initial=0))), kind="stable")
 
 
 def cuts_of(start: float, cell: float, count: int) -> np.ndarray:
