@@ -11,7 +11,15 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.bullet import flights as flights_module
 from spherefunc_bullet.bullet.backend import BulletSimulator
-from spherefunc_bullet.bullet.collision.triangulation import faces_between, point_cells, span_faces
+from spherefunc_bullet.bullet.collision.triangulation import (
+    MAX_NEIGHBORS,
+    RINGS,
+    ROOM,
+    faces_between,
+    gather,
+    point_cells,
+    span_faces,
+)
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
 from spherefunc_bullet.bullet.flights import (
@@ -155,6 +163,23 @@ def test_kernel_of_faces_is_its_python_original():
         count = form(points[order], keys, starts, dims, low, 0.45, 0.5, faces)
         results.append((count, faces[:count].tolist()))
     assert results[0] == results[1] and results[0][0] > 30
+
+
+@pytest.mark.parametrize("count", [100, 900, 3000], ids=["all are kept", "the nearest are", "there is no room"])
+def test_neighbours_are_the_nearest_ones_nearest_first(count):
+    """Of those as near, as many on this lattice are, the one that comes first."""
+    points = np.random.default_rng(8).integers(-9, 10, (count, 3)) / 20
+    order, starts, keys, dims, low = point_cells(points, 1.0)
+    placed = points[order]
+    found, near = np.empty(ROOM, np.int64), np.empty(ROOM, np.int64)
+    distances, squared, rings = np.empty(ROOM), np.empty(ROOM), np.empty(RINGS + 1, np.int64)
+    for i in range(0, count, 50):
+        gathered = gather(placed, i, keys, starts, dims, low, 1.0, found, distances, rings, near, squared)
+        dx, dy, dz = (placed - placed[i]).T
+        truth = dx * dx + dy * dy + dz * dz
+        expected = np.argsort(truth, kind="stable")
+        expected = expected[(truth[expected] > 0) & (truth[expected] <= 1)][:MAX_NEIGHBORS]
+        assert np.array_equal(near[:gathered], expected) and np.array_equal(squared[:gathered], truth[expected])
 
 
 def test_count_of_faces_is_told_also_without_room_for_them():

@@ -14,7 +14,9 @@ import math
 import numpy as np
 from numba import njit
 
-MAX_NEIGHBORS = 256  # of a point within twice alpha; the nearest in order of the grid, more are not looked at
+MAX_NEIGHBORS = 256  # of a point within twice the gap, the nearest; more are not looked at
+ROOM = 4 * MAX_NEIGHBORS  # for those that are found, before the nearest of them are kept
+RINGS = 64  # of equal area around a point, by which its neighbours are sorted
 SLACK = 0.995  # of the ball's radius: four points on one circle make four faces, not none
 
 
@@ -68,13 +70,14 @@ def point_cells(points: np.ndarray, side: float):
 @njit(cache=True, error_model="numpy")
 def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
     """Write the faces between sorted points into ``faces`` and return how many there are, also beyond its room."""
-    near = np.empty(MAX_NEIGHBORS, np.int64)
-    offset = np.empty((MAX_NEIGHBORS, 3))
-    squared = np.empty(MAX_NEIGHBORS)
-    seen = np.empty(MAX_NEIGHBORS, np.int64)
+    found, distances, near, squared = np.empty(ROOM, np.int64), np.empty(ROOM), np.empty(ROOM, np.int64), np.empty(ROOM)
+    rings, offset, seen = np.empty(RINGS + 1, np.int64), np.empty((MAX_NEIGHBORS, 3)), np.empty(MAX_NEIGHBORS, np.int64)
     count = 0
     for i in range(len(points)):
-        gathered = gather(points, i, keys, starts, dims, low, 2 * gap, near, offset, squared)
+        gathered = gather(points, i, keys, starts, dims, low, 2 * gap, found, distances, rings, near, squared)
+        for k in range(gathered):
+            for axis in range(3):
+                offset[k, axis] = points[near[k], axis] - points[i, axis]
         candidates = in_sight(offset, squared, gathered, gap, seen)
         for m in range(candidates):
             a = seen[m]
@@ -90,11 +93,11 @@ def span_faces(points, keys, starts, dims, low, alpha, gap, faces):
 
 
 @njit(cache=True, error_model="numpy")
-def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
-    """Write the neighbours of a point within reach, nearest first, and return how many there are."""
+def gather(points, i, keys, starts, dims, low, reach, found, distances, rings, near, squared):
+    """Write the neighbours of a point within reach into ``near``, nearest first, and return how many there are."""
     x, y, z = points[i, 0], points[i, 1], points[i, 2]
     ix, iy, iz = int((x - low[0]) / reach), int((y - low[1]) / reach), int((z - low[2]) / reach)
-    gathered = 0
+    count = 0
     for jx in range(ix - 1, ix + 2):
         for jy in range(iy - 1, iy + 2):
             first = (jx * dims[1] + jy) * dims[2] + iz - 1
@@ -103,21 +106,42 @@ def gather(points, i, keys, starts, dims, low, reach, near, offset, squared):
                 for j in range(starts[c], starts[c + 1]):
                     dx, dy, dz = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
                     d = dx * dx + dy * dy + dz * dz
-                    if d > reach * reach or d == 0.0 or (gathered == MAX_NEIGHBORS and d >= squared[gathered - 1]):
+                    if d > reach * reach or d == 0.0:
                         continue
-                    k = gathered if gathered < MAX_NEIGHBORS else gathered - 1
-                    while k > 0 and squared[k - 1] > d:
-                        if k < MAX_NEIGHBORS:
-                            squared[k] = squared[k - 1]
-                            near[k] = near[k - 1]
-                            offset[k] = offset[k - 1]
-                        k -= 1
-                    squared[k] = d
-                    near[k] = j
-                    offset[k, 0], offset[k, 1], offset[k, 2] = dx, dy, dz
-                    gathered = min(gathered + 1, MAX_NEIGHBORS)
+                    if count == ROOM:
+                        count = sort_by_distance(found, distances, count, reach, rings, near, squared)
+                        found[:count], distances[:count] = near[:count], squared[:count]
+                    found[count], distances[count] = j, d
+                    count += 1
                 c += 1
-    return gathered
+    return sort_by_distance(found, distances, count, reach, rings, near, squared)
+
+
+@njit(cache=True, error_model="numpy")
+def sort_by_distance(found, distances, count, reach, rings, near, squared):
+    """Write the nearest of those found into ``near`` and ``squared``, nearest first; return how many.
+
+    Of two as near the one that was found first goes first. Each is put into its ring, and moved to its place there.
+    """
+    per_ring = RINGS / (reach * reach)
+    rings[:] = 0
+    for k in range(count):
+        rings[min(int(distances[k] * per_ring), RINGS - 1) + 1] += 1
+    for ring in range(RINGS):
+        rings[ring + 1] += rings[ring]
+    for k in range(count):
+        d = distances[k]
+        ring = min(int(d * per_ring), RINGS - 1)
+        place = rings[ring]
+        rings[ring] += 1
+        near[place], squared[place] = found[k], d
+    for k in range(1, count):
+        j, d, place = near[k], squared[k], k
+        while place > 0 and squared[place - 1] > d:
+            near[place], squared[place] = near[place - 1], squared[place - 1]
+            place -= 1
+        near[place], squared[place] = j, d
+    return min(count, MAX_NEIGHBORS)
 
 
 @njit(cache=True, error_model="numpy")
