@@ -490,6 +490,14 @@ def test_alternatives_read_the_same_runs_in_every_way(call, data):
     assert rows["cubes"] == rows["cubes, to the end"] == rows["cubes, 2,000 spheres at most"]
 
 
+def test_some_alternatives_alone(call, data):
+    quick = ("--trials", 1, "--radii", "2cm", "--jobs", 1)
+    done = call("evaluate", data, "--alternatives", "--only", "paper, whole sphere", *quick, "--json")
+    assert list(json.loads(done.stdout)) == ["paper", "§III-A: the whole sphere inside the box"]
+    check_refused(call("evaluate", data, "--alternatives", "--only", "naught"), "--only naught", "paper")
+    check_refused(call("evaluate", data, "--only", "paper"), "--only", "--alternatives")
+
+
 def test_evaluate_on_other_data(call, subset, data, tmp_path):
     (tmp_path / "manifest.csv").write_text("file,label\n" + "".join(f"{k}_3.npz,{k}\n" for k in ("cup", "table")))
     for kind in ("cup", "table"):

@@ -49,6 +49,7 @@ def evaluate(
     ] = "labels",
     task_objects: Annotated[int, typer.Option(min=1, help="Objects of each task besides labels, at most.")] = 100,
     alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
+    only: Annotated[str, typer.Option(help="Alternatives whose names hold this, or one of these.")] = "",
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = options.DEFAULT_METHOD,
@@ -65,7 +66,7 @@ def evaluate(
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
-    from ..evaluation.alternatives import print_alternatives
+    from ..evaluation.alternatives import print_alternatives, wanted_alternatives
     from ..evaluation.impaired import impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
@@ -75,7 +76,8 @@ def evaluate(
     from .compare import asked_tasks
     from .mechanics import print_measured
 
-    require_sensible(data, test, impaired, alternatives, picture)
+    require_sensible(data, test, impaired, alternatives, only, picture)
+    names = wanted_alternatives(only)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     asked, chosen = asked_tasks(tasks), find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
@@ -88,7 +90,7 @@ def evaluate(
 
     learnt = simulated(dataset)
     if alternatives:
-        print_alternatives(learnt, dropping, lambda how: simulated(dataset, how), trials, json)
+        print_alternatives(learnt, dropping, lambda how: simulated(dataset, how), trials, json, names)
         failures.exit()
         return
     if test is not None:
@@ -110,12 +112,16 @@ def evaluate(
     failures.exit()
 
 
-def require_sensible(data: list[str], test: str | None, impaired: bool, alternatives: bool, picture: Path | None):
+def require_sensible(
+    data: list[str], test: str | None, impaired: bool, alternatives: bool, only: str, picture: Path | None
+):
     """Raise InputError for options that do not go together, before the spheres fall, which may take hours."""
     from ..figures.impaired_picture import require_ending
 
     if alternatives and impaired:
         raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
+    if only and not alternatives:
+        raise InputError("--only: expected with --alternatives, whose rows it chooses")
     if picture is not None and not impaired:
         raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
     if picture is not None:

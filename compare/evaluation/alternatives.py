@@ -15,6 +15,7 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table, progress
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns
 from spherefunc_bullet.learning.method import CUBES, PAPER, Method
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord
@@ -167,18 +168,41 @@ ALTERNATIVES = {
 }
 
 
-def dropped_otherwise(dropping: Dropping, simulated: Callable[[Dropping], Simulated]) -> dict[str, Simulated]:
-    """Return a data set with spheres dropped in every other way that the backend has."""
+def wanted_alternatives(only: str) -> list[str]:
+    """Return the names of the alternatives that hold one of some words, all of them where there are no words.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    names = [*DROPPED, *ALTERNATIVES]
+    found = [name for name in names if any(part.strip() in name for part in only.split(","))]
+    if not found:
+        raise InputError(f"--only {only}: expected words of the table's rows, such as {names[3]!r} or 'III-B'")
+    return found
+
+
+def dropped_otherwise(
+    dropping: Dropping, simulated: Callable[[Dropping], Simulated], names: Sequence[str]
+) -> dict[str, Simulated]:
+    """Return a data set with spheres dropped in every other way that the backend has, of those wanted."""
     simulator = dropping.simulator
     if simulator.name != "fast":
         return {}
     options = simulator.options()
-    hows = {name: make_simulator(simulator.name, **options | changes) for name, changes in DROPPED.items()}
+    asked = {name: changes for name, changes in DROPPED.items() if name in names}
+    hows = {name: make_simulator(simulator.name, **options | changes) for name, changes in asked.items()}
     return {name: simulated(replace(dropping, simulator=how)) for name, how in hows.items()}
 
 
 def print_alternatives(
-    simulated: Simulated, dropping: Dropping, drop: Callable[[Dropping], Simulated], trials: int, json: bool
+    simulated: Simulated,
+    dropping: Dropping,
+    drop: Callable[[Dropping], Simulated],
+    trials: int,
+    json: bool,
+    names: Sequence[str],
 ):
     """Print every alternative's F-measures on random halves and across sources, as given and turned at random.
 
@@ -188,8 +212,10 @@ def print_alternatives(
         How spheres fell; its seed is that of the splits and turns too.
     drop : callable
         Returns the same objects with spheres dropped in another way, which the paper's method reads.
+    names : sequence of str
+        Of the alternatives that are asked for.
     """
-    labels, dropped = labels_of(simulated), dropped_otherwise(dropping, drop)
+    labels, dropped = labels_of(simulated), dropped_otherwise(dropping, drop, names)
     half, groups = len(labels) // 2, len(set(labels.groups.tolist())) > 1
     splits = Protocol(train_sizes=(half,), trials=trials, seed=dropping.seed, groups=groups).splits(labels)
     radii, limit = dropping.radii, sphere_limit(dropping.simulator)
@@ -201,7 +227,7 @@ def print_alternatives(
         return Read(dropped, labels, radii, splits, limit), turned
 
     as_dropped = reads(simulated)
-    work = [(name, as_dropped, alternative) for name, alternative in ALTERNATIVES.items()]
+    work = [(name, as_dropped, alternative) for name, alternative in ALTERNATIVES.items() if name in names]
     work[1:1] = [(name, reads(other), Alternative()) for name, other in dropped.items()]
     for name, both, alternative in progress(work, len(work), "learning and testing"):
         as_given, as_turned = (read.evaluation(alternative) for read in both)
