@@ -103,8 +103,9 @@ class DropRun:
         return taken
 
     def reserve(self, count: int):
-        """Make room for so many more settled spheres, and blocks for as many that will not settle in the end."""
-        capacity, needed = len(self.on_object), self.settled + (1 if self.strips is None else 2 * BLOCK) * count
+        """Make room for so many more settled spheres, and for the blocks that strips keep to spare."""
+        spared = 0 if self.strips is None else BLOCK * max(len(self.strips.spares), count)
+        capacity, needed = len(self.on_object), self.settled + count + spared
         if needed > capacity:
             self.spheres = grown(self.spheres, max(2 * capacity, needed))
             self.on_object = np.concatenate([self.on_object, np.zeros(len(self.spheres.centers) - capacity, np.bool_)])

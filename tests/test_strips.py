@@ -70,6 +70,18 @@ def test_each_settled_sphere_is_in_one_block():
     assert np.array_equal(np.sort(kept, axis=0), np.sort(centers_of(run), axis=0))
 
 
+@pytest.mark.parametrize("together", [3000, 300], ids=["many are spared", "few are"])
+def test_there_is_room_for_all_blocks(together):
+    """Also where a long stretch one by one follows strips, whose spare blocks are kept."""
+    settings = DropSettings(radius=RADIUS)
+    run = DropRun(clouds.chair(), settings, make_simulator("fast"), 3)
+    strips, drawn = (run.drop_in_strips, together), (run.drop_as_drawn, 500)
+    for drop, count in [strips, *[drawn] * 30, strips]:
+        drop(run.take_columns(count))
+        assert run.spheres.used[0] <= len(run.spheres.blocks) and run.settled <= len(run.on_object)
+    assert run.settled > CHUNK
+
+
 def test_spheres_overlap_nothing_and_none_hangs_in_the_air():
     result, cloud = dropped(), clouds.chair()
     distances = cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]

@@ -52,7 +52,7 @@ def pybullet():
 
 
 def keep_memory():
-    """Have the memory of one engine serve the next, instead of going back to the system: 1 ms instead of 14 to open it.
+    """Have the memory of one engine serve the next, instead of going back to the system and being fetched anew.
 
     The C library of Linux keeps blocks as large as the largest that was ever freed, up to 32 MiB, so that some engines
     later it would do so anyhow. The block below is never written to.

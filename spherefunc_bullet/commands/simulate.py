@@ -29,7 +29,7 @@ def simulate(
     shape: Shape = None,
     seed: Seed = 0,
     out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
-    cores: Annotated[int | None, typer.Option(min=1, help="That one object's spheres are shared among.")] = None,
+    cores: Annotated[int | None, typer.Option(min=1, help="That a large object's spheres are shared among.")] = None,
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
     up: Up = BY_FILE,
     units: Units = "m",
