@@ -154,10 +154,10 @@ def on_the_slope(result, angle_deg: float, radius: float) -> np.ndarray:
 LENGTH = 0.2  # metres, of the inclines
 
 
-@pytest.mark.parametrize("angle_deg", [1, 4.5])
+@pytest.mark.parametrize("angle_deg", [1, 4.5, 7.5])
 @pytest.mark.parametrize("radius", RADII)
 def test_incline_of_points_holds_a_layer(radius, angle_deg):
-    """Rolling friction is set to 5 degrees."""
+    """Rolling friction is set to 8 degrees."""
     result = drop(clouds.incline(angle_deg, LENGTH), radius, max_spheres=200)
     # A loose layer, about half of the area, or as many as are asked for.
     assert result.settled > min(200, 0.4 * LENGTH**2 / (np.pi * radius**2)) - 1
@@ -180,8 +180,9 @@ EDGES = pytest.mark.xfail(strict=True, reason="edges between faces hold spheres 
 @pytest.mark.parametrize("shape", [pytest.param("voxel", marks=EDGES), "compound"])
 @pytest.mark.parametrize("radius", [0.01, 0.02])
 def test_incline_lets_go_where_theory_says(shape, radius):
-    result = drop(inclined_mesh(6.0), radius, max_spheres=60, shape=shape)
-    assert not on_the_slope(result, 6.0, radius).any()
+    """A degree above that of the default: it was 6 when rolling friction held on 5, and is 9 since it holds on 8."""
+    result = drop(inclined_mesh(9.0), radius, max_spheres=60, shape=shape)
+    assert not on_the_slope(result, 9.0, radius).any()
 
 
 def inclined_mesh(angle_deg: float) -> Cloud:

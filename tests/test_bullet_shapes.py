@@ -545,13 +545,9 @@ def thick_cup() -> Cloud:
 # Which of the shapes
 
 
-def test_large_objects_and_few_drops_take_the_mesh_that_there_is():
+def test_an_object_that_came_as_a_mesh_is_met_as_one():
     plate = box(0.2, 0.2, 0.02)
     meshed = cloud_from_mesh(plate.vertices, plate.faces, "plate")
     points = Cloud(meshed.points, "points")
-    full, few = DropSettings(radius=0.01), DropSettings(radius=0.01, max_drops=200)
-    kinds = [BulletSimulator().kind_for(cloud, settings) for cloud in (meshed, points) for settings in (full, few)]
-    assert kinds == ["voxel", "mesh", "voxel", "voxel"]
-    small = BulletSimulator(large=len(meshed) - 1)
-    assert small.kind_for(meshed, full) == "mesh" and small.kind_for(points, full) == "voxel"
-    assert BulletSimulator(large=1, shape="voxel").kind_for(meshed, few) == "voxel"
+    assert [BulletSimulator().kind_for(cloud) for cloud in (meshed, points)] == ["mesh", "voxel"]
+    assert BulletSimulator(shape="voxel").kind_for(meshed) == "voxel"

@@ -26,7 +26,7 @@ from spherefunc_bullet.bullet import dropping, engine, loading
 from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.world import BAKED, TWINS, World
+from spherefunc_bullet.bullet.world import BAKED, MERGED, TWINS, World
 
 TESTS = Path(__file__).parent
 CLIENTS = 64  # more than this process ever has open at once
@@ -176,8 +176,11 @@ def test_every_frozen_sphere_is_there(count):
             world.freeze(center)
         # Single precision; in a compound some 100 radii wide rays are as exact as 1e-3.
         assert np.abs(met_from_above(world, centers) - centers[:, 2] - 1).max() < 0.005
-        assert len(world.rest) + len(world.fresh) == count
-        assert len(world.compounds) == int(np.ceil(len(world.rest) / BAKED))
+        baked = sum(batch.count for batch in world.batches)
+        assert baked + len(world.fresh) == count
+        assert sum(len(batch.compounds) for batch in world.batches) == int(np.ceil(baked / BAKED))
+        # As a number is written to the base of 4, with up to three batches of each size.
+        assert all(np.unique([batch.count for batch in world.batches], return_counts=True)[1] < MERGED)
 
 
 def test_a_sphere_rests_on_baked_spheres():

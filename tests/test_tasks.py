@@ -98,7 +98,9 @@ def test_the_lower_the_hole_the_less_is_kept():
         carried = [simulator.carry(one, CarrySettings(), seed) for one in [*things, cloud]]
         held += [one.kept[-1] * one.filled for one in carried]
     low, _, high, whole = held
-    assert low < high < whole
+    # The highest hole is above the spheres, since a vessel is carried half full: what spills there spills of a whole
+    # one as well. Spheres of the mesh itself, not of the surface between points, differ by that chance alone.
+    assert low < high and high == pytest.approx(whole, rel=0.03)
 
 
 def carrier():

@@ -23,7 +23,7 @@ from ..simulator.mechanics import (
 from .engine import engine_version
 from .physics import Physics
 
-VERSION = "3"  # of the method: another number, other centres
+VERSION = "4"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")
 
 
@@ -39,10 +39,7 @@ class BulletSimulator(Physics):
         If PyBullet is not installed, or a setting is out of its range.
     """
 
-    # auto: where the object came as one the mesh, for a stated number of drops and for large objects; else voxel. Or
-    # voxel, compound, mesh.
-    shape: str = "auto"
-    large: int = 400_000  # points beyond which `auto` takes the mesh: a surface between them takes 0.7 GiB and seconds
+    shape: str = "auto"  # where the object came as one the mesh, else voxel; or voxel, compound, mesh
     voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
 
     name = "bullet"
@@ -54,8 +51,6 @@ class BulletSimulator(Physics):
         engine_version()
         if self.shape not in SHAPES:
             raise InputError(f"backend 'bullet': shape {self.shape!r}: expected one of {', '.join(SHAPES)}")
-        if self.large < 1:
-            raise InputError(f"backend 'bullet': large: expected at least 1 point, got {self.large}")
         if self.voxel_size is not None and not self.voxel_size > 0:
             raise InputError(f"backend 'bullet': voxel_size: expected more than 0 metres, got {self.voxel_size}")
 
@@ -66,15 +61,11 @@ class BulletSimulator(Physics):
     def options(self) -> dict:
         return asdict(self)
 
-    def kind_for(self, cloud: Cloud, settings: DropSettings) -> str:
-        """Return the kind of collision shape of a run.
-
-        Few drops do not pay for a surface that there is already, and on a large object no number of them does.
-        """
+    def kind_for(self, cloud: Cloud) -> str:
+        """Return the kind of collision shape of a cloud: a surface that there is already is exact and costs nothing."""
         if self.shape != "auto":
             return self.shape
-        meshed = cloud.mesh is not None and (settings.max_drops is not None or len(cloud) > self.large)
-        return "mesh" if meshed else "voxel"
+        return "voxel" if cloud.mesh is None else "mesh"
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
@@ -88,7 +79,7 @@ class BulletSimulator(Physics):
         from .dropping import DropRun
         from .world import World
 
-        kind = self.kind_for(cloud, settings)
+        kind = self.kind_for(cloud)
         prepare_kernels(kind)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
@@ -137,7 +128,7 @@ class BulletSimulator(Physics):
         centers = self.filling(cloud, settings, radius, seed)
         kept = None
         if len(centers):
-            shape = collision_shape(cloud, radius, "voxel" if cloud.mesh is None else "mesh", self.voxel_size)
+            shape = collision_shape(cloud, radius, self.kind_for(cloud), self.voxel_size)
             with World(carrying_physics(self, settings, len(centers))) as world:
                 world.add_object(shape)
                 kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)

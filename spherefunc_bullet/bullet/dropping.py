@@ -23,7 +23,7 @@ CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more 
 APART = 2.2  # radii between a new column and every sphere in the air
 ROOM = 30.0  # square radii of the footprint for each sphere in the air
 SUNKEN = 0.03  # radii of overlap from which the engine still pushes a sphere out, however slowly
-OVERLAP = 0.05  # radii: a sphere that rests so deep in the cloud is not placed
+OVERLAP = 0.05  # radii: a sphere that rests so deep in the cloud, or was wedged in so deep for too long, is not placed
 CHUNK = 1024  # columns drawn at a time
 
 
@@ -117,7 +117,7 @@ class DropRun:
             to_object, deepest = self.world.contacts(slot)
             if deepest < -SUNKEN and not self.flights.late(slot):
                 return self.flights.rouse(slot)
-            outcome = self.resting_place(center, to_object <= TOUCH)
+            outcome = Outcome.TIMED_OUT if deepest < -OVERLAP else self.resting_place(center, to_object <= TOUCH)
         elif not np.isfinite(center).all():
             self.world.renew(slot)
         self.flights.flying[slot] = False

@@ -19,7 +19,7 @@ class Physics:
     """Material, time step, and what counts as rest."""
 
     friction: float = 0.5  # wood on wood, plastic on plastic
-    rolling_friction: float = 0.0875  # tangent of the steepest slope that holds a sphere: 5 degrees, as for `fast`
+    rolling_friction: float = 0.14  # tangent of the steepest slope that holds a sphere: 8 degrees, as seats are made
     restitution: float = 0.0  # spheres start at the surface, and the paper's do not bounce
     time_step: float = 0.1  # 2 ms at a radius of 5 mm; half of it moves no result by more than a seed does
     sub_steps: int = 8  # time steps between two looks at the spheres

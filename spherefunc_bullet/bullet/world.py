@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,9 +18,21 @@ from .physics import Physics
 
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
 TWINS = 16  # spheres at rest that are bodies of their own before they are baked; each costs at every step, also unused
-REBAKE = 1.5  # growth after which all compounds are made anew, so that each stays small in space
+MERGED = 4  # batches of one size that are baked anew as one
 STILL, UPRIGHT = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 FAR = 1e4  # radii: where bodies wait that are not in use
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Settled spheres that were baked at once."""
+
+    centers: np.ndarray  # (S, 3)
+    compounds: list[int]  # bodies
+
+    @property
+    def count(self) -> int:
+        return len(self.centers)
 
 
 class World:
@@ -46,10 +59,8 @@ class World:
         self.object = None
         self.air: list[int] = []  # bodies that move
         self.twins = self.add_twins()
-        self.rest = np.empty((0, 3))  # settled centres in compounds
         self.fresh: list[np.ndarray] = []  # settled centres that are twins
-        self.compounds: list[int] = []
-        self.rebake_at = 4 * TWINS
+        self.batches: list[Batch] = []  # the others, larger ones first
 
     def __enter__(self):
         return self
@@ -164,27 +175,23 @@ class World:
         self.fresh.append(center)
 
     def bake(self):
-        """Turn the twins into compounds, and from time to time all spheres at rest into new ones.
+        """Turn the twins into a compound, and batches of which there are too many of one size into a larger one.
 
         Every body costs at every step, whether it moves or not, and every compound is asked by each sphere within
-        its box. So compounds hold neighbours.
+        its box. So compounds hold neighbours: the more a batch has, the nearer they are.
         """
-        centers = np.array(self.fresh)
-        self.rest, self.fresh = np.concatenate([self.rest, centers]), []
         for i, body in enumerate(self.twins):
             self._move(body, waiting(i, -FAR))
-        if len(self.rest) >= self.rebake_at:
-            self._forget_compounds()
-            centers = self.rest
-            self.rebake_at = int(REBAKE * len(self.rest))
-        for group in neighbors(centers):
-            self.compounds.append(self._compound(centers[group]))
+        self.batches.append(self._batch(np.array(self.fresh)))
+        self.fresh = []
+        while len(self.batches) >= MERGED and self.batches[-MERGED].count == self.batches[-1].count:
+            last, self.batches = self.batches[-MERGED:], self.batches[:-MERGED]
+            for body in (body for batch in last for body in batch.compounds):
+                pybullet().removeBody(body, **self.engine)  # its shape stays until the engine is closed
+            self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
-    def _forget_compounds(self):
-        # Their shapes stay until the engine is closed: it does not let go of them before.
-        for body in self.compounds:
-            pybullet().removeBody(body, **self.engine)
-        self.compounds = []
+    def _batch(self, centers: np.ndarray) -> Batch:
+        return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers)])
 
     def _compound(self, centers: np.ndarray) -> int:
         shape = pybullet().createCollisionShapeArray(
