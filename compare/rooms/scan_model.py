@@ -32,7 +32,6 @@ from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn
 TREES, LEAST = 100, 2  # of a forest, and objects in a leaf: a third of the nodes that single ones take, as right
-TRIED = 0.3  # share of the quantities that a split chooses from: fewer nodes, and more that is right, than the usual tenth
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +110,7 @@ def main(
 
 def forest() -> ExtraTreesClassifier:
     """Return the classifier of one function."""
-    return ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, max_features=TRIED, random_state=0)
+    return ExtraTreesClassifier(TREES, min_samples_leaf=LEAST, random_state=0)
 
 
 def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClassifier:
