@@ -34,7 +34,6 @@ from spherefunc_bullet.bullet.flights import (
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.scenes.household.parts.solids import box
-from spherefunc_bullet.simulator import DropSettings
 
 FLAT = 0.02  # radii, the tolerance that shapes are made with
 
