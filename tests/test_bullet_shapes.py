@@ -7,6 +7,7 @@ from functools import cache
 import clouds
 import numpy as np
 import pytest
+import trimesh
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.bullet import flights as flights_module
@@ -34,6 +35,7 @@ from spherefunc_bullet.bullet.flights import (
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.scenes.household.parts.solids import box
+from spherefunc_bullet.simulator import DropSettings
 
 FLAT = 0.02  # radii, the tolerance that shapes are made with
 
@@ -548,5 +550,26 @@ def test_an_object_that_came_as_a_mesh_is_met_as_one():
     plate = box(0.2, 0.2, 0.02)
     meshed = cloud_from_mesh(plate.vertices, plate.faces, "plate")
     points = Cloud(meshed.points, "points")
-    assert [BulletSimulator().kind_for(cloud) for cloud in (meshed, points)] == ["mesh", "voxel"]
-    assert BulletSimulator(shape="voxel").kind_for(meshed) == "voxel"
+    assert [BulletSimulator().kind_for(cloud, 0.01) for cloud in (meshed, points)] == ["mesh", "voxel"]
+    assert BulletSimulator(shape="voxel").kind_for(meshed, 0.01) == "voxel"
+
+
+def test_a_mesh_of_minute_faces_is_met_as_voxels_by_large_spheres():
+    """What a scanner makes has faces of a millimetre: a sphere of 3 cm would be held against thousands at each step."""
+    plate = subdivided(box(0.2, 0.2, 0.02), 7)
+    scanned = cloud_from_mesh(plate.vertices, plate.faces, "scanned")
+    kinds = [BulletSimulator().kind_for(scanned, radius) for radius in (0.005, 0.1)]
+    assert kinds == ["mesh", "voxel"]
+    fine, coarse = (
+        BulletSimulator(shape=shape).drop(scanned, DropSettings(radius=0.02, max_drops=40), 0)
+        for shape in ("voxel", "mesh")
+    )
+    # On a plate the same drops stay, whichever surface holds them.
+    assert fine.settled == pytest.approx(coarse.settled, abs=5) and fine.settled > 10
+
+
+def subdivided(mesh: trimesh.Trimesh, times: int) -> trimesh.Trimesh:
+    """Return a mesh with each face cut in four, so many times."""
+    for _ in range(times):
+        mesh = mesh.subdivide()
+    return mesh

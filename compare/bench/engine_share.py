@@ -64,7 +64,7 @@ def shares_of(path: Path, settings: DropSettings) -> Shares:
     simulator, cloud = BulletSimulator(), load_cloud(path)
     warm_up(simulator)
     started = process_time()
-    shape = collision_shape(cloud, settings.radius, simulator.kind_for(cloud))
+    shape = collision_shape(cloud, settings.radius, simulator.kind_for(cloud, settings.radius))
     made = process_time()
     with TimedWorld(simulator) as world:
         world.add_object(shape)

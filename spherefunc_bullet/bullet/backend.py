@@ -25,6 +25,7 @@ from .physics import Physics
 
 VERSION = "4"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")
+FINEST = 3e-4  # square radii: the mean area of a mesh's faces from which on a sphere meets too many of them at once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,7 +40,7 @@ class BulletSimulator(Physics):
         If PyBullet is not installed, or a setting is out of its range.
     """
 
-    shape: str = "auto"  # where the object came as one the mesh, else voxel; or voxel, compound, mesh
+    shape: str = "auto"  # the mesh that an object came as, unless its faces are minute; else voxel. Or one of SHAPES
     voxel_size: float | None = None  # metres; by default a third of the radius, and no less than the cloud resolves
 
     name = "bullet"
@@ -61,11 +62,20 @@ class BulletSimulator(Physics):
     def options(self) -> dict:
         return asdict(self)
 
-    def kind_for(self, cloud: Cloud) -> str:
-        """Return the kind of collision shape of a cloud: a surface that there is already is exact and costs nothing."""
+    def kind_for(self, cloud: Cloud, radius: float) -> str:
+        """Return the kind of collision shape of a cloud for spheres of a radius, metres.
+
+        A surface that there is already is exact and costs nothing, but a sphere on one of minute faces, as scanners and
+        photogrammetry make them, would be held against thousands at each step.
+        """
+        from ..clouds.sampling import surface_area
+
         if self.shape != "auto":
             return self.shape
-        return "voxel" if cloud.mesh is None else "mesh"
+        if cloud.mesh is None:
+            return "voxel"
+        area = surface_area(cloud.mesh.vertices, cloud.mesh.faces) / len(cloud.mesh.faces)
+        return "mesh" if area > FINEST * radius**2 else "voxel"
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).
@@ -79,7 +89,7 @@ class BulletSimulator(Physics):
         from .dropping import DropRun
         from .world import World
 
-        kind = self.kind_for(cloud)
+        kind = self.kind_for(cloud, settings.radius)
         prepare_kernels(kind)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
@@ -128,7 +138,7 @@ class BulletSimulator(Physics):
         centers = self.filling(cloud, settings, radius, seed)
         kept = None
         if len(centers):
-            shape = collision_shape(cloud, radius, self.kind_for(cloud), self.voxel_size)
+            shape = collision_shape(cloud, radius, self.kind_for(cloud, radius), self.voxel_size)
             with World(carrying_physics(self, settings, len(centers))) as world:
                 world.add_object(shape)
                 kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
