@@ -186,8 +186,9 @@ class World:
         self.fresh = []
         while len(self.batches) >= MERGED and self.batches[-MERGED].count == self.batches[-1].count:
             last, self.batches = self.batches[-MERGED:], self.batches[:-MERGED]
-            for body in np.concatenate([batch.compounds for batch in last]).tolist():
-                pybullet().removeBody(body, **self.engine)  # its shape stays until the engine is closed
+            for batch in last:
+                for body in batch.compounds:
+                    pybullet().removeBody(body, **self.engine)  # its shape stays until the engine is closed
             self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
     def _batch(self, centers: np.ndarray) -> Batch:
