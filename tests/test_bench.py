@@ -11,6 +11,7 @@ import pytest
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.bench import answers, backends, engine_share, growth, peers
 from spherefunc_bullet.compare.bench.bench import apart
+from spherefunc_bullet.compare.bench.timing import Case
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
 
@@ -43,17 +44,18 @@ def test_the_engine_s_share_is_of_all_the_time_of_a_run(tmp_path):
 
 
 def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
-    path, r = tmp_path / "plate.ply", peers.RADIUS
+    path, r = tmp_path / "plate.ply", 0.005
     box(0.2, 0.2, 0.02).export(path)  # its top lies at 0.02
+    plate = Case(title="plate", path=path, radius=r)
     centers = np.array([[0, 0, 0.02 + r], [0, 1.5 * r, 0.02 + r], [0.05, 0, 0.02 + 0.8 * r], [-0.05, 0, 0.02 + 2 * r]])
-    run = peers.measured("mine", path, centers, 10, 2.0)
+    run = peers.measured("mine", plate, centers, 10, 2.0)
     assert run.in_spheres == pytest.approx(0.5, abs=1e-3) and run.in_object == pytest.approx(0.2, abs=1e-3)
     assert run.hanging == 1 and run.row(2.5)[3:5] == ["5", "2.0"]
 
 
 @pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
-def test_the_naive_script_drops_as_many_as_asked():
-    run = apart(peers.naive_run, peers.peer_mug(), 12)  # it closes standard output to PyBullet
+def test_the_naive_script_drops_as_many_as_asked(tmp_path):
+    run = apart(peers.naive_run, *peers.cases(["mug"], tmp_path), 12)  # it closes standard output to PyBullet
     assert run.drops == 12 and 0 < run.settled < 12 and run.seconds > 0
 
 

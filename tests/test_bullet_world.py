@@ -26,7 +26,7 @@ from spherefunc_bullet.bullet import dropping, engine, loading
 from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.world import BAKED, MERGED, TWINS, World
+from spherefunc_bullet.bullet.world import BAKED, BAKED_OF_MANY, MANY, MERGED, TWINS, World
 
 TESTS = Path(__file__).parent
 CLIENTS = 64  # more than this process ever has open at once
@@ -167,7 +167,7 @@ def met_from_above(world: World, centers: np.ndarray) -> np.ndarray:
     return np.array([hit[3][2] / world.scale if hit[0] >= 0 else -np.inf for hit in hits])
 
 
-@pytest.mark.parametrize("count", [1, BAKED + 1, TWINS, TWINS + 1, 4 * TWINS + 1, 1000])
+@pytest.mark.parametrize("count", [1, BAKED + 1, TWINS, TWINS + 1, 4 * TWINS + 1, MANY + 1, 1000])
 def test_every_frozen_sphere_is_there(count):
     """Also with more than 16 in a bake, where createCollisionShapeArray would drop some, and after baking anew."""
     centers = np.random.default_rng(0).permutation(lattice(count))
@@ -178,14 +178,17 @@ def test_every_frozen_sphere_is_there(count):
         assert np.abs(met_from_above(world, centers) - centers[:, 2] - 1).max() < 0.005
         baked = sum(batch.count for batch in world.batches)
         assert baked + len(world.fresh) == count
-        assert sum(len(batch.compounds) for batch in world.batches) == int(np.ceil(baked / BAKED))
+        for batch in world.batches:
+            most = BAKED if batch.count < MANY else BAKED_OF_MANY
+            assert len(batch.compounds) == int(np.ceil(batch.count / most))
         # As a number is written to the base of 4, with up to three batches of each size.
         assert all(np.unique([batch.count for batch in world.batches], return_counts=True)[1] < MERGED)
 
 
-def test_a_sphere_rests_on_baked_spheres():
+@pytest.mark.parametrize("count", [8 * TWINS + 1, MANY + TWINS + 1])  # so many that there are some around (9, 9)
+def test_a_sphere_rests_on_baked_spheres(count):
     with World(Physics()) as world:
-        place = np.arange(8 * TWINS + 1)  # so many that there are some around (9, 9)
+        place = np.arange(count)
         for center in np.column_stack([2.0 * (place % 12), 2.0 * (place // 12), np.ones(len(place))]):
             world.freeze(center)
         world.add_spheres(1)

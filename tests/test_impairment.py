@@ -27,7 +27,7 @@ from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
 
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
-FEATURES = {"spheres", "bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
+FEATURES = {"spheres", "spheres, held up", "bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
 FEATURES |= {"points", "spheres, copies learnt", "points, copies learnt", "rules", "examiner"}
 RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a plain cup, metres
 

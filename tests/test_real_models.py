@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
+from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
 pytestmark = pytest.mark.skipif(not MODELS.is_dir(), reason="no ../shared/data/models beside the repository")
@@ -125,3 +126,9 @@ def test_most_spheres_on_chairs_rest_on_the_seat():
     # Seats are dished and upholstered by a centimetre or two around the one height that the catalogue gives;
     # one chair in ten may be a shell without a level seat.
     assert len(errors) > 15 and np.mean(np.array(errors) < 0.02) >= 0.9
+
+
+def test_nothing_that_is_of_use_falls_over_when_it_is_put_down():
+    rows = csv.DictReader((MODELS / "manifest.csv").open())
+    useful = [row["file"] for row in rows if row["label"] != "none"]
+    assert len(useful) > 100 and not [file for file in useful if falls_over(load_cloud(MODELS / file))]

@@ -68,7 +68,7 @@ def test_second_run_simulates_nothing(files):
     second = simulated(files)
     # Equal seconds say so too: they are those of the run that was kept.
     assert same(first, second) and entries() == before
-    assert len(before) == 2 * (1 + len(RADII))
+    assert len(before) == 2 * (2 + len(RADII))  # shape, whether it falls over, and runs
 
 
 def test_only_what_is_missing_is_computed(files):
@@ -112,7 +112,7 @@ def test_changed_content_is_another_object(files):
     first, before = simulated(files), entries()
     np.savez(files[0], points=clouds.mug(height=0.06).points)
     second = simulated(files)
-    assert len(entries()) == len(before) + 1 + len(RADII)
+    assert len(entries()) == len(before) + 2 + len(RADII)
     assert second[0].size[2] == pytest.approx(0.06) and same(first[1:], second[1:])
 
 

@@ -1,4 +1,6 @@
-"""How long a label takes in a process that is up: drops, quantities and forests, without loading and sampling.
+"""How long a label takes in a process that is up: drops, quantities, forests, and whether it falls over.
+
+Loading and sampling are left out.
 
     python -m spherefunc_bullet.compare.bench.labels DATA [--backends fast,bullet] [--count 40]
 """
@@ -18,6 +20,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
 
 def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
@@ -25,7 +28,7 @@ def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
     start = perf_counter()
     settled = model.settled_by(partial(settle, cloud, model.simulator, model.chosen_radii(), model.seed))
     dropped = perf_counter()
-    model.score_settled([settled])
+    model.serves_nobody(model.memberships_of([settled])[0], lambda: falls_over(cloud))
     return dropped - start, perf_counter() - dropped
 
 

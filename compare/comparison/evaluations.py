@@ -81,7 +81,9 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
     rows = np.array([*range(count), *again])
     whole = spheres_profiled(entry.simulated, labels, entry.radii)
     twice = whole.classifier.profiles([record.settled for record in again.values()])
-    both = replace(whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows))
+    both = replace(
+        whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), fallen=whole.fallen[rows]
+    )
     asked = Splits(halves=splits.halves, left_out={ALONE: asked_again(splits.left_out[ALONE], rows)})
     alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
     evaluation, *by_radius = evaluations([(both, asked), *((one, Splits(halves=splits.halves)) for one in alone)])

@@ -33,8 +33,9 @@ from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
 from .readings import readings, spheres_read
 
-VERSION = 1  # of the copies; another number, made anew
+VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
+HELD = ", held up"  # behind the name of what does not ask whether things fall over when they are put down
 COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
@@ -109,10 +110,12 @@ def impaired_shares(
     impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
+    if isinstance(asked[SPHERES], Profiled):
+        asked[SPHERES + HELD] = replace(asked[SPHERES], fallen=None)
     alone = [[split] for split in splits]
     said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
     for name, read in asked.items():
-        if isinstance(read, Profiled):
+        if isinstance(read, Profiled) and not name.endswith(HELD):
             said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)
     return shares_of(impaired, splits, said)
 

@@ -38,6 +38,7 @@ class Profiled:
     labels: Labels
     classifier: FunctionClassifier
     kin: Kin | None = None  # of the objects, where some are copies of others
+    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they are for nothing
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
@@ -54,7 +55,10 @@ class Profiled:
         kin = None if self.kin is None else self.kin.of(rows)
         learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, kin)
         weights = [{learnt.radius_[name]: 1.0} for name in functions]
-        return learnt.score_profiles(self.profiles[fold.test]), weights
+        scores = learnt.score_profiles(self.profiles[fold.test])
+        if self.fallen is not None:
+            scores[self.fallen[fold.test]] = 0.0
+        return scores, weights
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
@@ -117,8 +121,10 @@ def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionCla
 
 
 def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
-    """Return the quantities of the spheres that fell on objects."""
-    return replace(profiled(simulated.settled, labels, FunctionClassifier(radii=radii)), kin=kin_in(simulated.objects))
+    """Return the quantities of the spheres that fell on objects, and which objects fall over."""
+    read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+    fallen = np.array([record.falls_over for record in simulated.records], bool)
+    return replace(read, kin=kin_in(simulated.objects), fallen=fallen)
 
 
 def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:

@@ -35,7 +35,7 @@ WORLD = """
 <mujoco>
   <option timestep="{step}" gravity="0 0 -1" cone="elliptic" impratio="10"/>
   <size memory="256M"/>
-  <default><geom type="sphere" size="1" mass="1" condim="6" friction="0.5 0 0.0875" priority="1" solref="0.2 1"
+  <default><geom type="sphere" size="1" mass="1" condim="6" friction="0.5 0 0.14" priority="1" solref="0.2 1"
                  solimp="0.99 0.99 0.01"/></default>
   <worldbody>
     {moving}
@@ -68,7 +68,7 @@ class MujocoSimulator:
 
     @property
     def version(self) -> str:
-        return f"2, MuJoCo {mujoco.__version__}"
+        return f"3, MuJoCo {mujoco.__version__}"
 
     def options(self) -> dict[str, float]:
         return asdict(self)
@@ -77,8 +77,8 @@ class MujocoSimulator:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`)."""
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        few = settings.max_drops is not None and cloud.mesh is not None  # few drops do not pay for a surface
-        run = DropRun(self, collision_shape(cloud, settings.radius, "mesh" if few else "voxel"), cloud, settings, seed)
+        kind = "voxel" if cloud.mesh is None else "mesh"  # a surface that there is already is exact
+        run = DropRun(self, collision_shape(cloud, settings.radius, kind), cloud, settings, seed)
         while run.stop is None:
             run.drop_some()
         counts = Counter(run.outcomes)

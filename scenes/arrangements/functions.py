@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.learning.function_model import FunctionModel, Membership, of_nobody
 from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, as_drops
 from spherefunc_bullet.settling.settling import DENSE, FINE, HANDHELD, Settled, drop_settings, settle
 from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
 from .falls import Falls, surroundings
 from .placing import PlacedThing
@@ -19,7 +20,8 @@ from .placing import PlacedThing
 def functions_alone(thing: PlacedThing, model: FunctionModel) -> dict[str, Membership]:
     """Return what a thing is for by itself, as `classify` says it."""
     drop = partial(settle, thing.own, model.simulator, model.chosen_radii(), model.seed)
-    return model.memberships_of([model.settled_by(drop)])[0]
+    told = model.memberships_of([model.settled_by(drop)])[0]
+    return of_nobody(told) if model.serves_nobody(told, lambda: falls_over(thing.own)) else told
 
 
 def functions_among(things: Sequence[PlacedThing], number: int, model: FunctionModel) -> dict[str, Membership]:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.simulator.statics.falling_over import falls_over
+
 from .bodies import box
 from .levels import still_serves
 from .poses import turn, turned
@@ -102,7 +105,7 @@ def without_arms(specimen: Specimen, rng: np.random.Generator) -> Surface | None
 
 
 def other_legs(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-    """Put a seat or a table top on other legs: four posts, two panels, or a column on a plate."""
+    """Put a seat or a table top on other legs: four posts, two panels, or a column on a plate, if it stands on them."""
     level, surface = specimen.level, specimen.surface
     if level is None or surface.is_cloud:
         return None
@@ -118,7 +121,8 @@ def other_legs(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     make = (posts, panels, column)[rng.integers(3)] if square else column  # below a round top, nothing at corners
     legs = make(low, high, level.height - 0.02)
     changed = spared.joined(Surface(np.concatenate(legs)))
-    return changed if still_serves(changed, level) else None
+    stands = not falls_over(cloud_from_mesh(*changed.standing().mesh(), "on other legs"))
+    return changed if stands and still_serves(changed, level) else None
 
 
 def posts(low: np.ndarray, high: np.ndarray, height: float) -> list[np.ndarray]:

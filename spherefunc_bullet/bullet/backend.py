@@ -23,7 +23,7 @@ from ..simulator.mechanics import (
 from .engine import engine_version
 from .physics import Physics
 
-VERSION = "4"  # of the method: another number, other centres
+VERSION = "5"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")
 FINEST = 3e-4  # square radii: the mean area of a mesh's faces from which on a sphere meets too many of them at once
 

@@ -20,6 +20,13 @@ RAYS = 2_000  # that look whether a shape has arrived, where one of the first fe
 FIRST_RAYS = 200
 SHORT = 0.05  # radii: half the length of a ray through a face
 LONG = 2.0  # radii: the same through convex pieces, which do not see a ray that starts inside them
+# What is to be seen is a small box: without it the engine would tessellate every sphere.
+URDF = """<robot name="rest">
+<link name="rest">
+<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>
+<visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>
+{spheres}</link>
+</robot>"""
 MISSING = 0.01  # of the rays may miss: those along edges, by rounding
 
 
@@ -45,6 +52,24 @@ def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
             return p.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=client)
         except p.error as error:
             raise InputError(f"{shape.name}: expected a shape that PyBullet accepts, it says: {error}") from error
+
+
+def load_spheres(centers: np.ndarray, scale: float, client: int) -> int:
+    """Return a new body that stands still and is made of spheres at centres (S, 3), in radii.
+
+    By way of a file, since what is made of lists has 16 parts at most.
+    """
+    with TemporaryDirectory(prefix="spherefunc-") as folder, quiet():
+        path = Path(folder) / "spheres.urdf"
+        path.write_text(URDF.format(spheres="".join(sphere_of_urdf(center * scale, scale) for center in centers)))
+        return pybullet().loadURDF(str(path), useFixedBase=1, useMaximalCoordinates=1, physicsClientId=client)
+
+
+def sphere_of_urdf(center: np.ndarray, radius: float) -> str:
+    """Return a line, since the engine reads no file whose lines are too long."""
+    x, y, z = center
+    shape = f'<geometry><sphere radius="{radius:.9g}"/></geometry>'
+    return f'<collision><origin xyz="{x:.9g} {y:.9g} {z:.9g}"/>{shape}</collision>\n'
 
 
 def write_stl(path: Path, vertices: np.ndarray, faces: np.ndarray):

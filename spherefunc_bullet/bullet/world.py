@@ -13,10 +13,12 @@ import numpy as np
 
 from .collision.shape import CollisionShape
 from .engine import pybullet, quiet
-from .loading import load_shape, require_arrived
+from .loading import load_shape, load_spheres, require_arrived
 from .physics import Physics
 
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
+MANY = 256  # spheres in a batch from which on its compounds are worth a file each
+BAKED_OF_MANY = 64  # spheres in one of those compounds; with 128 a drop costs the same, with 256 more
 TWINS = 16  # spheres at rest that are bodies of their own before they are baked; each costs at every step, also unused
 MERGED = 4  # batches of one size that are baked anew as one
 STILL, UPRIGHT = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -192,7 +194,12 @@ class World:
             self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
     def _batch(self, centers: np.ndarray) -> Batch:
-        return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers)])
+        if len(centers) < MANY:
+            return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers, BAKED)])
+        bodies = [load_spheres(centers[group], self.scale, self.client) for group in neighbors(centers, BAKED_OF_MANY)]
+        for body in bodies:
+            self.set_material(body, moving=False)
+        return Batch(centers, bodies)
 
     def _compound(self, centers: np.ndarray) -> int:
         shape = pybullet().createCollisionShapeArray(
@@ -214,17 +221,17 @@ def waiting(number: int, x: float) -> list[float]:
     return [x, 10.0 * number, 0.0]
 
 
-def neighbors(centers: np.ndarray) -> list[np.ndarray]:
-    """Return indices of centres in groups of at most 16 that lie near each other: halved along the longest side."""
+def neighbors(centers: np.ndarray, most: int) -> list[np.ndarray]:
+    """Return indices of centres in groups of at most so many, all near each other: halved along the longest side."""
     groups, stack = [], [np.arange(len(centers))]
     while stack:
         group = stack.pop()
-        if len(group) <= BAKED:
+        if len(group) <= most:
             groups.append(group)
             continue
         inside = centers[group]
         axis = np.argmax(inside.max(axis=0) - inside.min(axis=0))
-        half = BAKED * ((len(group) + 2 * BAKED - 1) // (2 * BAKED))
+        half = most * ((len(group) + 2 * most - 1) // (2 * most))
         order = group[np.argsort(inside[:, axis], kind="stable")]
         stack += [order[half:], order[:half]]
     return groups

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,6 +25,16 @@ if TYPE_CHECKING:
 
 CUBES = 3  # that speak for a function, and as many that speak against it
 STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settling:
+    """What became of the drops on one file's object, and what else decides about it."""
+
+    settled: Settled
+    one_view: bool  # whether it looks like one, asked where it is for nothing
+    falls_over: bool  # when it is put down, asked where it is for something
+    seconds: float
 
 
 def classify(
@@ -71,9 +81,8 @@ def classify(
             failures.add(outcome)
             rows[index] = {"file": str(names[index]), "error": one_line(outcome)}
         else:
-            settled, seconds, one_view = outcome
-            row = scored(names[index], settled, seconds, classifier, explain)
-            rows[index] = told_as_view(row, settled, tasks[index][1], of_views(), explain) if one_view else row
+            row = scored(names[index], outcome, classifier, explain)
+            rows[index] = told_as_view(row, outcome, tasks[index][1], of_views(), explain) if outcome.one_view else row
     if table is not None:
         write_rows(rows, classifier.functions_, table)
     print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
@@ -105,8 +114,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified(file: Path, classifier: FunctionModel, explain: bool, up: str, units: str) -> Row:
     """Return the scores of one file's object."""
-    settled, seconds, _ = settled_file(file, dropping_of(classifier, up, units), classifier)
-    return scored(file, settled, seconds, classifier, explain)
+    return scored(file, settled_file(file, dropping_of(classifier, up, units), classifier), classifier, explain)
 
 
 def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
@@ -122,42 +130,44 @@ def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
     )
 
 
-def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> tuple[Settled, float, bool]:
-    """Return what became of as many drops on one file's object as its answer needs, the seconds, and if it is one view.
-
-    The last is asked only where the object is for nothing.
-    """
+def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> Settling:
+    """Return what became of as many drops on one file's object as its answer needs, and what else decides about it."""
     from ..learning.reasons.one_view import looks_like_one_view
     from ..settling.records import KeptFile
+    from ..simulator.statics.falling_over import falls_over
 
     started = time.perf_counter()
     kept = KeptFile(file, dropping, report=say)
     settled = classifier.settled_by(kept.runs)
-    for_nothing = not any(membership.member for membership in classifier.memberships_of([settled])[0].values())
-    one_view = for_nothing and kept.tells("one_view", looks_like_one_view)
-    return settled, time.perf_counter() - started, one_view
+    told = classifier.memberships_of([settled])[0]
+    for_nothing = not any(membership.member for membership in told.values())
+    return Settling(
+        settled=settled,
+        one_view=for_nothing and kept.tells("one_view", looks_like_one_view),
+        falls_over=classifier.serves_nobody(told, lambda: kept.tells("falls_over", falls_over)),
+        seconds=time.perf_counter() - started,
+    )
 
 
-def scored(file: Path, settled: Settled, seconds: float, classifier: FunctionModel, explain: bool) -> Row:
+def scored(file: Path, dropped: Settling, classifier: FunctionModel, explain: bool) -> Row:
     """Return the scores of one file's object, on which the spheres have fallen."""
     from ..learning.profiles.profile_model import ProfileModel
-    from ..learning.reasons.answer import worded
+    from ..learning.reasons.answer import told_in_words
 
-    started = time.perf_counter()
-    memberships = classifier.memberships_of([settled])[0]
+    started, settled = time.perf_counter(), dropped.settled
+    memberships, reasons, doubtful = told_in_words(classifier, settled, lambda: dropped.falls_over)
     row = {"file": str(file), "functions": {name: asdict(membership) for name, membership in memberships.items()}}
-    reasons, doubtful = worded(classifier, settled, [membership.score for membership in memberships.values()])
     row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
-    row["seconds"] = round(seconds + time.perf_counter() - started, 3)
+    row["seconds"] = round(dropped.seconds + time.perf_counter() - started, 3)
     if explain:
         if isinstance(classifier, ProfileModel):
-            row |= quantities_named(classifier.reader_of(settled), settled)
+            row |= quantities_named(classifier.reader_of(settled), settled, decide=not dropped.falls_over)
         else:
             row |= cubes_named(classifier, settled)
     return row
 
 
-def told_as_view(row: Row, settled: Settled, dropping: Dropping, model: FunctionModel, explain: bool) -> Row:
+def told_as_view(row: Row, dropped: Settling, dropping: Dropping, model: FunctionModel, explain: bool) -> Row:
     """Return the row of a file that is for nothing and looks like one view, or that of the object completed.
 
     Parameters
@@ -167,10 +177,10 @@ def told_as_view(row: Row, settled: Settled, dropping: Dropping, model: Function
     """
     from ..learning.reasons.one_view import COMPLETED, NOTHING, nothing_settled, settled_on_completed
 
-    file, lost = Path(row["file"]), nothing_settled(settled)
+    file, lost = Path(row["file"]), nothing_settled(dropped.settled)
     completed = settled_on_completed(dropping.cloud(file), model)
     if completed is not None:
-        whole = scored(file, completed, row["seconds"], model, explain)
+        whole = scored(file, replace(dropped, settled=completed, seconds=row["seconds"]), model, explain)
         if lost or any(told["member"] for told in whole["functions"].values()):
             return whole | {"unsure": True, "reasons": [*whole["reasons"], COMPLETED]}
     return row | {"unsure": True, "reasons": [*row["reasons"], NOTHING]} if lost else row
@@ -191,11 +201,11 @@ def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
     write_csv(path, columns, table)
 
 
-def quantities_named(classifier: ProfileModel, settled: Settled) -> Row:
-    """Return the quantities that decided about each function, and the nearest training objects."""
+def quantities_named(classifier: ProfileModel, settled: Settled, decide: bool) -> Row:
+    """Return the quantities that decided about each function, if any did, and the nearest training objects."""
     from ..learning.reasons.words import deciding, nearest
 
-    decided = {name: deciding(classifier, settled, name) for name in classifier.functions_}
+    decided = {name: deciding(classifier, settled, name) if decide else [] for name in classifier.functions_}
     return {"quantities": decided, "nearest": nearest(classifier, settled)}
 
 

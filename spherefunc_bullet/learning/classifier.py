@@ -19,6 +19,7 @@ from ..clouds.conversion import Anything, as_clouds
 from ..settling.drops import Length
 from ..settling.records import settle_kept
 from ..settling.settling import Settled, settle
+from ..simulator.statics.falling_over import falls_over
 from .function_model import THRESHOLD, FunctionModel
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
 
@@ -80,8 +81,11 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
         check_is_fitted(self, "members_")
-        drop = self._drop(self.chosen_radii())
-        scores = self.score_settled([self.settled_by(partial(drop, cloud)) for cloud in as_clouds(X)])
+        drop, clouds = self._drop(self.chosen_radii()), as_clouds(X)
+        scores = self.score_settled([self.settled_by(partial(drop, cloud)) for cloud in clouds])
+        if self.puts_down:
+            fallen = [row.max() > THRESHOLD and falls_over(cloud) for row, cloud in zip(scores, clouds, strict=True)]
+            scores[fallen] = 0.0
         return in_columns(scores, self.functions_, self._columns())
 
     def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:

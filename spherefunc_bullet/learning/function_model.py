@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from ..settling.settling import Settled
 from ..simulator import Simulator
 
 THRESHOLD = 0.5  # score above which an object is a member
+FALLS = "it falls over when it is put down like this, so it is for nothing, whatever spheres say of it"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +36,7 @@ class FunctionModel(ABC):
     names_: list[str]  # of the training objects
     members_: np.ndarray  # (N, F) bool
     radius_: dict[str, float]  # that counts most for each function, metres
+    puts_down = False  # whether what falls over when it is put down is for nothing
 
     @property
     @abstractmethod
@@ -56,6 +58,10 @@ class FunctionModel(ABC):
     def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
         """Return what becomes of as many drops as an answer needs, of ``drop`` that makes a run of some length."""
         return drop(self.length)
+
+    def serves_nobody(self, memberships: dict[str, Membership], falls_over: Callable[[], bool]) -> bool:
+        """Return whether an object has a function by its spheres, and falls over; asked only then."""
+        return self.puts_down and any(one.member for one in memberships.values()) and falls_over()
 
     def column_of(self, name: str) -> int:
         """Return which column of ``members_`` a function is.
@@ -83,3 +89,8 @@ class FunctionModel(ABC):
             }
             for row in scores.tolist()
         ]
+
+
+def of_nobody(memberships: dict[str, Membership]) -> dict[str, Membership]:
+    """Return what an object is for that serves nobody as it is: nothing."""
+    return {name: replace(one, member=False, score=0.0) for name, one in memberships.items()}

@@ -116,6 +116,7 @@ class ObjectRecord:
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
+    falls_over: bool = False  # when it is put down as it is
 
     def centers(self, radius: float) -> np.ndarray:
         """Return where spheres of a radius settled (S, 3), metres, whether drops were counted or not."""
@@ -156,6 +157,8 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     InputError
         If the file cannot be used.
     """
+    from ..simulator.statics.falling_over import falls_over
+
     content, cloud = dropping.content_hash(path), cache(lambda: dropping.cloud(path))
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = kept_runs(content, cloud, dropping, home)
@@ -167,6 +170,7 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
+        falls_over=kept_answer(content, "falls_over", lambda: falls_over(cloud()), home),
     )
 
 
@@ -194,8 +198,7 @@ class KeptFile:
 
     def tells(self, name: str, tell: Callable[[Cloud], bool]) -> bool:
         """Return what ``tell``, which is known by a name, says of the cloud."""
-        kept = computed_once(entry_path(name, self.content), lambda: {"told": np.array(tell(self.cloud()))})
-        return bool(kept["told"])
+        return kept_answer(self.content, name, lambda: tell(self.cloud()))
 
 
 def settle_kept(
@@ -227,6 +230,11 @@ def cloud_hash(cloud: Cloud) -> str:
         for part in (cloud.mesh.vertices, cloud.mesh.faces):
             digest.update(f"{part.dtype} {part.shape}".encode() + np.ascontiguousarray(part).tobytes())
     return digest.hexdigest()
+
+
+def kept_answer(content: str, name: str, tell: Callable[[], bool], home: Path | None = None) -> bool:
+    """Return what ``tell``, which is known by a name, says of the object with this hash."""
+    return bool(computed_once(entry_path(name, content, home), lambda: {"told": np.array(tell())})["told"])
 
 
 def computed_once(entry: Path, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -18,6 +18,7 @@ from ..errors import InputError
 from . import Simulator, backend_entry_points
 
 AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
+LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
 CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
 KINDS = {"poses": "tell poses", "stands": "tell whether it stands", "carry": "carry an object about"}
 

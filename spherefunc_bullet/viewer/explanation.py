@@ -12,11 +12,14 @@ from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
+from ..learning.function_model import FALLS
+from ..learning.reasons.answer import told_in_words
 from ..learning.reasons.cubes import Cubes, cube_evidence
-from ..learning.reasons.words import Deciding, cells_of, deciding, nearest, sentences
+from ..learning.reasons.words import Deciding, cells_of, deciding, nearest
 from ..learning.validation import THRESHOLD
 from ..settling.drops import NO_DROPS, settled_centers
 from ..settling.settling import Settled
+from ..simulator.statics.falling_over import falls_over
 from .data import Layer, Panel, display, histogram_cubes
 from .page import display_html, table_html
 from .still import still_picture
@@ -35,22 +38,27 @@ def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: Settled
     settled : dict of float to array
         What fell on the object at each radius that the classifier uses, as `settle` returns it.
     """
-    scores = dict(zip(classifier.functions_, classifier.score_settled([settled])[0].tolist(), strict=True))
+    told, said, unsure = told_in_words(classifier, settled, lambda: falls_over(cloud))
+    scores = {name: membership.score for name, membership in told.items()}
     if isinstance(classifier, FunctionClassifier):
-        return words_html(classifier, cloud, settled, scores)
+        return words_html(classifier, cloud, settled, scores, said, unsure)
     return cubes_html(classifier, cloud, settled, scores)
 
 
-def words_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, scores: dict[str, float]) -> str:
+def words_html(
+    classifier: FunctionClassifier,
+    cloud: Cloud,
+    settled: Settled,
+    scores: dict[str, float],
+    said: Sequence[str],
+    unsure: Sequence[str],
+) -> str:
     """Return the section of a classifier by resting profiles: sentences, and what decided each function."""
-    values = list(scores.values())
-    said = sentences(classifier, settled, values)
-    unsure = classifier.doubts(settled, values)
     sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in unsure)
     near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(classifier, settled))
     tables = ""
     for name, score in scores.items():
-        decided = deciding(classifier, settled, name, QUANTITIES_SHOWN)
+        decided = [] if FALLS in said else deciding(classifier, settled, name, QUANTITIES_SHOWN)
         tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}" if decided else ""
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"

@@ -57,6 +57,7 @@ class ProfileModel(FunctionModel):
     familiar_: float
     early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
+    puts_down = True
     _ranks: Ranks | None = None  # of the training objects, once somebody has asked
     _grove: tuple[list[Forest], Grove] | None = None  # the forests, and what they are asked by
     _asked: tuple[list[tuple[float, np.ndarray]], np.ndarray] | None = None  # the last drops, and their quantities

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,8 @@ from ...formats.units import BY_FILE
 from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
 from ...simulator import make_simulator
-from ..function_model import FunctionModel
+from ...simulator.statics.falling_over import falls_over
+from ..function_model import FALLS, FunctionModel, Membership, of_nobody
 from ..model_file import model_to_ask, shipped_model
 from ..profiles.profile_model import ProfileModel
 from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, settled_on_completed
@@ -157,13 +158,13 @@ def answer_of(
     drop = settle_kept if cache else settle
     how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
     settled = classifier.settled_by(partial(drop, cloud, *how))
-    answer = answered(cloud.name, settled, classifier, explain=explain)
+    answer = answered(cloud.name, settled, classifier, lambda: falls_over(cloud), explain=explain)
     if answer.functions or not looks_like_one_view(cloud):
         return answer
     model = classifier if of_views is None else of_views()
     completed = settled_on_completed(cloud, model)
     if completed is not None:
-        whole = answered(cloud.name, completed, model, explain=explain)
+        whole = answered(cloud.name, completed, model, lambda: False, explain=explain)  # of points: nobody knows
         if whole.functions or nothing_settled(settled):
             return doubted(whole, COMPLETED)
     return doubted(answer, NOTHING) if nothing_settled(settled) else answer
@@ -174,25 +175,32 @@ def doubted(answer: Answer, doubt: str) -> Answer:
     return replace(answer, unsure=True, reasons=(*answer.reasons, doubt))
 
 
-def answered(name: str, settled: Settled, classifier: FunctionModel, *, explain: bool = True) -> Answer:
+def answered(
+    name: str, settled: Settled, classifier: FunctionModel, falls_over: Callable[[], bool], *, explain: bool = True
+) -> Answer:
     """Return what an object is for, on which spheres have fallen."""
-    told = classifier.memberships_of([settled])[0]
-    scores = {function: membership.score for function, membership in told.items()}
-    reasons, doubtful = worded(classifier, settled, list(scores.values()), explain)
+    told, reasons, doubtful = told_in_words(classifier, settled, falls_over, explain)
     return Answer(
         name=name,
         functions=frozenset(function for function, membership in told.items() if membership.member),
-        scores=scores,
+        scores={function: membership.score for function, membership in told.items()},
         unsure=bool(doubtful),
         reasons=(*reasons, *doubtful),
     )
 
 
-def worded(
-    classifier: FunctionModel, settled: Settled, scores: Sequence[float], explain: bool = True
-) -> tuple[list[str], list[str]]:
-    """Return an answer in sentences, and what is doubtful about it; neither where cubes are counted."""
+def told_in_words(
+    classifier: FunctionModel, settled: Settled, falls_over: Callable[[], bool], explain: bool = True
+) -> tuple[dict[str, Membership], list[str], list[str]]:
+    """Return what an object is for, the same in sentences, and what is doubtful about it.
+
+    The last two are empty where cubes are counted. ``falls_over`` says whether it does when it is put down.
+    """
+    told = classifier.memberships_of([settled])[0]
     if not isinstance(classifier, ProfileModel):
-        return [], []
-    reader = classifier.reader_of(settled)
-    return sentences(reader, settled, scores) if explain else [], reader.doubts(settled, scores)
+        return told, [], []
+    reader, scores = classifier.reader_of(settled), [membership.score for membership in told.values()]
+    said = sentences(reader, settled, scores) if explain else []
+    if classifier.serves_nobody(told, falls_over):
+        return of_nobody(told), [FALLS, *said], []
+    return told, said, reader.doubts(settled, scores)

@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from ..mechanics import Stance, StandResult, StandSettings
+from ..mechanics import LEVEL, Stance, StandResult, StandSettings
 from .body import Body
 from .facets import Facets, facets_of
 from .poses import turned_down
 
 DOWN = np.array([[0.0, 0.0, -1.0]])
-LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
 ROLLING = 0.005  # of the height of the centre of mass: who rises no more than that on the way to another pose rolls
 
 
