@@ -110,7 +110,7 @@ def impaired_shares(
     impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
-    if isinstance(asked[SPHERES], Profiled):
+    if baselines and isinstance(asked[SPHERES], Profiled):
         asked[SPHERES + HELD] = replace(asked[SPHERES], fallen=None)
     alone = [[split] for split in splits]
     said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, USELESS, KindShare, Shares, mean_rows, mean_shares
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, USELESS, KindShare, Shares, mean_rows, mean_shares
 from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
@@ -110,7 +110,11 @@ def require_ending(path: Path):
 def columns_of(shares: Shares) -> dict[str, str]:
     """Return which feature sets are drawn, and what they are called: simulators by name, and those of `COLUMNS`."""
     there = next(iter(next(iter(shares.values())).values()))["share"]
-    simulators = [name for name in there if name not in {*COLUMNS, *NOT_DRAWN} and COPIES_LEARNT not in name]
+    simulators = [
+        name
+        for name in there
+        if name not in {*COLUMNS, *NOT_DRAWN} and not name.endswith((HELD, COPIES_LEARNT))
+    ]
     others = {name: words for name, (words, _) in COLUMNS.items() if name in there}
     return dict(zip(simulators, simulators, strict=True)) | others
 
