@@ -12,6 +12,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.bench import answers, backends, engine_share, growth, peers
 from spherefunc_bullet.compare.bench.bench import apart
 from spherefunc_bullet.compare.bench.timing import Case
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
 
@@ -51,6 +52,14 @@ def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
     run = peers.measured("mine", plate, centers, 10, 2.0)
     assert run.in_spheres == pytest.approx(0.5, abs=1e-3) and run.in_object == pytest.approx(0.2, abs=1e-3)
     assert run.hanging == 1 and run.row(2.5)[3:5] == ["5", "2.0"]
+
+
+@pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
+def test_peers_meet_the_objects_that_are_asked_for(tmp_path):
+    chair, table = peers.cases(["chair", "table"], tmp_path)
+    assert chair.path.is_file() and table.path.parent == tmp_path and (chair.radius, table.radius) == (0.02, 0.01)
+    with pytest.raises(InputError, match="expected some of mug, table, chair, got 'sofa'"):
+        peers.cases(["sofa"], tmp_path)
 
 
 @pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
