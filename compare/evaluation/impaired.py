@@ -110,13 +110,13 @@ def impaired_shares(
     impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
-    if baselines and isinstance(asked[SPHERES], Profiled):
-        asked[SPHERES + HELD] = replace(asked[SPHERES], fallen=None)
     alone = [[split] for split in splits]
     said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
     for name, read in asked.items():
-        if isinstance(read, Profiled) and not name.endswith(HELD):
+        if isinstance(read, Profiled):
             said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)
+            if baselines and read.fallen is not None:
+                said[name + HELD] = [trial.predicted for trial in replace(read, fallen=None).trials(alone)]
     return shares_of(impaired, splits, said)
 
 

@@ -20,6 +20,7 @@ RAYS = 2_000  # that look whether a shape has arrived, where one of the first fe
 FIRST_RAYS = 200
 SHORT = 0.05  # radii: half the length of a ray through a face
 LONG = 2.0  # radii: the same through convex pieces, which do not see a ray that starts inside them
+MISSING = 0.01  # of the rays may miss: those along edges, by rounding
 # What is to be seen is a small box: without it the engine would tessellate every sphere.
 URDF = """<robot name="rest">
 <link name="rest">
@@ -27,7 +28,6 @@ URDF = """<robot name="rest">
 <visual><geometry><box size="0.1 0.1 0.1"/></geometry></visual>
 {spheres}</link>
 </robot>"""
-MISSING = 0.01  # of the rays may miss: those along edges, by rounding
 
 
 def load_shape(shape: CollisionShape, scale: float, client: int) -> int:

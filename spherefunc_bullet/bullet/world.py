@@ -194,14 +194,14 @@ class World:
             self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
     def _batch(self, centers: np.ndarray) -> Batch:
-        if len(centers) < MANY:
-            return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers, BAKED)])
-        bodies = [load_spheres(centers[group], self.scale, self.client) for group in neighbors(centers, BAKED_OF_MANY)]
-        for body in bodies:
-            self.set_material(body, moving=False)
-        return Batch(centers, bodies)
+        most = BAKED if len(centers) < MANY else BAKED_OF_MANY
+        return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers, most)])
 
     def _compound(self, centers: np.ndarray) -> int:
+        if len(centers) > BAKED:
+            body = load_spheres(centers, self.scale, self.client)
+            self.set_material(body, moving=False)
+            return body
         shape = pybullet().createCollisionShapeArray(
             shapeTypes=[pybullet().GEOM_SPHERE] * len(centers),
             radii=[self.scale] * len(centers),
