@@ -383,13 +383,20 @@ def test_compiled_and_python_judge_alike():
 
 
 @pytest.mark.parametrize("form", [first_apart, first_apart.py_func], ids=["compiled", "python"])
-def test_first_column_apart_from_all_in_the_air(form):
-    columns = np.array([[0.0, 0], [1, 0], [5, 0], [9, 9]])
+def test_first_column_apart_from_all_in_the_air_is_put_before_the_others(form):
+    columns = np.array([[7.0, 7], [0, 0], [1, 0], [5, 0], [9, 9]])
     positions = np.array([[0.5, 0, 3], [5, 1, 3]])
-    assert form(columns, np.array([True, True]), positions, 2.0) == 3
-    assert form(columns, np.array([True, False]), positions, 2.0) == 2
-    assert form(columns, np.array([False, False]), positions, 2.0) == 0
-    assert form(columns[:2], np.array([True, True]), positions, 2.0) == -1
+
+    def order(flying, start=1, few=4):
+        own = columns.copy()
+        found = form(own, start, few, np.array(flying), positions, 2.0)
+        return found, own[:, 0].tolist()
+
+    assert order([True, True]) == (True, [7, 9, 0, 1, 5])
+    assert order([True, False]) == (True, [7, 5, 0, 1, 9])
+    assert order([False, False]) == (True, [7, 0, 1, 5, 9])
+    assert order([True, True], few=2) == (False, [7, 0, 1, 5, 9])
+    assert order([True, True], start=0, few=1) == (True, [7, 0, 1, 5, 9])
 
 
 def test_flights_time_of_rest_is_reached_after_two_looks():

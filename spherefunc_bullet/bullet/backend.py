@@ -160,10 +160,10 @@ def prepare_kernels(kind: str):
     from .collision.sides import bending, grow
     from .collision.triangulation import span_faces
     from .collision.voxels import represent
-    from .columns import cell_of, column_height, in_cells, is_clear
+    from .columns import cell_of, height_on_points, height_on_spheres, in_cells, is_clear
     from .flights import first_apart, judge_flights
 
-    kernels = [cell_of, column_height, first_apart, in_cells, is_clear, judge_flights]
+    kernels = [cell_of, first_apart, height_on_points, height_on_spheres, in_cells, is_clear, judge_flights]
     if kind != "mesh":
         kernels += [span_faces, represent]
     if kind == "compound":

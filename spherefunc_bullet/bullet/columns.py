@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-CELL = 2.0  # side of a cell in radii: as far as a column reaches
+CELL = 2.0  # side of a cell of settled spheres in radii: as far as a column reaches
+FINE = 0.5  # side of a cell of points in radii, of which a large sphere has thousands below it
 MAX_CELLS = 4_000_000  # above, cells are larger
 
 
@@ -26,9 +27,12 @@ class Columns:
     def __init__(self, points: np.ndarray, low: np.ndarray, high: np.ndarray):
         extent = high[:2] - low[:2] + 2 * CELL
         self.cell = max(CELL, float(np.sqrt(extent.prod() / MAX_CELLS)))
+        self.fine = max(FINE, float(np.sqrt(extent.prod() / MAX_CELLS)))
         self.low = low[:2] - CELL
-        self.dims = np.floor(extent / self.cell).astype(np.int64) + 1
-        self.points, self.starts = in_cells(points, self.low, self.cell, self.dims)
+        self.dims, self.fine_dims = (
+            np.floor(extent / side).astype(np.int64) + 1 for side in (self.cell, self.fine)
+        )
+        self.points, self.starts = in_cells(points, self.low, self.fine, self.fine_dims)
         self.centers = np.empty((256, 3))
         self.head = np.full(self.dims.prod(), -1, np.int64)
         self.follower = np.empty(256, np.int64)
@@ -47,13 +51,13 @@ class Columns:
 
     def height(self, x: float, y: float) -> float:
         """Return the height of a sphere's centre that comes down a column and touches, or -inf on empty ground."""
-        return column_height(
-            x, y, self.low, self.cell, self.dims, self.points, self.starts, self.centers, self.head, self.follower
-        )
+        on_points = height_on_points(x, y, self.low, self.fine, self.fine_dims, self.points, self.starts)
+        on_spheres = height_on_spheres(x, y, self.low, self.cell, self.dims, self.centers, self.head, self.follower)
+        return max(on_points, on_spheres)
 
     def clear(self, center: np.ndarray, distance: float) -> bool:
-        """Return whether no point is nearer to a centre (3,) than a distance of at most a cell's side."""
-        return is_clear(center, distance, self.low, self.cell, self.dims, self.points, self.starts)
+        """Return whether no point is nearer to a centre (3,) than a distance."""
+        return is_clear(center, distance, self.low, self.fine, self.fine_dims, self.points, self.starts)
 
 
 @njit(cache=True, error_model="numpy")
@@ -83,28 +87,36 @@ def in_cells(points, low, side, dims):
 
 
 @njit(cache=True, error_model="numpy")
-def column_height(x, y, low, side, dims, points, starts, centers, head, follower):
-    """Return the height at which a sphere of radius 1 coming down touches a point or a sphere."""
+def cells_around(x, y, reach, low, side, dims):
+    """Return the first cell along each axis that is within reach of a place, and the one after the last."""
+    i, i_end = np.int64((x - reach - low[0]) / side), np.int64((x + reach - low[0]) / side) + 1
+    j, j_end = np.int64((y - reach - low[1]) / side), np.int64((y + reach - low[1]) / side) + 1
+    return max(i, 0), min(i_end, dims[0]), max(j, 0), min(j_end, dims[1])
+
+
+@njit(cache=True, error_model="numpy")
+def height_on_points(x, y, low, side, dims, points, starts):
+    """Return the height at which a sphere of radius 1 coming down touches a point."""
     best = -np.inf
-    i, j = int((x - low[0]) / side), int((y - low[1]) / side)
-    for ci in range(max(i - 1, 0), min(i + 2, dims[0])):
-        for cj in range(max(j - 1, 0), min(j + 2, dims[1])):
-            cell = ci * dims[1] + cj
-            if touches_cell(x, y, low, side, ci, cj):
-                for k in range(starts[cell], starts[cell + 1]):
-                    best = max(best, above(points[k, 0] - x, points[k, 1] - y, points[k, 2], 1.0))
-            k = head[cell]
-            while k >= 0:
-                best = max(best, above(centers[k, 0] - x, centers[k, 1] - y, centers[k, 2], 4.0))
-                k = follower[k]
+    i, i_end, j, j_end = cells_around(x, y, 1.0, low, side, dims)
+    for ci in range(i, i_end):  # the cells of a row lie one after another
+        for k in range(starts[ci * dims[1] + j], starts[ci * dims[1] + j_end] if j < j_end else 0):
+            best = max(best, above(points[k, 0] - x, points[k, 1] - y, points[k, 2], 1.0))
     return best
 
 
 @njit(cache=True, error_model="numpy")
-def touches_cell(x, y, low, side, i, j):
-    """Return whether a sphere of radius 1 in a column reaches into a cell."""
-    left, front = low[0] + i * side, low[1] + j * side
-    return x + 1 >= left and x - 1 <= left + side and y + 1 >= front and y - 1 <= front + side
+def height_on_spheres(x, y, low, side, dims, centers, head, follower):
+    """Return the height at which a sphere of radius 1 coming down touches a settled one."""
+    best = -np.inf
+    i, i_end, j, j_end = cells_around(x, y, 2.0, low, side, dims)
+    for ci in range(i, i_end):
+        for cj in range(j, j_end):
+            k = head[ci * dims[1] + cj]
+            while k >= 0:
+                best = max(best, above(centers[k, 0] - x, centers[k, 1] - y, centers[k, 2], 4.0))
+                k = follower[k]
+    return best
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,14 +128,12 @@ def above(dx, dy, z, squared):
 
 @njit(cache=True, error_model="numpy")
 def is_clear(center, distance, low, side, dims, points, starts):
-    """Return whether no point is nearer to a centre than a distance of at most a cell's side."""
+    """Return whether no point is nearer to a centre than a distance."""
     x, y, z = center
-    i, j = int((x - low[0]) / side), int((y - low[1]) / side)
-    for ci in range(max(i - 1, 0), min(i + 2, dims[0])):
-        for cj in range(max(j - 1, 0), min(j + 2, dims[1])):
-            cell = ci * dims[1] + cj
-            for k in range(starts[cell], starts[cell + 1]):
-                dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
-                if dx * dx + dy * dy + dz * dz < distance * distance:
-                    return False
+    i, i_end, j, j_end = cells_around(x, y, distance, low, side, dims)
+    for ci in range(i, i_end):
+        for k in range(starts[ci * dims[1] + j], starts[ci * dims[1] + j_end] if j < j_end else 0):
+            dx, dy, dz = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
+            if dx * dx + dy * dy + dz * dz < distance * distance:
+                return False
     return True

@@ -8,6 +8,7 @@ to the ground, at rest, or still on its way.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -37,14 +38,15 @@ class DropRun:
         points = cloud.points / settings.radius
         self.points = self.columns if shape.kind == "mesh" else Columns(points, self.low, self.high)
         self.random = np.random.default_rng(seed)
-        self.pending = np.empty((0, 2))
+        self.drawn = np.empty((0, 2))  # columns, those before `self.next` are used
+        self.next = 0
         slots = int(np.clip(np.prod((self.high - self.low)[:2]) / ROOM, 1, world.physics.in_air))
         world.add_spheres(slots)
         self.flights = Flights(slots, world.physics, self.low, self.high)
         self.centers: list[np.ndarray] = []
         self.on_object: list[bool] = []
-        self.starts = np.zeros((slots, 2))  # the column of each slot's sphere
-        self.ended_at: list[np.ndarray] = []  # the columns of the drops that ended, and what became of each
+        self.starts = [(0.0, 0.0)] * slots  # the column of each slot's sphere
+        self.ended_at: list[Sequence[float]] = []  # the columns of the drops that ended, and what became of each
         self.outcomes: list[Outcome] = []
         self.misses = 0
 
@@ -64,13 +66,11 @@ class DropRun:
 
     def launch(self):
         """Start a sphere in every free slot for which there is a column."""
-        if self.flights.flying.all():
-            return
-        for slot in np.flatnonzero(~self.flights.flying):
+        for slot in self.flights.free:
             xy = self.next_column()
             height = -np.inf if xy is None else self.columns.height(*xy)
             if height > -np.inf:
-                start = np.array([*xy, height + CLEARANCE])
+                start = (*xy, height + CLEARANCE)
                 self.world.place(slot, start)
                 self.flights.start(slot, start)
                 self.starts[slot] = xy
@@ -81,20 +81,18 @@ class DropRun:
                 if self.over:
                     return
 
-    def next_column(self) -> np.ndarray | None:
+    def next_column(self) -> tuple[float, float] | None:
         """Return the first column that is apart from every sphere in the air, or None if the next few are not."""
         flights = self.flights
-        if len(self.pending) < len(flights.flying):
-            drawn = self.random.uniform(self.low[:2], self.high[:2], size=(CHUNK, 2))
-            self.pending = np.concatenate([self.pending, drawn])
-        few = self.pending[: len(flights.flying)]
-        chosen = first_apart(few, flights.flying, flights.positions, APART)
-        if chosen < 0:
+        few = len(flights.flying)
+        if len(self.drawn) - self.next < few:
+            new = self.random.uniform(self.low[:2], self.high[:2], size=(CHUNK, 2))
+            self.drawn, self.next = np.concatenate([self.drawn[self.next :], new]), 0
+        if not first_apart(self.drawn, self.next, few, flights.flying, flights.positions, APART):
             return None
-        column = few[chosen].copy()
-        self.pending[1 : chosen + 1] = few[:chosen].copy()
-        self.pending = self.pending[1:]
-        return column
+        x, y = self.drawn[self.next].tolist()
+        self.next += 1
+        return x, y
 
     def look(self):
         """See where the spheres are, and end the flights that are over."""
@@ -105,7 +103,7 @@ class DropRun:
                 self.world.limit_speed(slot, limit)
         if not self.flights.ended:
             return
-        for slot in np.flatnonzero(outcomes != ON_ITS_WAY):
+        for slot in np.flatnonzero(outcomes != ON_ITS_WAY).tolist():
             self.end(slot, Outcome(outcomes[slot]))
             if self.over:
                 return
@@ -121,7 +119,7 @@ class DropRun:
         elif not np.isfinite(center).all():
             self.world.renew(slot)
         self.flights.flying[slot] = False
-        self.count(outcome, self.starts[slot].copy())
+        self.count(outcome, self.starts[slot])
 
     def resting_place(self, center: np.ndarray, on_object: bool) -> Outcome:
         """Return what becomes of a sphere at rest, and leave it there for ever if it is settled."""
@@ -137,7 +135,7 @@ class DropRun:
         self.on_object.append(on_object)
         return Outcome.SETTLED
 
-    def count(self, outcome: Outcome, column: np.ndarray):
+    def count(self, outcome: Outcome, column: Sequence[float]):
         """Take into account what became of the sphere that came down a column (2,)."""
         self.outcomes.append(outcome)
         self.ended_at.append(column)

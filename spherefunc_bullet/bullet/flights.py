@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -21,26 +22,31 @@ class Flights:
     """Slots, each a place for one sphere in the air; lengths in radii, times in sqrt(radius / g)."""
 
     def __init__(self, count: int, physics: Physics, low: np.ndarray, high: np.ndarray):
-        self.physics, self.low, self.high = physics, low, high
+        self.physics = physics
         self.flying = np.zeros(count, bool)
         self.positions = np.zeros((count, 3))
         self.speeds = np.zeros(count)
         self.time = np.zeros(count)  # since the start
         self.slow = np.zeros(count)  # for how long slower than the speed of rest
         self.outcomes = np.full(count, ON_ITS_WAY)
+        limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
+        arrays = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
+        self.state = (*arrays, low, high, *limits)  # what is judged, and by what
         self.ended, self.fastest = 0, 0.0  # at the last look: flights that are over, and the speed of the fastest
 
-    def start(self, slot: int, position: np.ndarray):
+    @property
+    def free(self) -> list[int]:
+        """The slots in which no sphere is in the air."""
+        return [] if self.flying.all() else np.flatnonzero(~self.flying).tolist()
+
+    def start(self, slot: int, position: Sequence[float]):
         """Begin a flight."""
         self.positions[slot] = position
         self.flying[slot], self.time[slot], self.slow[slot] = True, 0.0, 0.0
 
     def look(self, positions: np.ndarray) -> np.ndarray:
         """Take in new positions (K, 3); return each slot's outcome, -1 while it is free or its sphere on its way."""
-        physics = self.physics
-        limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
-        state = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
-        self.ended, self.fastest = judge_flights(positions, *state, self.low, self.high, *limits)
+        self.ended, self.fastest = judge_flights(positions, *self.state)
         return self.outcomes
 
     def late(self, slot: int) -> bool:
@@ -51,9 +57,9 @@ class Flights:
         """Let a sphere that has stopped be watched for as long again."""
         self.slow[slot] = 0.0
 
-    def fast(self, limit: float) -> np.ndarray:
+    def fast(self, limit: float) -> list[int]:
         """Return the slots whose spheres are faster than a limit."""
-        return np.flatnonzero(self.flying & (self.speeds > limit))
+        return np.flatnonzero(self.flying & (self.speeds > limit)).tolist()
 
 
 @njit(cache=True, error_model="numpy")
@@ -114,9 +120,12 @@ def distance(positions, i, j):
 
 
 @njit(cache=True, error_model="numpy")
-def first_apart(columns, flying, positions, apart):
-    """Return which column is the first that is apart from every sphere in the air, or -1."""
-    for c in range(len(columns)):
+def first_apart(columns, start, few, flying, positions, apart):
+    """Put the first column that is apart from every sphere in the air before the others, among a few from a start on.
+
+    Returns whether there is one.
+    """
+    for c in range(start, start + few):
         free = True
         for i in range(len(flying)):
             dx, dy = columns[c, 0] - positions[i, 0], columns[c, 1] - positions[i, 1]
@@ -124,5 +133,8 @@ def first_apart(columns, flying, positions, apart):
                 free = False
                 break
         if free:
-            return c
-    return -1
+            x, y = columns[c, 0], columns[c, 1]
+            columns[start + 1 : c + 1] = columns[start:c].copy()
+            columns[start, 0], columns[start, 1] = x, y
+            return True
+    return False

@@ -6,6 +6,7 @@ time, since the engine remembers files by name.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -54,18 +55,22 @@ def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
             raise InputError(f"{shape.name}: expected a shape that PyBullet accepts, it says: {error}") from error
 
 
-def load_spheres(centers: np.ndarray, scale: float, client: int) -> int:
-    """Return a new body that stands still and is made of spheres at centres (S, 3), in radii.
+def load_spheres(compounds: Iterable[np.ndarray], scale: float, client: int) -> list[int]:
+    """Return new bodies that stand still, each made of spheres at centres (S, 3), in radii.
 
-    By way of a file, since what is made of lists has 16 parts at most.
+    By way of files, since what is made of lists has 16 parts at most.
     """
+    bodies, still = [], {"useFixedBase": 1, "useMaximalCoordinates": 1}
     with TemporaryDirectory(prefix="spherefunc-") as folder, quiet():
-        path = Path(folder) / "spheres.urdf"
-        path.write_text(URDF.format(spheres="".join(sphere_of_urdf(center * scale, scale) for center in centers)))
-        return pybullet().loadURDF(str(path), useFixedBase=1, useMaximalCoordinates=1, physicsClientId=client)
+        for number, centers in enumerate(compounds):
+            path = Path(folder) / f"{number}.urdf"
+            spheres = "".join(sphere_of_urdf(center, scale) for center in (centers * scale).tolist())
+            path.write_text(URDF.format(spheres=spheres))
+            bodies.append(pybullet().loadURDF(str(path), physicsClientId=client, **still))
+    return bodies
 
 
-def sphere_of_urdf(center: np.ndarray, radius: float) -> str:
+def sphere_of_urdf(center: Sequence[float], radius: float) -> str:
     """Return a line, since the engine reads no file whose lines are too long."""
     x, y, z = center
     shape = f'<geometry><sphere radius="{radius:.9g}"/></geometry>'

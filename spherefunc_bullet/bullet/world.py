@@ -6,7 +6,7 @@ Lengths are in radii, times in sqrt(radius / g) (see `Physics`).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -194,14 +194,17 @@ class World:
             self.batches.append(self._batch(np.concatenate([batch.centers for batch in last])))
 
     def _batch(self, centers: np.ndarray) -> Batch:
-        most = BAKED if len(centers) < MANY else BAKED_OF_MANY
-        return Batch(centers, [self._compound(centers[group]) for group in neighbors(centers, most)])
+        many = len(centers) >= MANY
+        groups = [centers[group] for group in neighbors(centers, BAKED_OF_MANY if many else BAKED)]
+        return Batch(centers, self._files(groups) if many else [self._compound(group) for group in groups])
+
+    def _files(self, groups: Sequence[np.ndarray]) -> list[int]:
+        bodies = load_spheres(groups, self.scale, self.client)
+        for body in bodies:
+            self.set_material(body, moving=False)
+        return bodies
 
     def _compound(self, centers: np.ndarray) -> int:
-        if len(centers) > BAKED:
-            body = load_spheres(centers, self.scale, self.client)
-            self.set_material(body, moving=False)
-            return body
         shape = pybullet().createCollisionShapeArray(
             shapeTypes=[pybullet().GEOM_SPHERE] * len(centers),
             radii=[self.scale] * len(centers),
@@ -212,7 +215,7 @@ class World:
 
     def _move(self, body: int, position: Iterable[float]):
         x, y, z = position
-        place = (self.scale * float(x), self.scale * float(y), self.scale * float(z))
+        place = (self.scale * x, self.scale * y, self.scale * z)
         pybullet().resetBasePositionAndOrientation(body, place, UPRIGHT, self.client)
 
 
