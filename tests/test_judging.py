@@ -27,7 +27,7 @@ ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
 class Sure(FunctionClassifier):
     """Says the same of everything."""
 
-    functions_ = ("table",)
+    functions_, radius_ = ("table",), {"table": 0.03}
 
     def memberships_of(self, settled, *, any_heading=False):
         return [{"table": Membership(member=True, score=0.5, radius=0.03)} for _ in settled]

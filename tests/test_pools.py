@@ -68,13 +68,24 @@ def test_a_table_and_a_chair_pushed_under_it_are_two_pools():
 def test_a_chair_is_cut_out_with_legs_and_back_and_without_the_table():
     points = pushed_chair()
     table, seat = pools_of(points)
-    own = points[cut_out(points, seat)]
+    (own,) = (points[cut] for cut in cut_out(points, seat))
     assert own[:, 2].max() > 0.85
     assert own[:, 2].min() < 0.05
     assert np.ptp(own[:, 0]) < 0.6
-    top = points[cut_out(points, table)]
+    (top,) = (points[cut] for cut in cut_out(points, table))
     assert top[:, 2].max() < 0.78
     assert np.ptp(top[:, 0]) == pytest.approx(1.4, abs=0.03)
+
+
+def test_a_low_table_is_cut_out_with_and_without_what_rises_from_its_edge():
+    """Behind a coffee table stands a chair, whose back would be the table's."""
+    back = sheet([-0.3, 0.42, 0.4], [0.6, 0, 0], [0, 0.1, 0.5])
+    points = np.vstack([square_table(1.0, 0.8, 0.42), back])
+    (pool,) = pools_of(points)
+    backed, bare = (points[cut] for cut in cut_out(points, pool))
+    assert backed[:, 2].max() > 0.8
+    assert bare[:, 2].max() < 0.46
+    assert np.ptp(bare[:, 0]) == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():

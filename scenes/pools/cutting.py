@@ -17,6 +17,7 @@ _BACK = 0.75  # metres: the highest back
 _GAP = 0.10  # metres above the surface at which a back begins at the latest
 _APART = 0.03  # metres between parts of what rises
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
+LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
@@ -61,8 +62,11 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cut_out(points: np.ndarray, pool: Pool) -> np.ndarray:
-    """Return which points are a pool's object, (N,) bool.
+def cut_out(points: np.ndarray, pool: Pool) -> list[np.ndarray]:
+    """Return which points may be a pool's object, (N,) bool each.
+
+    What rises from the surface's edge is its back; but where the surface is large, it may be a table's, which has none,
+    and the back a chair's behind it.
 
     Parameters
     ----------
@@ -71,18 +75,19 @@ def cut_out(points: np.ndarray, pool: Pool) -> np.ndarray:
     pool : Pool
     """
     ground = footprint_of(pool)
-    own = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
+    bare = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
     if pool.area >= _TABLE_AREA and pool.height >= _TABLE_HEIGHT:
-        return own
+        return [bare]
+    backed = bare.copy()
     rising = np.flatnonzero(
-        ground.grown(_REACH).holds(points) & ~own
+        ground.grown(_REACH).holds(points) & ~bare
         & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
     )
     middle = ground.shrunk(_INSIDE)
     for members in members_of(euclidean_clusters(points[rising], _APART)):
         if is_back(points[rising[members]], pool, middle):
-            own[rising[members]] = True
-    return own
+            backed[rising[members]] = True
+    return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint) -> bool:

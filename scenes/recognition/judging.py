@@ -12,7 +12,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.learning.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.settling import Settled, settle_all
 
@@ -71,7 +71,9 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
 
 
 def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, watch: Stopwatch) -> list[Candidate]:
-    """Return what a model says of each proposal; a fragment is for nothing, whatever the few spheres on it look like.
+    """Return what a model says of each proposal.
+
+    A fragment is for nothing, whatever the few spheres on it would look like, so none are dropped there.
 
     Parameters
     ----------
@@ -79,32 +81,43 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
     watch : Stopwatch
         Receives the seconds of each step.
     """
-    owns = [points[one.members] for one in proposals]
+    parts = [part_of(points, one) for one in proposals]
+    whole = [not is_fragment(part.points, part.box, part.proposal.support) for part in parts]
+    told = iter(told_of_whole([part for part, one in zip(parts, whole, strict=True) if one], asking, watch))
+    radius = asking.model.radius_
+    nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in asking.model.functions_}
+    return [
+        Candidate(proposal=part.proposal, functions=next(told) if one else nothing, place=place)
+        for place, (part, one) in enumerate(zip(parts, whole, strict=True))
+    ]
+
+
+def part_of(points: np.ndarray, proposal: Proposal) -> Part:
+    """Return a proposal with its own of a scene's points (N, 3), and their box."""
+    own = points[proposal.members]
+    box = proposal.box or bounding_box(own)
+    return Part(replace(proposal, box=box), own, box)
+
+
+def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch) -> list[Told]:
+    """Return what a model says of parts that are no fragments, completed, on which spheres fall."""
     clouds = [
-        object_cloud(own, asking.completion, one.support, one.pool, one.box)
-        for own, one in zip(owns, proposals, strict=True)
+        object_cloud(part.points, asking.completion, part.proposal.support, part.proposal.pool, part.box)[0]
+        for part in parts
     ]
     watch.lap("completion")
-    settled = settled_on([cloud for cloud, _ in clouds], asking.model)
+    settled = settled_on(clouds, asking.model)
     watch.lap("spheres")
-    parts = [
-        Part(replace(one, box=box), own, box) for one, own, (_, box) in zip(proposals, owns, clouds, strict=True)
-    ]
     functions = told_of(parts, settled, asking)
     if not asking.ground_seen:
 
         def asked_lower(doubted: Sequence[int], lower: float) -> list[Told]:
-            raised = [Cloud(clouds[k][0].points + np.array([0.0, 0.0, lower]), clouds[k][0].name) for k in doubted]
+            raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
             return told_of([parts[k] for k in doubted], settled_on(raised, asking.model), asking, lower)
 
-        functions = holding_anywhere([cloud for cloud, _ in clouds], functions, asked_lower, LARGE)
+        functions = holding_anywhere(clouds, functions, asked_lower, LARGE)
     watch.lap("classification")
-    candidates = []
-    for place, (part, told) in enumerate(zip(parts, functions, strict=True)):
-        if is_fragment(part.points, part.box, part.proposal.support):
-            told = {name: replace(membership, member=False) for name, membership in told.items()}
-        candidates.append(Candidate(proposal=part.proposal, functions=told, place=place))
-    return candidates
+    return functions
 
 
 def told_of(

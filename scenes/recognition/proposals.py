@@ -146,10 +146,10 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
     voxels = cells(scene.points[own], _VOXEL)
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
-    proposed = []
-    for pool in pools:
-        members = own[cut_out(voxels.means, pool)[voxels.cell_of]]
-        proposed.append(Proposal(by=POOLS, members=members, support=0.0, pool=pool))
+    cuts = [(cut, pool) for pool in pools for cut in cut_out(voxels.means, pool)]
+    proposed = [
+        Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
+    ]
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
