@@ -54,7 +54,7 @@ CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # wh
 build/impaired: $(CATALOGUE)  ## useless and harmlessly changed copies of some objects of household
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair household $@ --copied 12
 
-SCAN_ROOMS := 80
+SCAN_ROOMS := 224
 JOBS := 1
 
 scan-model: setup $(LIKE_HOUSEHOLD)  ## the one for scans, which learns what is proposed in virtual rooms, and whole models

@@ -60,7 +60,7 @@ def test_what_claims_leave_too_little_of_is_no_object():
 
 
 def test_a_pool_alone_has_to_be_surer_than_a_cluster():
-    told = candidate(0, CLUSTERS, range(100), table=0.5, cup=0.3, sittable=0.7).functions
+    told = candidate(0, CLUSTERS, range(100), table=0.6, cup=0.5, sittable=0.7).functions
     claimed = {by: {name for name, one in claiming(told, BARS[by]).items() if one.member} for by in BARS}
     assert claimed == {CLUSTERS: {"table", "sittable"}, POOLS: {"sittable"}}
 

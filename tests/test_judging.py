@@ -30,7 +30,7 @@ class Sure(FunctionClassifier):
     functions_, radius_ = ("table",), {"table": 0.03}
 
     def memberships_of(self, settled, *, any_heading=False):
-        return [{"table": Membership(member=True, score=0.5, radius=0.03)} for _ in settled]
+        return [{"table": Membership(member=True, score=0.6, radius=0.03)} for _ in settled]
 
 
 @pytest.fixture(scope="module")

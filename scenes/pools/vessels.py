@@ -32,7 +32,9 @@ _WALL = 0.015  # metres: of a wall's thickness, and of a rim's curl
 _RAISED = 0.03  # metres above the top from which on a pool's floor is a vessel's own, not the top
 _BOTTOM = 0.01  # metres: of its floor's thickness
 _CONNECTED = 0.02  # metres between the points of one rim
-_ROUND = 1.5  # times the usual distance to the wall: what is farther is an opening
+_ROUND = 1.5  # times the usual distance to the wall: what is farther is an opening, or a neighbour's
+_WITHIN = 0.6  # of a wall's points that lie nearer than the wall is said to: the others are its scatter
+_EVEN = (0.8, 1.3)  # times the usual distance between which a wall's is, in any direction
 _FEWEST = 2  # spheres of a pool
 
 
@@ -104,17 +106,18 @@ def meet_walls(points, feet, walls, rims):
 def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None:
     """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no one wall surrounds its middle."""
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
-    walls, rims = surroundings(rim_around(things, middle), middle[None])
+    around = rim_around(things, middle)
+    walls, rims = surroundings(around, middle[None])
     seen = np.isfinite(walls[0])
     if seen.mean() < _ENCLOSED:
         return None
-    usual, rim = float(np.median(walls[0][seen])), float(np.median(rims[0][seen]))
+    rim = float(np.median(rims[0][seen]))
     level = float(middle[:2] @ top.plane[:2] + top.plane[2])
     own_floor = middle[2] > _RAISED
     return VesselPool(
         center=np.append(middle[:2], level + middle[2]),
         support=level + (middle[2] - _BOTTOM if own_floor else 0.0),
-        walls=np.where(seen, np.minimum(walls[0], _ROUND * usual), usual),
+        walls=wall_distances(around[:, :2] - middle[:2]),
         rim=level + rim,
     )
 
@@ -128,6 +131,34 @@ def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
     near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]
     parts = [near[members] for members in members_of(euclidean_clusters(near, _CONNECTED))]
     return max(parts, key=lambda part: len(np.unique(sectors(part[:, :2] - middle[:2]))), default=near)
+
+
+def wall_distances(ways: np.ndarray) -> np.ndarray:
+    """Return how far a wall is in each direction (D,), metres, from the level ways (N, 2) to its points.
+
+    A sensor's scatter lies a centimetre to either side of the wall, so its nearest point would be far inside.
+    """
+    way, far = sectors(ways), np.linalg.norm(ways, axis=1)
+    order = np.lexsort((far, way))
+    way, far = way[order], far[order]
+    usual = np.nanmedian(quantiles(far, way, 0.5))
+    near = far < _ROUND * usual
+    walls = quantiles(far[near], way[near], _WITHIN)
+    return np.clip(np.where(np.isnan(walls), usual, walls), _EVEN[0] * usual, _EVEN[1] * usual)
+
+
+def quantiles(distances: np.ndarray, directions: np.ndarray, share: float) -> np.ndarray:
+    """Return the quantile of the distances (N,) in each direction (D,), sorted by these; NaN where there are none."""
+    ends = np.searchsorted(directions, np.arange(_DIRECTIONS + 1))
+    counts = np.diff(ends)
+    found = np.full(_DIRECTIONS, np.nan)
+    known = counts > 0
+    place = share * (counts[known] - 1)
+    low = np.floor(place).astype(int)
+    first = ends[:-1][known] + low
+    second = np.minimum(first + 1, ends[1:][known] - 1)
+    found[known] = distances[first] + (place - low) * (distances[second] - distances[first])
+    return found
 
 
 def sectors(ways: np.ndarray) -> np.ndarray:

@@ -180,5 +180,6 @@ def on_top(
             alone = Top(plane=top.plane, points=thing, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(thing, pool)]]
-                proposed.append(Proposal(by=POOLS, members=inside, support=pool.support))
+                if len(inside) >= _FEWEST and bounding_box(points[inside]).size[1] >= _NARROWEST:
+                    proposed.append(Proposal(by=POOLS, members=inside, support=pool.support))
     return proposed
