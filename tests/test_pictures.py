@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from spherefunc_bullet.compare.demo.gallery import captioned, tiled
+from spherefunc_bullet.scenes.report.picture import Mark, draw_marks, look_at
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.pictures import (
     CUT_COLOUR,
@@ -122,3 +124,16 @@ def test_captions_and_tiles_have_the_size_asked_for():
     framed = captioned(image, "Plate", "no spheres")
     assert framed.width == 120 and framed.height > 100
     assert tiled([framed] * 4, columns=3, width=60).size == (180, 2 * round(framed.height / 2))
+
+
+def test_the_texts_of_boxes_at_one_place_stand_above_each_other():
+    corners = np.array(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij")).reshape(3, 8).T
+    camera = look_at(np.array([-1.0, -1, -1]), np.array([2.0, 2, 2]), 30.0, (800, 600))
+    red, green, blue = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+    inked = {}
+    for number, colours in enumerate(((red,), (red, green, blue))):
+        image = Image.new("RGB", camera.size, (252, 252, 252))
+        # The first box alone tells how much ink its text has; a box of no size has no lines that could hide it.
+        draw_marks(image, camera, [Mark(corners=corners[:1].repeat(8, axis=0), colour=c, text="cup") for c in colours])
+        inked[number] = (np.asarray(image) == red).all(axis=2).sum()
+    assert inked[1] >= 0.7 * inked[0] > 0

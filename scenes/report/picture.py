@@ -138,17 +138,39 @@ def marks_of(room: Room) -> list[Mark]:
 
 
 def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[Mark]):
-    """Draw boxes, the first ones below the others, each with its text."""
+    """Draw boxes, the first ones below the others, and over all of them the texts, none over another."""
     from PIL import ImageDraw, ImageFont
 
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=image.size[1] // 42)
     wide = max(3, image.size[1] // 270)
-    for mark in marks:
-        at = camera.project(mark.corners)
+    corners = [camera.project(mark.corners)[:, :2] for mark in marks]
+    for mark, at in zip(marks, corners, strict=True):
         for a, b in _EDGES:
-            draw.line([tuple(at[a, :2]), tuple(at[b, :2])], fill=mark.colour, width=wide // 2 if mark.thin else wide)
-        end = at[(np.argmax if mark.thin else np.argmin)(at[:, 1]), :2]
-        anchor = "mt" if mark.thin else "mb"
-        box = draw.textbbox(tuple(end), mark.text, font=font, anchor=anchor)
-        draw.rectangle([box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3], fill=(255, 255, 255))
-        draw.text(tuple(end), mark.text, fill=mark.colour, font=font, anchor=anchor)
+            draw.line([tuple(at[a]), tuple(at[b])], fill=mark.colour, width=wide // 2 if mark.thin else wide)
+    taken: list[tuple[float, float, float, float]] = []
+    for mark, at in zip(marks, corners, strict=True):
+        anchor, away = ("mt", 1) if mark.thin else ("mb", -1)
+        x, y = at[np.argmax(away * at[:, 1])]
+        place = frame_of(draw.textbbox((x, y), mark.text, font=font, anchor=anchor))
+        while any(overlap(place, other) for other in taken):
+            y += away * (place[3] - place[1])
+            place = frame_of(draw.textbbox((x, y), mark.text, font=font, anchor=anchor))
+        taken.append(place)
+        draw.rectangle(place, fill=(255, 255, 255))
+        draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor=anchor)
+
+
+def frame_of(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Return the frame around a text's box: left, top, right and bottom in pixels."""
+    return box[0] - 4, box[1] - 3, box[2] + 4, box[3] + 3
+
+
+def overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    """Return whether two frames have pixels in common.
+
+    Examples
+    --------
+    >>> overlap((0, 0, 2, 2), (1, 1, 3, 3)), overlap((0, 0, 2, 2), (2, 0, 4, 2))
+    (True, False)
+    """
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
