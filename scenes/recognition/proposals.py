@@ -180,6 +180,7 @@ def on_top(
             alone = Top(plane=top.plane, points=thing, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(thing, pool)]]
-                if len(inside) >= _FEWEST and bounding_box(points[inside]).size[1] >= _NARROWEST:
-                    proposed.append(Proposal(by=POOLS, members=inside, support=pool.support))
+                box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
+                if box is not None and box.size[1] >= _NARROWEST:
+                    proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed
