@@ -46,6 +46,17 @@ def test_a_back_at_the_edge_infers_a_seat_below_the_table():
     assert "table 0" in seat.reason and "not seen" in seat.reason
 
 
+def test_a_back_that_is_one_cluster_with_its_table_infers_a_seat_all_the_same():
+    points = np.vstack([TABLE, back(0.3, 0.42)])
+    (seat,) = inferred_seats(points, np.zeros(len(points), int), [thing(0, points, "table")])
+    assert seat.box.center[0] == pytest.approx(0.3, abs=0.03)
+
+
+def test_a_box_that_stands_on_the_table_near_its_edge_is_no_back():
+    points = np.vstack([TABLE, back(0.3, 0.3) + [0.0, 0.0, 0.05]])
+    assert not inferred_seats(points, np.zeros(len(points), int), [thing(0, points, "table")])
+
+
 def test_two_backs_are_two_seats():
     assert len(inferred(back(-0.35, 0.5), back(0.35, 0.5))) == 2
 

@@ -9,7 +9,7 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.cutting import cut_out, footprint_of
+from spherefunc_bullet.scenes.pools.cutting import cut_out, cuts_of, footprint_of
 from spherefunc_bullet.scenes.pools.resting import resting_places
 from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools
 from spherefunc_bullet.scenes.pools.things import ground_top, things_on, top_of_pool
@@ -88,6 +88,30 @@ def test_a_low_table_is_cut_out_with_and_without_what_rises_from_its_edge():
     assert np.ptp(bare[:, 0]) == pytest.approx(1.0, abs=0.03)
 
 
+def test_a_back_begins_above_the_seat_and_a_top_over_the_seat_is_none():
+    """A chair at a table's corner, half below it, whose back is held by posts that nobody saw and touches the top."""
+    back = sheet([0.5, 0.22, 0.63], [0.42, 0, 0], [0, 0, 0.3])
+    seat = moved(square_table(0.42, 0.42, 0.45), 0.71, 0.0)
+    points = np.vstack([square_table(1.2, 0.8, 0.74), seat, back])
+    table, pool = pools_of(points)
+    (own,) = [points[cut] for cut, its in cuts_of(points, [table, pool]) if its is pool]
+    high = own[own[:, 2] > 0.55]
+    assert high[:, 2].max() > 0.9
+    assert np.ptp(high[:, 0]) > 0.35
+    assert (high[:, 1] > 0.2).mean() > 0.95
+
+
+def test_surfaces_that_a_neck_connects_are_pools_each_and_together():
+    table, seat = sheet_at(0.9, 0.6, 0.45), moved(sheet_at(0.45, 0.45, 0.44), 0.0, 0.7)
+    neck = moved(sheet_at(0.07, 0.8, 0.445), 0.1, 0.4)
+    whole, *parts = pools_of(np.vstack([table, seat, neck]))
+    assert whole.area > 0.7
+    assert sorted(part.area for part in parts) == pytest.approx([0.2, 0.54], rel=0.2)
+    assert sorted(part.height for part in parts) == pytest.approx([0.44, 0.45], abs=0.004)
+    assert all(len(part.centers) >= 3 for part in parts)
+    assert len(pools_of(np.vstack([table, neck]))) == 1  # a tongue is a part of what it sticks out of
+
+
 def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
     points = sheet_at(1.0, 0.8, 0.7)
     shadow = (np.abs(points[:, :2]) < 0.05).all(axis=1)
@@ -155,8 +179,22 @@ def test_what_is_too_narrow_for_a_thing_is_no_vessel():
     box = moved(np.vstack([sheet_at(0.12, 0.12, 0.1), *sides(0.12, 0.1)]), 0.125, 0.0)
     points = np.vstack([trough, ends, box])
     assert vessel_pools(ground_top(points), "fast")
-    scene = Scene(points=points, labels=np.zeros(len(points), int), on_table=True)
-    assert {len(one.members) for one in propose(scene, "fast", [POOLS])} == {len(over(points))}
+    assert {len(one.members) for one in proposed_on_table(points)} == {len(over(points))}
+
+
+def test_a_pot_s_far_wall_is_no_vessel():
+    """An arc with two handles, of which a piece 13 cm long and less than 5 wide was a cup."""
+    turn, height = (grid.ravel() for grid in np.meshgrid(np.radians(np.arange(10, 170, 0.8)), np.arange(0, 0.1, 0.003)))
+    wall = np.column_stack([0.09 * np.cos(turn), 0.09 * np.sin(turn) - 0.09, height])
+    handles = [sheet([x - 0.015, 0, 0.09], [0.03, 0, 0], [0, 0.03, 0]) for x in (-0.04, 0.04)]
+    points = np.vstack([wall, *handles])
+    parts = [one.box.size for one in proposed_on_table(points) if len(one.members) < len(over(points))]
+    assert all(width > 0.4 * length for length, width, _ in parts)
+    assert len(parts) < len(vessel_pools(ground_top(points), "fast"))
+
+
+def proposed_on_table(points: np.ndarray):
+    return propose(Scene(points=points, labels=np.zeros(len(points), int), on_table=True), "fast", [POOLS])
 
 
 def over(points: np.ndarray) -> np.ndarray:

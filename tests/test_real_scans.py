@@ -16,7 +16,7 @@ from things import THINGS, write_things
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.rooms.baselines import baselines, learnt_objects, shape_record
 from spherefunc_bullet.compare.rooms.causes import cause_rows
-from spherefunc_bullet.compare.rooms.matching import JudgedScan, Score, best_pairs, judged, score_of
+from spherefunc_bullet.compare.rooms.matching import JudgedScan, Score, best_pairs, judged, judged_by_place, score_of
 from spherefunc_bullet.compare.rooms.proposals import Asked
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
 from spherefunc_bullet.errors import InputError
@@ -91,6 +91,26 @@ def test_what_is_seen_counts_and_the_rest_is_told_apart():
     every = [((name,), {"cup": 0.9}) for name in blocks]
     assert score_of(scan_of(blocks, every, truth).verdicts) == Score(found=2, false=1, backs_found=1, disputed=1)
     assert score_of(scan_of(blocks, [], truth).verdicts) == Score(missed=2, backs_missed=1)
+
+
+def test_what_was_inferred_is_true_where_a_seat_is():
+    """The truth's box may be of the back alone, at the edge of the chair that was inferred from it."""
+    seat = frozenset({"sittable"})
+    back = TrueObject(name="chair", functions=seat, visible="back-only", box=box_at(0.0, 0.2, 0.5, 0.2))
+    seen = TrueObject(name="stool", functions=seat, box=box_at(2.0, 0.0, 0.4, 0.4))
+    table = TrueObject(name="table", functions=frozenset({"table"}), box=box_at(1.0, 0.0, 0.4, 0.4))
+    places = ((0.0, 0.0), (0.05, 0.05), (1.0, 0.0), (2.0, 0.1))  # the second is the first one's chair again
+    verdicts = judged_by_place([back, seen, table], [seat_at(*place) for place in places])
+    assert [verdict.outcome for verdict in verdicts] == ["back found", "false", "false", "found"]
+
+
+def box_at(x: float, y: float, length: float, width: float) -> Box:
+    return Box(center=np.array([x, y, 0.45]), size=np.array([length, width, 0.9]), yaw=0.0)
+
+
+def seat_at(x: float, y: float) -> RecognisedObject:
+    own = np.zeros(0, bool)
+    return RecognisedObject(functions=frozenset({"sittable"}), box=box_at(x, y, 0.45, 0.45), points=own, scores={})
 
 
 def test_a_claim_of_another_function_finds_nothing():

@@ -8,10 +8,13 @@ from typing import TypedDict
 
 import numpy as np
 
+from spherefunc_bullet.scenes.segmentation.box import Box
+
 from .scores import ratio, rounded
 from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
+_BESIDE = 0.05  # metres: half of a chair's back, at the edge of what is inferred of it
 LEAST_OF_BOXES = 0.25  # where boxes are: VoteNet's and SUN RGB-D's, since a scan sees only part of a box
 
 
@@ -114,6 +117,28 @@ def judged(truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) 
     wanted = [item.functions | item.disputed for item in truth]
     functions = sorted(set().union(*wanted, *(item.functions for item in recognised)))
     return [verdict for name in functions for verdict in judged_of(name, truth, recognised)]
+
+
+def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedObject]) -> list[Verdict]:
+    """Compare what was inferred with the truth: true if the middle of an object of that function lies in its box.
+
+    Seen from above, and each object once. Of what is inferred most was not seen, and the truth's box may be of a back
+    alone, so that boxes need not overlap by much.
+    """
+    verdicts, left = [], list(truth)
+    for claim in inferred:
+        own = [true for true in left if claim.functions <= true.functions and lies_in(true, claim.box)]
+        nearest = min(own, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
+        left = [true for true in left if true is not nearest]
+        verdicts += [Verdict(function=name, true=nearest, claim=claim) for name in claim.functions]
+    return verdicts
+
+
+def lies_in(true: TrueObject, box: Box) -> bool:
+    """Return whether the middle of a true object's box, if it has one, lies in another box seen from above."""
+    if true.box is None:
+        return False
+    return bool((np.abs(box.to_own(true.box.center[None])[0, :2]) <= box.size[:2] / 2 + _BESIDE).all())
 
 
 def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[RecognisedObject]) -> list[Verdict]:

@@ -66,6 +66,16 @@ class Asked:
         """Return the objects that the spheres found."""
         return [self.as_recognised(item, self.room.labels == item.id) for item in self.room.objects]
 
+    def inferred(self) -> list[RecognisedObject]:
+        """Return the objects that nobody saw, of which there are boxes alone."""
+        none = np.zeros(len(self.scan), bool)
+        return [
+            RecognisedObject(
+                functions=frozenset({item.function}), box=self.room.box_in_scan(item.box), points=none, scores={}
+            )
+            for item in self.room.inferred
+        ]
+
     def proposals(self) -> list[RecognisedObject]:
         """Return all that was proposed, as the spheres tell it; what is the same as others too."""
         proposed = zip(self.room.proposals, self.places.of_proposals, strict=True)

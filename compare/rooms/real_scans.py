@@ -44,7 +44,7 @@ def scan_files(data: Path, only: str) -> list[Path]:
 def print_measured(measured: Measured):
     """Print all of it."""
     print_scans(measured.rows)
-    print_functions(measured.readings)
+    print_functions(measured.readings, measured.inferred)
     print_causes(measured.misses, measured.false_claims)
     score = score_of(measured.readings.get(SPHERES, ())).row()
     print(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")

@@ -35,6 +35,23 @@ class ScanRow(TypedDict, total=False):
     precision: float | None
 
 
+class InferredRow(TypedDict):
+    """What was inferred and not seen, as JSON has it; no other count includes it."""
+
+    claims: int
+    backs: int  # of these, chairs of which only the back shows
+    seen: int  # of these, others that are there
+
+
+def inferred_row(claims: Verdicts) -> InferredRow:
+    """Return how many of the claims of what was not seen are true, and of what."""
+    return {
+        "claims": len(claims),
+        "backs": sum(one.outcome == "back found" for one in claims),
+        "seen": sum(one.outcome == "found" for one in claims),
+    }
+
+
 def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
     """Return each function's score."""
     names = sorted({verdict.function for verdict in verdicts})
@@ -60,7 +77,7 @@ def known_row(verdicts: Verdicts) -> ScanRow:
     }
 
 
-def print_functions(readings: Mapping[str, Verdicts]):
+def print_functions(readings: Mapping[str, Verdicts], inferred: Verdicts = ()):
     """Print recall and precision of each function, and of all, for the spheres and for every baseline."""
     scores = {reading: scores_by_function(verdicts) for reading, verdicts in readings.items()}
     names = sorted({name for own in scores.values() for name in own})
@@ -72,7 +89,10 @@ def print_functions(readings: Mapping[str, Verdicts]):
     print_table("What the sensor saw: found of how many, and how many claims are true", columns, rows)
     apart = score_of(readings.get(SPHERES, ()))
     backs = f"{apart.backs_found} of {apart.backs_found + apart.backs_missed} of which only the back shows are found"
-    print(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)\n")
+    print(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)")
+    row = inferred_row(inferred)
+    true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
+    print(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
 
 
 def shares_of(score: Score) -> tuple[str, str]:

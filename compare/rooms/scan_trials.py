@@ -17,10 +17,10 @@ from spherefunc_bullet.settling.records import ObjectRecord
 
 from .baselines import Baseline, shape_record
 from .causes import CauseRow, cause_rows
-from .matching import JudgedScan, ScoreRow, Verdict, judged, score_of
+from .matching import JudgedScan, ScoreRow, Verdict, judged, judged_by_place, score_of
 from .proposals import Asked, Scores
 from .review import Pictures
-from .scan_report import SPHERES, ScanRow, known_row, scores_by_function
+from .scan_report import SPHERES, ScanRow, inferred_row, known_row, scores_by_function
 from .trials import Recognition
 from .truth import RecognisedObject, TrueObject, true_objects
 
@@ -31,6 +31,7 @@ class Measured:
 
     rows: list[ScanRow] = field(default_factory=list)
     readings: dict[str, list[Verdict]] = field(default_factory=dict)  # of the spheres and of every baseline
+    inferred: list[Verdict] = field(default_factory=list)  # of what nobody saw: each claim's
     misses: list[CauseRow] = field(default_factory=list)
     false_claims: list[CauseRow] = field(default_factory=list)
 
@@ -42,6 +43,7 @@ class Measured:
             **score.row(),
             "functions": by_function(self.readings.get(SPHERES, ())),
             "baselines": {name: by_function(own) for name, own in self.readings.items() if name != SPHERES},
+            "inferred": inferred_row(self.inferred),
             "misses": self.misses,
             "false_claims": self.false_claims,
         }
@@ -127,6 +129,7 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
         misses, false_claims = cause_rows(judged_scan)
         measured.misses += misses
         measured.false_claims += false_claims
+        measured.inferred += judged_by_place(truth, asked.inferred())
         measured.readings.setdefault(SPHERES, []).extend(verdicts)
         for name, others in trial.told_by_baselines(asked).items():
             measured.readings.setdefault(name, []).extend(judged(truth, others))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,9 @@ _MARGIN = 0.04  # metres around the surface that are cut out with it
 _TOP = 0.03  # metres above the surface that still belong to it
 _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
-_GAP = 0.10  # metres above the surface at which a back begins at the latest
+_GAP = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
 _APART = 0.03  # metres between parts of what rises
+_OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
 LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
@@ -62,7 +64,28 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cut_out(points: np.ndarray, pool: Pool) -> list[np.ndarray]:
+def cuts_of(points: np.ndarray, pools: Sequence[Pool]) -> list[tuple[np.ndarray, Pool]]:
+    """Return which points may be each pool's object, (N,) bool, with the pool; of some pools several.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        Of the scene without ground and walls.
+    pools : sequence of Pool
+        All of the scene: a table's top over a seat is no part of what rises from the seat.
+    """
+    tops = [(pool.height, on_surface(points, pool)) for pool in pools if pool.area >= LARGE_AREA]
+    cuts = []
+    for pool in pools:
+        over = np.zeros(len(points), bool)
+        for height, top in tops:
+            if height > pool.height + _OVER:
+                over |= top
+        cuts += [(cut, pool) for cut in cut_out(points, pool, over)]
+    return cuts
+
+
+def cut_out(points: np.ndarray, pool: Pool, over: np.ndarray | None = None) -> list[np.ndarray]:
     """Return which points may be a pool's object, (N,) bool each.
 
     What rises from the surface's edge is its back; but where the surface is large, it may be a table's, which has none,
@@ -73,21 +96,27 @@ def cut_out(points: np.ndarray, pool: Pool) -> list[np.ndarray]:
     points : (N, 3) float64, metres, level frame
         Of the scene without ground and walls.
     pool : Pool
+    over : (N,) bool, optional
+        Points of tops over it, which are no back.
     """
     ground = footprint_of(pool)
     bare = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
     if pool.area >= _TABLE_AREA and pool.height >= _TABLE_HEIGHT:
         return [bare]
+    free = ~bare & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
+    if over is not None:
+        free &= ~over
+    rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
     backed = bare.copy()
-    rising = np.flatnonzero(
-        ground.grown(_REACH).holds(points) & ~bare
-        & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
-    )
-    middle = ground.shrunk(_INSIDE)
     for members in members_of(euclidean_clusters(points[rising], _APART)):
         if is_back(points[rising[members]], pool, middle):
             backed[rising[members]] = True
     return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
+
+
+def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
+    """Return which points (N, 3) are of a pool's surface, (N,) bool."""
+    return footprint_of(pool).grown(_MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < _TOP)
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint) -> bool:

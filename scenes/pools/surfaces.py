@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,6 +18,8 @@ _UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, a
 _AROUND = 0.14  # metres above and below within which that is looked at
 _APART = 0.045  # metres between squares of one surface
 _FEWEST = 3  # spheres that make a pool
+_NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
+_PART = 0.10  # square metres at least
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
 
 
@@ -24,9 +27,14 @@ _LEAST = 0.035  # square metres: of a seat's surface that is seen
 class Pool:
     """Spheres that rest together, and the surface below them."""
 
-    height: float  # metres, of the surface
     centers: np.ndarray  # (S, 3) float64, metres, level frame
     squares: np.ndarray  # (K, 2) int64, of the surface seen from above, in steps of `CELL`
+    heights: np.ndarray  # (K,) float64, metres, of each square
+
+    @cached_property
+    def height(self) -> float:
+        """Of the surface, metres."""
+        return float(np.median(self.heights))
 
     @property
     def area(self) -> float:
@@ -38,7 +46,8 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
     """Return the pools of spheres of a radius in metres, the largest surface first.
 
     Spheres are of one pool where a chain of neighbours of one height connects them. Surfaces reach on below what is
-    above them, as a seat does under a table: they are followed through the points, not through the spheres.
+    above them, as a seat does under a table: they are followed through the points, not through the spheres. Where a
+    surface has a neck, what it connects are pools as well, after the others.
 
     Parameters
     ----------
@@ -54,7 +63,8 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         if len(members) >= _FEWEST
         for pool in pools_at(points, centers[members], feet[members])
     ]
-    return without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
+    pools = without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
+    return pools + [part for pool in pools for part in parted_at_necks(pool, centers, radius)]
 
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
@@ -66,7 +76,7 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
     surface_of = euclidean_clusters(np.column_stack([squares * CELL, np.zeros(len(squares))]), _APART)
     own = surface_under(feet, squares, surface_of)
     return [
-        Pool(height=float(np.median(heights[members])), centers=centers[own == k], squares=squares[members])
+        Pool(centers=centers[own == k], squares=squares[members], heights=heights[members])
         for k, members in enumerate(members_of(surface_of))
         if np.count_nonzero(own == k) >= _FEWEST and len(members) * CELL**2 >= _LEAST
     ]
@@ -104,6 +114,41 @@ def surface_under(feet: np.ndarray, squares: np.ndarray, surface_of: np.ndarray)
 
     distance, nearest = cKDTree((squares + 0.5) * CELL).query(feet[:, :2])
     return np.where(distance < 2 * CELL, surface_of[nearest], -1)
+
+
+def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool]:
+    """Return the parts of a pool that only necks connect, as a seat and a table of its height that it touches.
+
+    Parameters
+    ----------
+    pool : Pool
+    centers : (S, 3) float64, metres
+        Where spheres rest, also those of other pools: of two on one surface one was left out.
+    radius : float
+        Of the spheres, metres.
+    """
+    from scipy.ndimage import binary_fill_holes, distance_transform_edt, label
+
+    corner = pool.squares.min(axis=0) - 1
+    mask = np.zeros(pool.squares.max(axis=0) - corner + 2, bool)
+    own = tuple((pool.squares - corner).T)
+    mask[own] = True
+    broad = distance_transform_edt(binary_fill_holes(mask)) * CELL > _NECK / 2
+    parts, count = label(broad)
+    if count < 2:
+        return []
+    nearest = distance_transform_edt(~broad, return_distances=False, return_indices=True)
+    part_of = parts[tuple(nearest)][own]
+    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= _PART]
+    if len(large) < 2:
+        return []
+    feet = centers - [0, 0, radius]
+    on_it = np.where(np.abs(feet[:, 2] - pool.height) < 2 * _BAND, surface_under(feet, pool.squares, part_of), -1)
+    return [
+        Pool(centers=centers[on_it == k], squares=pool.squares[part_of == k], heights=pool.heights[part_of == k])
+        for k in large
+        if np.count_nonzero(on_it == k) >= _FEWEST
+    ]
 
 
 def without_doubles(pools: list[Pool]) -> list[Pool]:

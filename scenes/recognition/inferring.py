@@ -13,13 +13,17 @@ from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
 from ..segmentation.clusters import euclidean_clusters, members_of
 from .room import Inferred, SceneObject
+from .surroundings import level_of
 
 SEAT, TABLE = "sittable", "table"  # the functions
+_COARSE, _FLAT = 0.02, 0.03  # metres: voxels of a table, and points about its level that are of its top
 _VOXEL, _APART = 0.015, 0.035  # metres: of what is looked at, and between backs
-_REACH = 0.35  # metres from a table's edge at which a chair's back stands
+_REACH, _WITHIN = 0.35, 0.05  # metres outside and inside a top's edge between which a chair's back stands
+_BESIDE = 0.40  # metres between the middles of two chairs
 _BELOW, _ABOVE = 0.05, 0.55  # metres about a table's top between which its back shows
-_TALLER = 0.08  # metres by which it rises above the top at least
-_WIDTH, _THICK, _HIGH = (0.28, 0.70), 0.24, 0.12  # metres: of a back, the least and most, most, and least
+_CLEAR = 0.02  # metres above it from which on what is one with the table is not its top
+_TALLER = 0.05  # metres by which it rises above the top at least
+_WIDTH, _THICK, _HIGH = (0.28, 0.70), 0.24, 0.05  # metres: of a back, the least and most, most, and least
 _DEPTH = 0.45  # metres: of a chair
 
 
@@ -37,20 +41,22 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
     free = (labels != -1) & (labels != -2) & ~of_use[np.where(labels >= 0, labels, len(objects))]
     seats, taken = [], [item.box for item in objects if SEAT in item.members]
     for table in (item for item in objects if TABLE in item.members):
-        for back in backs_at(points[free], table):
+        top = level_of(cells(table.points, _COARSE).means, _COARSE).height
+        edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < _FLAT])
+        beside = free & (points[:, 2] > top - _BELOW)
+        joined = (labels == table.id) & (points[:, 2] > top + _CLEAR)  # what is one cluster with the table
+        for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
-            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _DEPTH / 2 for other in taken):
+            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _BESIDE for other in taken):
                 taken.append(seat)
                 seats.append(Inferred(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
     return seats
 
 
-def backs_at(points: np.ndarray, table: SceneObject) -> list[Box]:
-    """Return the boxes of the backs among points (N, 3) that rise at a table's edge."""
-    top = table.box.center[2] + table.box.size[2] / 2
-    beside = beyond_edge(points, table.box)
-    around = (beside > -_DEPTH / 2) & (beside < _REACH)
-    around &= (points[:, 2] > top - _BELOW) & (points[:, 2] < top + _ABOVE)
+def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
+    """Return the boxes of the backs among points (N, 3) that rise at a table's edge, its top at a height in metres."""
+    beside = beyond_edge(points, table)
+    around = (beside > -_WITHIN) & (beside < _REACH) & (points[:, 2] < top + _ABOVE)
     if not around.any():
         return []
     voxels = cells(points[around], _VOXEL).means

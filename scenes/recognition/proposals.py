@@ -11,7 +11,7 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import cut_out
+from ..pools.cutting import cuts_of
 from ..pools.resting import resting_places
 from ..pools.surfaces import Pool, level_pools
 from ..pools.things import Top, ground_top, things_on, top_of_pool
@@ -32,6 +32,7 @@ _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and
 _TOP = 0.1  # square metres: the least that things stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
+_ROUND = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 _FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
@@ -146,7 +147,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
     voxels = cells(scene.points[own], _VOXEL)
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
-    cuts = [(cut, pool) for pool in pools for cut in cut_out(voxels.means, pool)]
+    cuts = cuts_of(voxels.means, pools)
     proposed = [
         Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
     ]
@@ -181,6 +182,6 @@ def on_top(
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(thing, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
-                if box is not None and box.size[1] >= _NARROWEST:
+                if box is not None and box.size[1] >= max(_NARROWEST, _ROUND * box.size[0]):
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed
