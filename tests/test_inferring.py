@@ -8,8 +8,14 @@ from clouds import sheet
 from room_shapes import moved, square_table
 
 from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
+from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.recognition.room import SceneObject
+from spherefunc_bullet.scenes.report.files import room_json
+from spherefunc_bullet.scenes.report.page import room_page
+from spherefunc_bullet.scenes.report.picture import inferred_marks
+from spherefunc_bullet.scenes.scans.scan import scan_from_points
 from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box
 
 TABLE = square_table(1.4, 0.8, 0.74)[::4]
@@ -55,6 +61,19 @@ def test_a_back_that_is_one_cluster_with_its_table_infers_a_seat_all_the_same():
 def test_a_box_that_stands_on_the_table_near_its_edge_is_no_back():
     points = np.vstack([TABLE, back(0.3, 0.3) + [0.0, 0.0, 0.05]])
     assert not inferred_seats(points, np.zeros(len(points), int), [thing(0, points, "table")])
+
+
+def test_what_is_inferred_is_in_the_answer_the_picture_and_the_page():
+    """A whole scan: a table on a floor, and a back behind it."""
+    floor = sheet([-1.5, -1.5, 0.0], [3, 0, 0], [0, 3, 0])[::4]
+    scan = scan_from_points(np.vstack([floor, square_table(1.4, 0.8, 0.74), back(0.3, 0.46)]), "table")
+    room = recognise(scan, load_model(shipped_model("fast", scans=True)))
+    assert [item.members for item in room.objects if item.members] == [{"table"}]
+    (seat,) = room_json(scan, room)["inferred"]
+    assert seat["function"] == "sittable"
+    (mark,) = inferred_marks(room)
+    assert mark.thin and "inferred" in mark.text
+    assert seat["reason"] in room_page(scan, room)
 
 
 def test_two_backs_are_two_seats():

@@ -29,6 +29,7 @@ def room_page(scan: Scan, room: Room) -> str:
         lead_html(scan, room),
         f'<div class="room-display"><script type="application/json">{data}</script></div>',
         f'<div class="display display-details">{objects_table(room)}</div>',
+        *(f"<p>Inferred, and not counted: {one.function}, since {escape(one.reason)}.</p>" for one in room.inferred),
     ]
     return page_html(scan.name, parts, style=style, script=script, kind="display-page")
 

@@ -19,6 +19,7 @@ _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4)
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
+_GREY = (120, 120, 120)
 _ELEVATION_DEG = 32.0
 
 
@@ -93,7 +94,7 @@ def room_picture(
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     image = Image.fromarray(splatted(camera, points, colours))
-    draw_marks(image, camera, [*marks, *marks_of(room)])
+    draw_marks(image, camera, [*marks, *inferred_marks(room), *marks_of(room)])
     return image.resize(size, Image.Resampling.LANCZOS)
 
 
@@ -134,6 +135,14 @@ def marks_of(room: Room) -> list[Mark]:
         )
         for item in room.objects
         if (name := item.main_function) is not None
+    ]
+
+
+def inferred_marks(room: Room) -> list[Mark]:
+    """Return the boxes of what was inferred and not seen, thin and grey."""
+    return [
+        Mark(corners=one.box.corners, colour=_GREY, text=f"{one.function}: inferred", thin=True)
+        for one in room.inferred
     ]
 
 
