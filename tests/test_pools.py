@@ -11,7 +11,7 @@ from room_shapes import moved, room, square_table
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.pools.cutting import cut_out, cuts_of, footprint_of
 from spherefunc_bullet.scenes.pools.resting import resting_places
-from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools
+from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.things import ground_top, things_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
@@ -104,12 +104,16 @@ def test_a_back_begins_above_the_seat_and_a_top_over_the_seat_is_none():
 def test_surfaces_that_a_neck_connects_are_pools_each_and_together():
     table, seat = sheet_at(0.9, 0.6, 0.45), moved(sheet_at(0.45, 0.45, 0.44), 0.0, 0.7)
     neck = moved(sheet_at(0.07, 0.8, 0.445), 0.1, 0.4)
-    whole, *parts = pools_of(np.vstack([table, seat, neck]))
+    points = np.vstack([table, seat, neck])
+    centers = resting_places(points, "fast", RADIUS, density=40, runs=4)
+    (whole,) = level_pools(points, centers, RADIUS)
+    parts = parted_at_necks(whole, centers, RADIUS)  # of two pools of spheres on it, one was left out
     assert whole.area > 0.7
     assert sorted(part.area for part in parts) == pytest.approx([0.2, 0.54], rel=0.2)
     assert sorted(part.height for part in parts) == pytest.approx([0.44, 0.45], abs=0.004)
     assert all(len(part.centers) >= 3 for part in parts)
-    assert len(pools_of(np.vstack([table, neck]))) == 1  # a tongue is a part of what it sticks out of
+    (tongue,) = pools_of(np.vstack([table, neck]))
+    assert not parted_at_necks(tongue, tongue.centers, RADIUS)  # it is a part of what it sticks out of
 
 
 def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():

@@ -15,13 +15,26 @@ _MARGIN = 0.04  # metres around the surface that are cut out with it
 _TOP = 0.03  # metres above the surface that still belong to it
 _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
-_GAP = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
 _APART = 0.03  # metres between parts of what rises
 _OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
 LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boldness:
+    """How much may be guessed where pools are cut out."""
+
+    gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
+    parts: bool = True  # whether surfaces are parted at necks as well
+    tops_apart: bool = True  # whether the top of a table over a seat is no part of what rises from the seat
+    round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
+
+
+BOLD = Boldness()
+CAUTIOUS = Boldness(gap=0.10, parts=False, tops_apart=False, round=0.0)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +77,7 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cuts_of(points: np.ndarray, pools: Sequence[Pool]) -> list[tuple[np.ndarray, Pool]]:
+def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: Boldness = BOLD) -> list[tuple[np.ndarray, Pool]]:
     """Return which points may be each pool's object, (N,) bool, with the pool; of some pools several.
 
     Parameters
@@ -72,20 +85,24 @@ def cuts_of(points: np.ndarray, pools: Sequence[Pool]) -> list[tuple[np.ndarray,
     points : (N, 3) float64, metres, level frame
         Of the scene without ground and walls.
     pools : sequence of Pool
-        All of the scene: a table's top over a seat is no part of what rises from the seat.
+        All of the scene.
+    how : Boldness
     """
-    tops = [(pool.height, on_surface(points, pool)) for pool in pools if pool.area >= LARGE_AREA]
+    large = [pool for pool in pools if pool.area >= LARGE_AREA] if how.tops_apart else []
+    tops = [(pool.height, on_surface(points, pool)) for pool in large]
     cuts = []
     for pool in pools:
         over = np.zeros(len(points), bool)
         for height, top in tops:
             if height > pool.height + _OVER:
                 over |= top
-        cuts += [(cut, pool) for cut in cut_out(points, pool, over)]
+        cuts += [(cut, pool) for cut in cut_out(points, pool, over, how.gap)]
     return cuts
 
 
-def cut_out(points: np.ndarray, pool: Pool, over: np.ndarray | None = None) -> list[np.ndarray]:
+def cut_out(
+    points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = BOLD.gap
+) -> list[np.ndarray]:
     """Return which points may be a pool's object, (N,) bool each.
 
     What rises from the surface's edge is its back; but where the surface is large, it may be a table's, which has none,
@@ -98,6 +115,8 @@ def cut_out(points: np.ndarray, pool: Pool, over: np.ndarray | None = None) -> l
     pool : Pool
     over : (N,) bool, optional
         Points of tops over it, which are no back.
+    gap : float
+        Metres above the surface at which a back begins at the latest.
     """
     ground = footprint_of(pool)
     bare = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
@@ -109,7 +128,7 @@ def cut_out(points: np.ndarray, pool: Pool, over: np.ndarray | None = None) -> l
     rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
     backed = bare.copy()
     for members in members_of(euclidean_clusters(points[rising], _APART)):
-        if is_back(points[rising[members]], pool, middle):
+        if is_back(points[rising[members]], pool, middle, gap):
             backed[rising[members]] = True
     return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
 
@@ -119,9 +138,9 @@ def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
     return footprint_of(pool).grown(_MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < _TOP)
 
 
-def is_back(part: np.ndarray, pool: Pool, middle: Footprint) -> bool:
+def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:
     """Return whether what rises (P, 3) around a pool is a back or an arm, and not a thing that stands on it."""
-    if part[:, 2].min() > pool.height + _GAP:
+    if part[:, 2].min() > pool.height + gap:
         return False
     squares = np.unique(np.floor(part[:, :2] / CELL).astype(np.int64), axis=0)
     return bool(len(squares) * CELL**2 < _SLENDER * pool.area + 0.02 and middle.holds(part).mean() < 0.5)

@@ -46,8 +46,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
     """Return the pools of spheres of a radius in metres, the largest surface first.
 
     Spheres are of one pool where a chain of neighbours of one height connects them. Surfaces reach on below what is
-    above them, as a seat does under a table: they are followed through the points, not through the spheres. Where a
-    surface has a neck, what it connects are pools as well, after the others.
+    above them, as a seat does under a table: they are followed through the points, not through the spheres.
 
     Parameters
     ----------
@@ -63,8 +62,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         if len(members) >= _FEWEST
         for pool in pools_at(points, centers[members], feet[members])
     ]
-    pools = without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
-    return pools + [part for pool in pools for part in parted_at_necks(pool, centers, radius)]
+    return without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
 
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:

@@ -10,6 +10,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.simulator import Simulator
 
+from ..pools.cutting import CAUTIOUS
 from ..scans.filling import filled
 from ..scans.levelling import level
 from ..segmentation.segmentation import WALL, Segmentation, segment
@@ -54,6 +55,8 @@ def proposed_examples(
 ) -> Iterator[Example]:
     """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
 
+    Pools are cut out cautiously: taught by what half is guessed, models told seats less well.
+
     Parameters
     ----------
     points : (N, 3) float64, metres
@@ -69,7 +72,7 @@ def proposed_examples(
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
-    for proposal in propose(scene, simulator, kinds):
+    for proposal in propose(scene, simulator, kinds, how=CAUTIOUS):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < _FEWEST:
             continue

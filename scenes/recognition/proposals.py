@@ -11,9 +11,9 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import cuts_of
+from ..pools.cutting import BOLD, Boldness, cuts_of
 from ..pools.resting import resting_places
-from ..pools.surfaces import Pool, level_pools
+from ..pools.surfaces import Pool, level_pools, parted_at_necks
 from ..pools.things import Top, ground_top, things_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
@@ -32,7 +32,6 @@ _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and
 _TOP = 0.1  # square metres: the least that things stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
-_ROUND = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 _FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
@@ -79,7 +78,7 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
 
 
 def propose(
-    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0
+    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, how: Boldness = BOLD
 ) -> list[Proposal]:
     """Return what may be an object, clusters in the order of their labels first.
 
@@ -91,9 +90,11 @@ def propose(
     kinds : sequence of {"clusters", "pools"}
     seed : int
         Of the drops.
+    how : Boldness
+        How pools are cut out.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
-    for new in pool_proposals(scene, simulator, seed) if POOLS in kinds else []:
+    for new in pool_proposals(scene, simulator, seed, how) if POOLS in kinds else []:
         same = same_proposal(scene.points, new, proposed)
         if same is None:
             proposed.append(new)
@@ -139,7 +140,7 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
     return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
-def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[Proposal]:
+def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Boldness) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
     thinned = cells(scene.points[solid], _VOXEL)
@@ -147,19 +148,21 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int) -> list[
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
     voxels = cells(scene.points[own], _VOXEL)
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
-    cuts = cuts_of(voxels.means, pools)
+    if how.parts:
+        pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
+    cuts = cuts_of(voxels.means, pools, how)
     proposed = [
         Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
     ]
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
-        proposed += on_top(scene.points, own, top, simulator, seed)
+        proposed += on_top(scene.points, own, top, simulator, seed, how.round)
     return [proposal for proposal in proposed if len(proposal.members) >= _FEWEST]
 
 
 def on_top(
-    points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int
+    points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int, least_round: float
 ) -> list[Proposal]:
     """Return the things that stand on a top, and the vessels in those of them that are more than one thing.
 
@@ -168,6 +171,8 @@ def on_top(
     points : (N, 3) float64, metres, level frame
     own : (M,) int64
         Which of them the top's indices mean.
+    least_round : float
+        Of its length, a vessel's least width.
     """
     proposed = []
     for members in things_on(top):
@@ -182,6 +187,6 @@ def on_top(
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(thing, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
-                if box is not None and box.size[1] >= max(_NARROWEST, _ROUND * box.size[0]):
+                if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

@@ -21,7 +21,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 from .lesson import Lesson, Sight, record_of, room_lessons
 
-FORMAT = 6  # of the files; another number, scanned anew
+FORMAT = 5  # of the files; another number, scanned anew
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
 
 
