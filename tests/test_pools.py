@@ -9,7 +9,7 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.cutting import cut_out, cuts_of, footprint_of
+from spherefunc_bullet.scenes.pools.cutting import CAUTIOUS, cut_out, cuts_of, footprint_of
 from spherefunc_bullet.scenes.pools.resting import resting_places
 from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.things import ground_top, things_on, top_of_pool
@@ -99,6 +99,8 @@ def test_a_back_begins_above_the_seat_and_a_top_over_the_seat_is_none():
     assert high[:, 2].max() > 0.9
     assert np.ptp(high[:, 0]) > 0.35
     assert (high[:, 1] > 0.2).mean() > 0.95
+    (taught,) = [points[cut] for cut, its in cuts_of(points, [table, pool], CAUTIOUS) if its is pool]
+    assert taught[:, 2].max() < 0.8
 
 
 def test_surfaces_that_a_neck_connects_are_pools_each_and_together():
