@@ -135,7 +135,9 @@ def cut_out(
 
 def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
     """Return which points (N, 3) are of a pool's surface, (N,) bool."""
-    return footprint_of(pool).grown(_MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < _TOP)
+    found = np.abs(points[:, 2] - pool.height) < _TOP
+    found[found] = footprint_of(pool).grown(_MARGIN).holds(points[found])
+    return found
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:
