@@ -12,8 +12,8 @@ from things import write_things
 
 from spherefunc_bullet.compare.rooms.baselines import learnt_objects
 from spherefunc_bullet.compare.rooms.lessons.files import kept_lessons, lesson_paths, read_lessons
-from spherefunc_bullet.compare.rooms.lessons.lesson import Lesson, Sight, counted
-from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, examples_kept, learn, streets_of, taught_in_all
+from spherefunc_bullet.compare.rooms.lessons.lesson import Lesson, Sight, counted, examples_kept
+from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, learn, streets_of, taught_in_all
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier

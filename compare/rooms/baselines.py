@@ -29,7 +29,7 @@ from spherefunc_bullet.settling.settling import Settled
 from ..evaluation.features import level_sizes, voxel_centers
 from ..evaluation.profiled import points_as_drops
 from .lessons.files import lesson_paths, read_lessons
-from .lessons.lesson import counted, record_of
+from .lessons.lesson import counted, examples_kept, record_of
 
 CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
 
@@ -72,11 +72,15 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
         If one is no data set, or no object is left.
     """
     known: list[tuple[ObjectRecord, frozenset[str]]] = []
+    of_rooms = False
     for source in sources:
         rooms = lesson_paths(Path(source))
+        of_rooms |= bool(rooms)
         known += lessons_learnt(rooms) if rooms else objects_learnt(open_dataset(source).objects, failed)
     if not known:
         raise InputError(f"{', '.join(sources)}: expected objects to learn, found none that can be used")
+    if of_rooms:  # as a model for scans keeps them: neighbours of all that is for nothing would not fit into memory
+        known = [known[k] for k in examples_kept(np.array([bool(functions) for _, functions in known]))]
     return Learnt(records=[record for record, _ in known], labels=[functions for _, functions in known])
 
 

@@ -57,8 +57,8 @@ def learnt_baselines(
     if sources is None:
         return {}
     learnt = learnt_objects(sources.split(","), failed)
-    if sorted(learnt.names) != sorted(model.names_):
-        say(f"--learnt: {len(learnt.names)} objects, not the {len(model.names_)} that the model has learnt")
+    if len(learnt.names) != len(model.names_):
+        say(f"--learnt: {len(learnt.names)} objects, not the {len(model.names_)} that the model keeps")
     return baselines(learnt, model)
 
 

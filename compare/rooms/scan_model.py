@@ -27,7 +27,7 @@ from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
 from .lessons.files import kept_lessons
-from .lessons.lesson import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, model_lesson
+from .lessons.lesson import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, examples_kept, model_lesson
 from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn
@@ -129,13 +129,6 @@ def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClass
     model.fit_in_scenes(np.array([one.beside for one in lessons]), NAMES, members, taught)
     clear = np.flatnonzero(taught.all(axis=1))
     return model.keep(clear[examples_kept(members[clear].any(axis=1))])
-
-
-def examples_kept(useful: np.ndarray) -> np.ndarray:
-    """Return the lessons (K,) to keep as examples: the useful ones, and as many others, evenly spread."""
-    others = np.flatnonzero(~useful)
-    step = max(1.0, len(others) / max(useful.sum(), 1))
-    return np.sort(np.append(np.flatnonzero(useful), others[np.arange(0, len(others), step).astype(int)]))
 
 
 if __name__ == "__main__":

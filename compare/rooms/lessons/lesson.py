@@ -151,3 +151,10 @@ def counted(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
             yield one
         else:
             yield replace(one, functions=frozenset(), unclear=one.functions)
+
+
+def examples_kept(useful: np.ndarray) -> np.ndarray:
+    """Return the lessons (K,) to keep as examples: the useful ones, and as many others, evenly spread."""
+    others = np.flatnonzero(~useful)
+    step = max(1.0, len(others) / max(useful.sum(), 1))
+    return np.sort(np.append(np.flatnonzero(useful), others[np.arange(0, len(others), step).astype(int)]))
