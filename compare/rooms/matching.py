@@ -14,8 +14,8 @@ from .scores import ratio, rounded
 from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
 
 LEAST_OF_POINTS = 0.5  # intersection over union at which an object counts as found, where points are labelled
-_BESIDE = 0.05  # metres: half of a chair's back, at the edge of what is inferred of it
 LEAST_OF_BOXES = 0.25  # where boxes are: VoteNet's and SUN RGB-D's, since a scan sees only part of a box
+_BESIDE = 0.05  # metres: half of a chair's back, at the edge of what is inferred of it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
