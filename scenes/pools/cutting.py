@@ -30,11 +30,11 @@ class Boldness:
     gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
     parts: bool = True  # whether surfaces are parted at necks as well
     tops_apart: bool = True  # whether the top of a table over a seat is no part of what rises from the seat
-    round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
+    least_round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 
 
 BOLD = Boldness()
-CAUTIOUS = Boldness(gap=0.10, parts=False, tops_apart=False, round=0.0)  # what models are taught by
+CAUTIOUS = Boldness(gap=0.10, parts=False, tops_apart=False, least_round=0.0)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

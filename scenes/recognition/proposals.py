@@ -157,7 +157,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Bol
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
-        proposed += on_top(scene.points, own, top, simulator, seed, how.round)
+        proposed += on_top(scene.points, own, top, simulator, seed, how.least_round)
     return [proposal for proposal in proposed if len(proposal.members) >= _FEWEST]
 
 
