@@ -10,7 +10,7 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..processes.compilation import prepare
-from ..simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
+from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
     CarrySettings,
@@ -129,29 +129,20 @@ class BulletSimulator(Physics):
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
-        from .bodies.carrying import carry_filled, carry_result, carrying_physics
+        from ..clouds.flooding import basin_of
+        from .bodies.carrying import carry_filled, carry_result, filling_of
         from .collision.shape import collision_shape
-        from .world import World
 
         started = time.perf_counter()
         radius = carry_radius(cloud) if settings.radius is None else settings.radius
-        centers = self.filling(cloud, settings, radius, seed)
-        kept = None
-        if len(centers):
-            shape = collision_shape(cloud, radius, self.kind_for(cloud, radius), self.voxel_size)
-            with World(carrying_physics(self, settings, len(centers))) as world:
-                world.add_object(shape)
-                kept = carry_filled(world, centers / radius, cloud.bounds / radius, settings, radius)
-        seconds = time.perf_counter() - started
-        return carry_result(kept, len(centers), radius, settings, seconds, provenance_of(self, settings, seed))
-
-    def filling(self, cloud: Cloud, settings: CarrySettings, radius: float, seed: int) -> np.ndarray:
-        """Return the spheres (S, 3) that an object is carried with: so many, or half of what it holds if that is less.
-
-        Metres. Full to the brim, every vessel spills.
-        """
         result = self.drop(cloud, DropSettings(radius=radius, max_spheres=settings.spheres), seed)
-        return result.centers[: max(1, result.settled // 2)] if result.stop == Stop.MISSES else result.centers
+        shape = collision_shape(cloud, radius, self.kind_for(cloud, radius), self.voxel_size)
+        basin = basin_of(shape.vertices, shape.faces, 1.0)
+        filling, kept = filling_of(result, radius, basin, settings.fill), None
+        if len(filling.centers):
+            kept = carry_filled(self, shape, basin, filling, settings, radius)
+        seconds = time.perf_counter() - started
+        return carry_result(kept, filling, basin, radius, settings, seconds, provenance_of(self, settings, seed))
 
 
 def prepare_kernels(kind: str):

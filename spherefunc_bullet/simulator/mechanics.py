@@ -138,8 +138,9 @@ class CarrySettings:
 
     radius: float | None = None  # of the spheres, metres; None: as the object is large
     spheres: int = 300  # that it is filled with at most
+    fill: float = 0.9  # of the spheres that it holds: to the brim, every vessel spills
     angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
-    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 15 sqrt(radius / g), at 0.1 ten times as long
+    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 30 sqrt(radius / g), at 0.1 ten times as long
     shake: float = 0.01  # metres, amplitude along x, y and z
     frequency: float = 3.0  # Hz
     friction: float = 0.5
@@ -150,6 +151,7 @@ class CarrySettings:
         if self.radius is not None:
             require_amount("radius", self.radius, above=0.0)
         require_amount("spheres", self.spheres, least=1)
+        require_amount("fill", self.fill, above=0.0, most=1.0)
         if not self.angles_deg or list(self.angles_deg) != sorted(set(self.angles_deg)):
             raise InputError(f"angles {self.angles_deg}: expected ascending angles, such as 15,30,45")
         for angle in self.angles_deg:
@@ -166,10 +168,11 @@ class CarrySettings:
 class CarryResult:
     """What an object kept."""
 
-    filled: int  # spheres that were in it
+    filled: int  # spheres that were in it, without those on its rim, its handle or its saucer
     radius: float  # of the spheres, metres
+    holds: float  # volume in which spheres cannot leave it without rising, of that if its walls had no holes; 0 to 1
     angles_deg: tuple[float, ...]
-    kept: tuple[float, ...]  # share that was still there after each angle; of none, 0
+    kept: tuple[float, ...]  # share still in it after each angle, of what it would be filled with without holes
     kept_shaken: float  # share after it was shaken and set down
     centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, the object's frame
     weight: float  # kg, of the spheres that stayed

@@ -1,0 +1,159 @@
+"""Where spheres stand in an object as water would: cells for their centres, flooded from outside in order of height.
+
+A centre stays in its cell if every way out of it rises. Walls are as thick as the sphere's radius here, so a hole that
+no sphere fits through holds them, and a wider one lets out what lies above it. The flood is that of digital elevation
+models, in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy import ndimage
+
+from ..processes.compilation import prepare
+from .sampling import sample_surface
+
+CELL = 0.2  # radii: a rim of a third of the radius is seen
+MOST_CELLS = 96  # along the largest extent; then cells are larger
+SHRUNK = 0.95  # radii: what lets a smaller sphere through is a hole; cells are no points
+DENSE = 0.35  # of a cell, or of the shrunk radius if that is more: the largest gap between samples of the surface
+
+
+@dataclass(frozen=True, eq=False)
+class Basin:
+    """The largest body of spheres that can stand in an object, as the cells of their centres."""
+
+    origin: np.ndarray  # (3,) lower corner of the cells, in the units of the surface
+    cell: float
+    cells: np.ndarray  # (X, Y, Z) bool: a centre in them cannot leave without rising, but for a cell's width
+    fullness: float  # their share of what there would be if the walls had no holes, 0 to 1
+
+    def holds(self, centers: np.ndarray) -> np.ndarray:
+        """Return which centres (N, 3) are in the basin, (N,) bool."""
+        return self.known_of(self.cells, centers)
+
+    def known_of(self, known: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return what is known of the cells (X, Y, Z) bool in which points (N, 3) are; over the highest as of that."""
+        index = np.floor((points - self.origin) / self.cell).astype(int)
+        index[:, 2] = np.minimum(index[:, 2], known.shape[2] - 1)
+        inside = ((index >= 0) & (index < known.shape)).all(axis=1)
+        found = np.zeros(len(points), bool)
+        found[inside] = known[tuple(index[inside].T)]
+        return found
+
+    def share_below(self, height: float) -> float:
+        """Return the share of the basin that lies below a height."""
+        layers = self.cells.sum(axis=(0, 1))
+        return float(layers[: max(0, round((height - self.origin[2]) / self.cell))].sum() / max(1, layers.sum()))
+
+    def over(self, slack: float) -> np.ndarray:
+        """Return the cells (X, Y, Z) bool of the basin, of what is above it, and of what is nearer than a slack."""
+        above = np.logical_or.accumulate(self.cells, axis=2)
+        return ndimage.binary_dilation(above, iterations=max(1, round(slack / self.cell)))
+
+
+def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float) -> Basin:
+    """Return the basin of a surface for spheres of a radius; without cells where none can stand.
+
+    Parameters
+    ----------
+    vertices : (N, 3) float64, z up
+    faces : (M, 3) int
+    radius : float, in the units of the vertices
+    """
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    reach = SHRUNK * radius
+    cell = max(CELL * radius, float((high - low).max()) / MOST_CELLS)
+    origin = low - reach - 2 * cell  # free all around
+    shape = np.ceil((high + reach + 2 * cell - origin) / cell).astype(int)
+    surface = sample_surface(vertices, faces, DENSE * max(cell, reach))
+    prepare(thicken, flood)
+    solid = np.zeros(shape, np.bool_)
+    thicken((surface - origin) / cell, reach / cell, solid)
+    without_holes = np.logical_or.accumulate(solid[:, :, ::-1], axis=2)[:, :, ::-1]
+    standing, most = standing_in(solid), standing_in(without_holes)
+    bodies, count = ndimage.label(standing | most)
+    if not count:
+        return Basin(origin, cell, standing, 0.0)
+    largest = bodies == 1 + np.bincount(bodies.ravel())[1:].argmax()
+    held = standing & largest
+    # Spheres at rest lie a little within the surface, so the cells beside the basin count as well.
+    return Basin(origin, cell, ndimage.binary_dilation(held), float(held.sum() / largest.sum()))
+
+
+def standing_in(solid: np.ndarray) -> np.ndarray:
+    """Return the cells (X, Y, Z) bool that are reached from outside and cannot be left without rising.
+
+    The outermost cells are free.
+    """
+    levels = np.full(solid.shape, -1, np.int32)
+    links = np.full(solid.size, -1, np.int64)
+    flood(solid, levels, links, np.full(solid.shape[2], -1, np.int64))
+    return levels > np.arange(solid.shape[2], dtype=np.int32)
+
+
+@njit(cache=True, error_model="numpy")
+def thicken(points, reach, solid):
+    """Mark the cells whose middle is nearer than ``reach`` to a point, and those that hold one; all in cells."""
+    squared = reach * reach
+    sizes = solid.shape
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        solid[int(x), int(y), int(z)] = True
+        for i in range(max(0, int(x - reach)), min(sizes[0], int(x + reach) + 1)):
+            across = squared - (i + 0.5 - x) ** 2
+            for j in range(max(0, int(y - reach)), min(sizes[1], int(y + reach) + 1)):
+                left = across - (j + 0.5 - y) ** 2
+                if left <= 0.0:
+                    continue
+                half = np.sqrt(left)
+                for k in range(max(0, int(np.ceil(z - half - 0.5))), min(sizes[2], int(z + half - 0.5) + 1)):
+                    solid[i, j, k] = True
+
+
+@njit(cache=True, error_model="numpy")
+def flood(solid, levels, links, heads):
+    """Write the least height, in layers, over which each free cell is reached from the outermost; -1 where it is not.
+
+    Parameters
+    ----------
+    solid : (X, Y, Z) bool
+    levels : (X, Y, Z) int32
+        All -1; receives the heights.
+    links : (X * Y * Z,) int64
+        Scratch, all -1: the next cell that waits at the same height.
+    heads : (Z,) int64
+        Scratch, all -1: the first cell that waits at each height.
+    """
+    nx, ny, nz = solid.shape
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                outermost = i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1
+                if outermost and not solid[i, j, k]:
+                    cell = (i * ny + j) * nz + k
+                    levels[i, j, k] = k
+                    links[cell], heads[k] = heads[k], cell
+    for level in range(nz):
+        while heads[level] >= 0:
+            cell = heads[level]
+            heads[level] = links[cell]
+            i, j, k = cell // (ny * nz), cell // nz % ny, cell % nz
+            for side in range(6):
+                a, b, c = i, j, k
+                step = 1 if side % 2 else -1
+                if side < 2:
+                    a += step
+                elif side < 4:
+                    b += step
+                else:
+                    c += step
+                if a < 0 or b < 0 or c < 0 or a >= nx or b >= ny or c >= nz or solid[a, b, c] or levels[a, b, c] >= 0:
+                    continue
+                height = max(level, c)
+                levels[a, b, c] = height
+                neighbor = (a * ny + b) * nz + c
+                links[neighbor], heads[height] = heads[height], neighbor
