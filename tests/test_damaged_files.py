@@ -222,6 +222,23 @@ def test_xml_with_entities(check_refused, ending):
     assert "document type" in check_refused(f"laughs.{ending}", LAUGHS)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-16-be", "latin-1"])
+@pytest.mark.parametrize("ending", ["dae", "urdf", "3mf"])
+def test_xml_with_a_document_type_in_any_encoding(check_refused, ending, encoding):
+    for name in {"dae": ["collada"], "3mf": ["lxml"], "urdf": ["yourdfpy"]}[ending]:
+        pytest.importorskip(name, reason="pip install 'spherefunc-bullet[formats]'")
+    root = {"dae": "COLLADA", "urdf": "robot", "3mf": "model"}[ending]
+    declared = encoding.removesuffix("-be")
+    text = f"<?xml version='1.0' encoding='{declared}'?><!DOCTYPE a [<!ENTITY a 'ha'>]><{root}>&a;</{root}>"
+    data = text.encode(encoding) if encoding != "utf-16-be" else b"\xfe\xff" + text.encode(encoding)
+    if ending == "3mf":
+        buffer = io.BytesIO()
+        with zipfile.ZipFile(buffer, "w") as archive:
+            archive.writestr("3D/3dmodel.model", data)
+        data = buffer.getvalue()
+    assert "document type" in check_refused(f"laughs.{ending}", data)
+
+
 def repeated_3mf(levels):
     """Return a 3MF file of objects each of which shows the next twice."""
     resources = "".join(
@@ -261,7 +278,7 @@ def test_urdf_does_not_leave_its_folder(tmp_path, check_refused):
     for name in ("../outside.stl", str(tmp_path / "outside.stl"), "package://../outside.stl", "file:///etc/passwd"):
         shape = f"<visual><geometry><mesh filename='{name}'/></geometry></visual>"
         data = f"<robot name='a'><link name='b'>{shape}</link></robot>"
-        assert "in its own folder" in check_refused("robot/a.urdf", data.encode())
+        assert "in its own folder or its package" in check_refused("robot/a.urdf", data.encode())
 
 
 def test_what_the_extra_would_read_is_said_where_it_is_missing(tmp_path, monkeypatch):

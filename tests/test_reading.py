@@ -10,7 +10,7 @@ from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.settling.records import file_parts
+from spherefunc_bullet.formats.sources import as_source
 
 
 def read(folder, name, data):
@@ -79,7 +79,8 @@ def test_urdf_reads_the_meshes_in_its_folder_and_scales_them(tmp_path, name):
     mesh = f"<mesh filename='{name}' scale='0.001 0.001 0.001'/>"
     robot = f"<robot name='a'><link name='b'><visual><geometry>{mesh}</geometry></visual></link></robot>"
     assert np.allclose(np.ptp(read(tmp_path / "things", "a.urdf", robot).vertices, axis=0), (0.1, 0.2, 0.3))
-    assert file_parts(tmp_path / "things" / "a.urdf")[1:] == [tmp_path / "things" / "meshes" / "top.stl"]
+    _, mesh = as_source(tmp_path / "things" / "a.urdf").parts()
+    assert mesh.path == tmp_path / "things" / "meshes" / "top.stl"
 
 
 @pytest.mark.parametrize("head", ["\n\n  ", "# von Käthe\n\n", "\ufeff"])

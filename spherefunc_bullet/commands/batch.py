@@ -12,7 +12,21 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from .options import BY_FILE, DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
+from .options import (
+    BY_FILE,
+    DEFAULT_METHOD,
+    Backend,
+    Jobs,
+    Json,
+    Method,
+    PackagePath,
+    Radii,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    dropping,
+)
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -46,6 +60,7 @@ def run(
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     jobs: Jobs = -1,
     time_limit: Annotated[
         str | None, typer.Option(help="Of one object, all radii together: 90s, 30min, 2h. Tried twice.")

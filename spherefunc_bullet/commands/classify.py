@@ -14,7 +14,7 @@ import typer
 from ..console import Failures, print_json, progress, say
 from ..errors import InputError, one_line
 from .answer_tables import Row, members_of, print_functions
-from .options import BY_FILE, Json, Units, Up
+from .options import BY_FILE, Json, PackagePath, Units, Up
 
 if TYPE_CHECKING:
     from ..learning.cube_classifier import CubeClassifier
@@ -54,6 +54,7 @@ def classify(
     any_pose: Annotated[bool, typer.Option(help="However it lies: in the best pose for each function.")] = False,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     json: Json = False,
 ):
     """Say what each object is for."""

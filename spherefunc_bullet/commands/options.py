@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,6 +22,15 @@ Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
 Up = Annotated[str, typer.Option(help="Axis that points up: z, -z, y, -y, x, -x, auto; file: y for glTF, else z.")]
 Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
+PackagePath = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--package-path",
+        metavar="DIR",
+        callback=lambda folders: point_to_packages(folders),
+        help="Where the packages are that URDF files name, or one of them; may be repeated. Beside ROS_PACKAGE_PATH.",
+    ),
+]
 Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm; by default the method's.")]
 Method = Annotated[
     str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
@@ -53,6 +64,15 @@ def dropping(
         limit = f"expected spheres of at most {format_length(LARGEST_SPHERE)}, got {format_length(max(lengths))}"
         raise InputError(f"--radii {radii}: {limit}; give a unit, such as 2cm or 2mm")
     return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
+
+
+def point_to_packages(folders: Sequence[Path] | None):
+    """Have this process, and the workers that it starts, look for the packages of URDF files in these folders first."""
+    from ..formats.scenes.packages import PACKAGE_PATH
+
+    if folders:
+        places = [*(str(folder.absolute()) for folder in folders), os.environ.get(PACKAGE_PATH, "")]
+        os.environ[PACKAGE_PATH] = os.pathsep.join(filter(None, places))
 
 
 def simulator_options(shape: str | None) -> dict:

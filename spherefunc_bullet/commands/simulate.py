@@ -12,7 +12,7 @@ from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
 from ..formats.writing import prepare_folder, unused_name, write_bytes
-from .options import BY_FILE, Backend, Json, Seed, Shape, Units, Up, simulator_options
+from .options import BY_FILE, Backend, Json, PackagePath, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -33,6 +33,7 @@ def simulate(
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     json: Json = False,
 ):
     """Drop spheres on each object and say how many settle."""

@@ -12,7 +12,7 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, parse_length
 from .each_file import told_of_files
-from .options import BY_FILE, AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
+from .options import BY_FILE, AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -34,6 +34,7 @@ def stand(
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
     json: Json = False,
 ):

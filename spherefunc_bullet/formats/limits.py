@@ -17,6 +17,7 @@ MAX_TEXT_BYTES = 128 << 20  # of one in text, which takes several times its size
 MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together: a small one can declare any size
 MAX_MEMBERS = 10_000  # of an archive
 MAX_TRIANGLES = 10_000_000
+LONGEST_NAME = 200  # characters of one that no file can have, as messages show it
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
 
 
@@ -28,16 +29,16 @@ def require_file(path: Path, shown: str) -> None:
     shown : str
         What the message calls it.
 
-    Raises
-    ------
-    OSError
-        If it cannot be looked at.
     """
-    if path.is_dir():
+    try:
+        about = path.stat()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(f"{shown}: expected a file, found none; check the path") from error
+    except (OSError, ValueError) as error:  # a name that is too long, or that holds a null byte
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{shown[:LONGEST_NAME]}: cannot be read: {reason}; check the path") from error
+    if stat.S_ISDIR(about.st_mode):
         raise InputError(f"{shown}: expected a file, got a folder; name a file in it")
-    if not path.exists():
-        raise InputError(f"{shown}: expected a file, found none; check the path")
-    about = path.stat()
     if not stat.S_ISREG(about.st_mode):  # a pipe or a device may never end
         raise InputError(f"{shown}: expected an ordinary file, got a pipe or a device; copy it to a file")
     if about.st_size > MAX_FILE_BYTES:
