@@ -181,7 +181,7 @@ def test_what_is_no_finite_point_is_dropped(tmp_path, seen):
 @pytest.mark.parametrize(
     ("topic", "message"),
     [
-        ("/nothing", "expected --topic to be one of /camera/points, got /nothing"),
+        ("/nothing", "expected topic= to be one of /camera/points, got /nothing"),
         ("/image", "got /image of sensor_msgs/msg/CompressedImage"),
     ],
 )
@@ -194,7 +194,7 @@ def test_a_wrong_topic_is_told_which_there_are(bag, topic, message):
 def test_of_several_topics_one_must_be_named(tmp_path, seen):
     recorded = [(topic, CLOUD, BEGIN, lambda m: m.cloud(seen)) for topic in ("/left", "/right")]
     path = write_bag(tmp_path / "two", "sqlite3", recorded)
-    with pytest.raises(InputError, match="two: expected --topic, one of /left, /right"):
+    with pytest.raises(InputError, match="two: expected topic=, one of /left, /right"):
         load_bag(path)
     assert len(load_bag(path, topic="/right")) > 1000
 

@@ -22,7 +22,7 @@ import numpy as np
 import typer
 
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table, run, say
+from spherefunc_bullet.console import print_table, run, say, show
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
@@ -168,7 +168,7 @@ def main(
     with TemporaryDirectory() as folder:
         for case in cases(objects.split(","), Path(folder)):
             print_peers(case, drops)
-    print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
+    show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
 
 
 if __name__ == "__main__":  # the processes that it starts import this file

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from spherefunc_bullet.commands.options import Jobs, Json, RunDir
-from spherefunc_bullet.console import Failures, print_json, print_table
+from spherefunc_bullet.console import Failures, print_json, print_table, show
 from spherefunc_bullet.errors import InputError
 
 if TYPE_CHECKING:
@@ -147,6 +147,6 @@ def print_report(report: Report):
 
     for table in tables(report):
         print_table(f"{table.title}\n", table.columns, table.rows)
-        print()
-    print("\n".join(f"{name}: {value}" for name, value in report["machine"].items()))
-    print(f"\n{report['answer']}")
+        show()
+    show("\n".join(f"{name}: {value}" for name, value in report["machine"].items()))
+    show(f"\n{report['answer']}")

@@ -18,7 +18,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands.answer_tables import Row, print_functions
 from spherefunc_bullet.commands.classify import classified
 from spherefunc_bullet.commands.train import train_on
-from spherefunc_bullet.console import Failures, progress, say
+from spherefunc_bullet.console import Failures, progress, say, show
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
@@ -103,9 +103,9 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         comparison = compare_some(out / "comparison", jobs)
     about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
     print_results(about, results, False, shares)
-    print()
+    show()
     print_functions(rows, model.functions_, False)
-    print(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
+    show(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
@@ -222,4 +222,4 @@ def main():
     parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")
     options = parser.parse_args()
     path = run_demo(options.out, options.backend, options.jobs)
-    print(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")
+    show(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")

@@ -113,7 +113,7 @@ def require_arrived(shape: CollisionShape, body: int, scale: float, client: int)
     if share < 1 - MISSING or np.abs(bounds - expected).max() > SHORT:
         raise InputError(
             f"{shape.name}: expected PyBullet to hold the whole shape of {len(shape.faces):,} faces, "
-            f"{share:.1%} of it was met by rays; try another --shape or a larger radius"
+            f"{share:.1%} of it was met by rays; try another shape= or a larger radius"
         )
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer.core import TyperGroup
 
-from ..console import Failures, print_json, print_table, progress, say
+from ..console import Failures, print_json, print_table, progress, say, show
 from ..errors import InputError
 from .options import (
     BY_FILE,
@@ -153,9 +153,9 @@ def show_status(folder: Path, json: bool):
     else:
         left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
     rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"
-    print(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
+    show(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
     kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
-    print(f"rate {rate}, time left {left}; {kept}")
+    show(f"rate {rate}, time left {left}; {kept}")
     if about["failures"]:
         print_table("Failures", ["object", "outcome", "why"], [list(failure.values()) for failure in about["failures"]])
 

@@ -46,7 +46,6 @@ Restitution = Annotated[float, typer.Option(help="How much bounces back: 0 nothi
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_METHOD = "profile"
-LARGEST_SPHERE = 0.2  # metres of radius: larger ones lie on no seat, and a number without a unit is in metres
 
 
 def dropping(
@@ -54,15 +53,16 @@ def dropping(
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..learning.method import find_method
+    from ..settling.drops import SPHERES
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape))
     way, loading = find_method(method), Loading(up=up, units=units)
     lengths = way.radii if radii is None else parse_lengths(radii)
-    if max(lengths) > LARGEST_SPHERE:
-        limit = f"expected spheres of at most {format_length(LARGEST_SPHERE)}, got {format_length(max(lengths))}"
-        raise InputError(f"--radii {radii}: {limit}; give a unit, such as 2cm or 2mm")
+    if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
+        limits = f"expected spheres of {' to '.join(map(format_length, SPHERES))}, got {format_length(odd[-1])}"
+        raise InputError(f"--radii {radii}: {limits}; give a unit, such as 2cm or 2mm")
     return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
 
 

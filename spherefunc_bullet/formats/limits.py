@@ -9,7 +9,7 @@ import stat
 import zipfile
 from pathlib import Path, PurePosixPath
 
-from ..errors import InputError
+from ..errors import InputError, one_line
 from . import FormatError
 
 MAX_FILE_BYTES = 512 << 20  # of a model or scan, with the files beside it that it names
@@ -21,15 +21,9 @@ LONGEST_NAME = 200  # characters of one that no file can have, as messages show 
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
 
 
-def require_file(path: Path, shown: str) -> None:
-    """Raise InputError for what is no ordinary file, or too large; nothing of it is read.
-
-    Parameters
-    ----------
-    shown : str
-        What the message calls it.
-
-    """
+def require_ordinary(path: Path) -> int:
+    """Return the bytes of a file; raise InputError for what is none, such as a pipe; nothing of it is read."""
+    shown = one_line(path)
     try:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
@@ -41,9 +35,15 @@ def require_file(path: Path, shown: str) -> None:
         raise InputError(f"{shown}: expected a file, got a folder; name a file in it")
     if not stat.S_ISREG(about.st_mode):  # a pipe or a device may never end
         raise InputError(f"{shown}: expected an ordinary file, got a pipe or a device; copy it to a file")
-    if about.st_size > MAX_FILE_BYTES:
-        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {about.st_size >> 20} MiB"
-        raise InputError(f"{shown}: {limit}; simplify it")
+    return about.st_size
+
+
+def require_file(path: Path) -> None:
+    """Raise InputError for what is no ordinary file, or too large; nothing of it is read."""
+    size = require_ordinary(path)
+    if size > MAX_FILE_BYTES:
+        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB"
+        raise InputError(f"{one_line(path)}: {limit}; simplify it")
 
 
 def require_text_size(data: bytes) -> None:

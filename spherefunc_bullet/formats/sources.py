@@ -43,7 +43,7 @@ class Source:
     def data(self) -> bytes:
         """The bytes; InputError if there are none to be had, or they are another format's."""
         shown = one_line(self.path)
-        require_file(self.path, shown)
+        require_file(self.path)
         try:
             data = self.path.read_bytes()
         except OSError as error:
@@ -99,7 +99,7 @@ def _require_total_size(path: Path, named: dict[str, Source]) -> None:
     """Raise InputError for files that are no ordinary ones, or too large together; nothing of them is read."""
     files = {source.path for source in named.values()}
     for file in files:
-        require_file(file, one_line(file))
+        require_file(file)
     total = sum(file.stat().st_size for file in files)
     if total > MAX_FILE_BYTES:
         limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB with the files that it names, got {total >> 20} MiB"

@@ -7,7 +7,8 @@ and is refused with a clear line where those do not fit.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
@@ -19,8 +20,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..formats import FormatError
+from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
+from ..formats.units import format_length
 from ..formats.writing import writing
+from ..settling.drops import SPHERES
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
 from .function_model import FunctionModel
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
+MOST_RADII, MOST_DROPS = 20, 10_000  # of a model, the drops at each radius; a file may be anybody's
 About = dict[str, Any]  # what a model file says of itself, JSON
 Rebuilding = Callable[[About, dict[str, np.ndarray]], FunctionModel]
 
@@ -53,7 +58,8 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     if not scans or not path.is_file():
         path = folder / f"household-{backend}.npz"
     if not path.is_file():
-        raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
+        make_simulator(backend)  # of one that there is none, says which there are
+        raise InputError(f"backend {backend!r}: no model ships for it; train one and give model=")
     return path
 
 
@@ -62,11 +68,17 @@ def save_model(model: CloudClassifier, path: str | Path):
 
     Raises
     ------
+    NotFittedError
+        If it has not learnt yet.
     InputError
         If it is one of forests that are none of `forest`, which only arrays of trees can be kept of.
     """
+    from sklearn.utils.validation import check_is_fitted
+
     from .cube_classifier import CubeClassifier
 
+    check_is_fitted(model, "members_")
+    require_bounds(model.radii, model.length.drops, path)
     simulator = make_simulator(model.simulator)
     about = {
         "format": FORMAT,
@@ -125,7 +137,7 @@ def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) 
     if isinstance(model, FunctionModel):
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
-    return kept_model(path, backend, path.stat().st_mtime_ns if path.is_file() else 0)
+    return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
@@ -160,11 +172,10 @@ def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> Fu
 
 def read_contents(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
     """Return what a model file says about itself, and its arrays."""
+    require_file(Path(path))
     try:
         arrays = read_arrays(path)
         return json.loads(str(arrays["about"])), arrays
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: expected a model file, found nothing of that name") from error
     except FormatError as error:  # larger than a model may be
         raise InputError(f"{path}: {error}") from error
     except DAMAGE as error:
@@ -181,6 +192,8 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
     if backend is not None and about["backend"] != backend:
         raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
+    for method in (about["method"], about.get("early", about)["method"]):
+        require_bounds(about["radii"], int(method["drops"]) if "drops" in method else None, path)
     try:
         simulator = make_simulator(about["backend"], **about["backend_options"])
     except InputError as error:
@@ -190,6 +203,15 @@ def check_about(about: About, path: str | Path, backend: str | None):
             f"{path}: learnt with version {about['backend_version']} of the backend {about['backend']}, "
             f"installed is {simulator.version}; train it again"
         )
+
+
+def require_bounds(radii: Sequence[float], drops: int | None, path: str | Path):
+    """Raise InputError for a model that asks for more than any object is worth: runs of it would not end."""
+    if not (0 < len(radii) <= MOST_RADII and all(SPHERES[0] <= radius <= SPHERES[1] for radius in radii)):
+        wanted = f"1 to {MOST_RADII} radii from {format_length(SPHERES[0])} to {format_length(SPHERES[1])}"
+        raise InputError(f"{path}: expected a model of {wanted}, got {', '.join(map(str, radii[:MOST_RADII]))} m")
+    if drops is not None and not 0 < drops <= MOST_DROPS:
+        raise InputError(f"{path}: expected a model of 1 to {MOST_DROPS:,} drops at each radius, got {drops:,}")
 
 
 def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
