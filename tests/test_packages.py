@@ -14,7 +14,7 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
 
-pytest.importorskip("yourdfpy", reason="pip install 'spherefunc-bullet[formats]'")
+pytest.importorskip("yourdfpy", reason="yourdfpy is not installed: pip install 'spherefunc-bullet[formats]'")
 
 
 def write_mesh(path: Path) -> Path:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from cloud_files import cloud_bytes, mesh_bytes, mug
+from cloud_files import cloud_bytes, mesh_bytes, mug, require_reader
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.freshness import source_stamp
@@ -24,7 +24,6 @@ from spherefunc_bullet.formats.sources import as_source
 from spherefunc_bullet.settling.records import Dropping, object_record
 
 DROPPING = Dropping(simulator="fast", radii=(0.02,))
-EXTRAS = {".dae": ["collada"], ".3mf": ["lxml"], ".urdf": ["yourdfpy"], ".las": ["laspy"], ".laz": ["laspy", "lazrs"]}
 
 
 def robot(mesh: str) -> str:
@@ -79,6 +78,7 @@ def shapes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
 
 @pytest.mark.parametrize("kind", ["gltf", "glb", "urdf", "urdf of gltf"])
 def test_an_object_is_simulated_again_when_a_file_that_it_names_has_changed(tmp_path, kind):
+    require_reader(kind)
     high, low = shapes()
     path = write_object(kind, tmp_path / "model", high)
     unchanged, stamp, first = path.read_bytes(), source_stamp(path), object_record(path, DROPPING)
@@ -129,8 +129,7 @@ def example(kind: str, folder: Path) -> Path:
 @pytest.mark.parametrize("kind", READERS)
 def test_every_file_that_a_reader_opens_is_among_those_that_are_hashed(tmp_path, kind):
     """Also of a format that is added later: it is read here because it is in the table of readers."""
-    for name in EXTRAS.get(kind, []):
-        pytest.importorskip(name, reason="pip install 'spherefunc-bullet[formats]'")
+    require_reader(kind)
     path = example(kind, tmp_path)
     OPENED.clear()
     read_geometry(path)
@@ -141,8 +140,7 @@ def test_every_file_that_a_reader_opens_is_among_those_that_are_hashed(tmp_path,
 @pytest.mark.parametrize("kind", READERS)
 def test_an_object_is_read_of_the_bytes_that_were_hashed(tmp_path, kind):
     """Without a second look at the disk, where another file may stand by now; a source travels with its content."""
-    for name in EXTRAS.get(kind, []):
-        pytest.importorskip(name, reason="pip install 'spherefunc-bullet[formats]'")
+    require_reader(kind)
     path = example(kind, tmp_path)
     there, source = read_geometry(path), as_source(path)
     content = DROPPING.content_hash(source)
