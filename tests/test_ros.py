@@ -272,6 +272,18 @@ def test_messages_that_contradict_themselves_are_refused(changes, message):
         points_of(Messages(ros1=False).cloud(np.zeros((40, 3)), **changes))
 
 
+@pytest.mark.parametrize("name", ["x", "y", "z", "rgb"])
+def test_fields_of_a_type_that_there_is_not(name):
+    cloud = Messages(ros1=False).cloud(np.zeros((40, 3)))
+    for field in cloud.fields:
+        field.datatype = 99 if field.name == name else field.datatype
+    if name == "rgb":
+        assert colours_of(cloud) is None and len(points_of(cloud)) == 40
+    else:
+        with pytest.raises(InputError, match=f"expected {name} of a datatype from 1 to 8, got 99"):
+            points_of(cloud)
+
+
 def test_frames_lead_to_the_first_level_one_at_the_time():
     messages, tree = Messages(ros1=False), FrameTree()
     shifted = [np.eye(4) for _ in range(2)]

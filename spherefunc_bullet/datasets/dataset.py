@@ -150,7 +150,10 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
 
 def lies_below(folder: Path, path: Path) -> bool:
     """Return whether a path leads to a place below a folder, all links followed."""
-    return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
+    try:
+        return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
+    except ValueError:  # a null byte in a name
+        return False
 
 
 def parse_functions(text: str) -> frozenset[str]:
