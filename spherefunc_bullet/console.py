@@ -25,12 +25,12 @@ _AS_TEXT = {code: ascii(chr(code))[1:-1] for code in [*_OBEYED, *range(0xD800, 0
 
 
 def printable(text: str) -> str:
-    """Return a text with what a terminal would obey written out.
+    r"""Return a text with what a terminal would obey written out.
 
     Examples
     --------
     >>> print(printable("a\x1b[31m cup"))
-    a\\x1b[31m cup
+    a\x1b[31m cup
     """
     return text.translate(_AS_TEXT)
 

@@ -52,8 +52,8 @@ def dropping(
     backend: str, shape: str | None, radii: str | None, seed: int, up: str, units: str, method: str = DEFAULT_METHOD
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
+    from ..learning.bounds import SPHERES
     from ..learning.method import find_method
-    from ..settling.drops import SPHERES
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
@@ -22,11 +22,10 @@ from ..errors import InputError
 from ..formats import FormatError
 from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
-from ..formats.units import format_length
 from ..formats.writing import writing
-from ..settling.drops import SPHERES
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
+from .bounds import require_bounds
 from .function_model import FunctionModel
 from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
-MOST_RADII, MOST_DROPS = 20, 10_000  # of a model, the drops at each radius; a file may be anybody's
 About = dict[str, Any]  # what a model file says of itself, JSON
 Rebuilding = Callable[[About, dict[str, np.ndarray]], FunctionModel]
 
@@ -203,15 +201,6 @@ def check_about(about: About, path: str | Path, backend: str | None):
             f"{path}: learnt with version {about['backend_version']} of the backend {about['backend']}, "
             f"installed is {simulator.version}; train it again"
         )
-
-
-def require_bounds(radii: Sequence[float], drops: int | None, path: str | Path):
-    """Raise InputError for a model that asks for more than any object is worth: runs of it would not end."""
-    if not (0 < len(radii) <= MOST_RADII and all(SPHERES[0] <= radius <= SPHERES[1] for radius in radii)):
-        wanted = f"1 to {MOST_RADII} radii from {format_length(SPHERES[0])} to {format_length(SPHERES[1])}"
-        raise InputError(f"{path}: expected a model of {wanted}, got {', '.join(map(str, radii[:MOST_RADII]))} m")
-    if drops is not None and not 0 < drops <= MOST_DROPS:
-        raise InputError(f"{path}: expected a model of 1 to {MOST_DROPS:,} drops at each radius, got {drops:,}")
 
 
 def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:

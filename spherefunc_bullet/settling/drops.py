@@ -17,7 +17,6 @@ WIDTH = 6
 ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others that is NaN too
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
 EARLY_DROPS = 40  # at each radius, of which most objects need no more to be told (compare/evaluation/stopping.py)
-SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are told by: larger ones lie on no seat
 NO_DROPS = np.empty((0, WIDTH), np.float32)
 
 
