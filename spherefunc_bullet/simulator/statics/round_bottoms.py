@@ -14,6 +14,8 @@ import numpy as np
 from .facets import TURN_DEG, Facets
 
 ALIKE = 4.0  # times as large as the faces around it: what is larger is a foot, and no face that a mesh has made
+CLEAR = 1 / 3  # of the largest turn at a bottom: what turns less is an unevenness
+RIM = 0.6  # of the farthest corner around: a bottom that turns only farther out than that is flat
 FEWEST = 10  # corners: a polynomial of six terms fits six of them however they lie
 FLATTEST = 3.0  # extents, the radius of curvature: what is flatter is a foot that is not quite level
 MISFIT = 0.01  # of the radius of curvature: corners are no farther, root mean square, from the surface that was meant
@@ -39,6 +41,7 @@ class Nearest:
     rise: float  # share of the radius of curvature by which the centre of mass is below its centre, where that is least
     radius: float  # of the sphere that fits the surface best, extents
     misfit: float  # of the radius: how far corners are from the surface, root mean square
+    roughness: float  # the same, from the sphere
 
 
 def rest_at(facets: Facets, facet: int) -> Rest:
@@ -48,16 +51,17 @@ def rest_at(facets: Facets, facet: int) -> Rest:
         return Rest(down=lying.down, flat=False, rolls=True)
     own = bottom_of(facets, facet)
     around = grown(facets, own)
-    if len(around) == len(own) or is_foot(facets, own, around):
+    farther = grown(facets, around)
+    if len(around) == len(own) or is_foot(facets, own, around) or has_even_middle(facets, own, farther):
         return lying  # the tip of a cone, too, on which nothing stands
-    corners = facets.corners[np.unique(facets.triangles[grown(facets, around)])]
+    corners = facets.corners[np.unique(facets.triangles[farther])]
     surface = nearest_surface(corners, facets.normals[own].mean(axis=0))
     if len(corners) < FEWEST or surface.radius > FLATTEST or surface.misfit > MISFIT:
         return lying
-    if surface.rise < NEUTRAL:
+    if abs(surface.rise) < NEUTRAL and surface.roughness < MISFIT:  # a ball; what else wanders has been found
         return Rest(down=lying.down, flat=False, rolls=True)
     near = (facets.normals[own] @ surface.down).max() > np.cos(np.radians(TURN_DEG / 2))
-    return Rest(down=surface.down, flat=False) if near else lying
+    return Rest(down=surface.down, flat=False) if near and surface.rise >= NEUTRAL else lying
 
 
 def wanders(facets: Facets, rest: int) -> bool:
@@ -76,9 +80,10 @@ def wanders(facets: Facets, rest: int) -> bool:
 
 
 def bottom_of(facets: Facets, facet: int) -> np.ndarray:
-    """Return the facets (K,) of the round bottom of which one facet is a part: those no far turn from its lowest."""
+    """Return the facets (K,) of the round bottom of which one facet is a part: those no far turn from the lowest near."""
     rests = facets.stable[facets.bottoms[facets.stable] == facets.bottoms[facet]]
-    lowest = rests[facets.heights[rests].argmin()]
+    close = rests[facets.normals[rests] @ facets.normals[facet] > np.cos(np.radians(TURN_DEG))]
+    lowest = close[facets.heights[close].argmin()]
     near = facets.normals[rests] @ facets.normals[lowest] > np.cos(np.radians(TURN_DEG))
     return np.flatnonzero(np.isin(facets.faces, facets.faces[rests[near]]))
 
@@ -94,6 +99,21 @@ def is_foot(facets: Facets, own: np.ndarray, around: np.ndarray) -> bool:
     """Return whether one of the faces on which a body can rest, of facets (K,), is a foot: larger than those around."""
     others = np.setdiff1d(facets.faces[around], facets.faces[own])
     return bool(facets.face_areas[facets.faces[own]].max() > ALIKE * np.median(facets.face_areas[others]))
+
+
+def has_even_middle(facets: Facets, own: np.ndarray, around: np.ndarray) -> bool:
+    """Return whether facets (K,) turn only at the rim of a bottom, as those of a foot do that is not quite level."""
+    lowest = own[facets.heights[own].argmin()]
+    middle = facets.normals[lowest] * facets.heights[lowest]
+    turns = np.einsum("ksi,ki->ks", facets.normals[facets.neighbors[around]], facets.normals[around])
+    turns = np.where(turns > np.cos(np.radians(TURN_DEG)), np.arccos(np.clip(turns, -1, 1)), 0.0)
+    rows, sides = np.nonzero(turns > CLEAR * turns.max())
+    start, end = (facets.corners[facets.triangles[around[rows], (sides + k) % 3]] for k in (1, 2))
+    along = end - start
+    share = np.einsum("ei,ei->e", middle - start, along) / np.maximum(np.einsum("ei,ei->e", along, along), 1e-300)
+    nearest = np.linalg.norm(start + np.clip(share, 0, 1)[:, None] * along - middle, axis=1).min()
+    farthest = np.linalg.norm(facets.corners[facets.triangles[around]] - middle, axis=2).max()
+    return bool(nearest > RIM * farthest)
 
 
 def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> Nearest:
@@ -123,4 +143,4 @@ def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> Nearest:
     along = 1 - at @ at / 2
     down = middle + radius * (along * frame[0] + np.sqrt((1 + along) / 2) * at @ frame[1:])
     rise = float(np.linalg.eigvalsh(bend)[0]) / 2
-    return Nearest(down=down / np.linalg.norm(down), rise=rise, radius=float(radius), misfit=float(misfit))
+    return Nearest(down=down / np.linalg.norm(down), rise=rise, radius=float(radius), misfit=float(misfit), roughness=float(reach.std() / radius))
