@@ -23,6 +23,7 @@ from .surfaces import Surface, rise_over
 GROUND = "ground"
 CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are exact
 SAMPLED = 0.5  # of the spacing, the same where points alone tell
+NEAR = 0.05  # metres above a contact: what is so near tells which of the two is above, a shelf's next board does not
 GIVEN = 0.005  # metres: a height that was typed may leave as much below an object
 
 
@@ -77,15 +78,17 @@ def touching(*surfaces: Surface) -> float:
 def contacts_over(thing: PlacedThing, other: PlacedThing) -> tuple[np.ndarray, np.ndarray]:
     """Return places (N, 3) where an object is above another, and how far, (N,) metres; none where it is not its upper.
 
-    Where the two touch, either could stand on the other: the upper one is above the other at more places.
+    Where the two touch, either could stand on the other: the upper one is above the other at more places. If
+    that is a draw, as of rims that meet, its middle is higher.
     """
     places, gaps = gaps_over(thing.surface, other.surface)
     if not (gaps <= GIVEN).any():
         return places, gaps
     slack = touching(thing.surface, other.surface)
-    beneath = (gaps_over(other.surface, thing.surface)[1] > slack).sum() > (gaps > slack).sum()
-    none = beneath or crossing(thing, other) is not None
-    return (np.empty((0, 3)), np.empty(0)) if none else (places, gaps)
+    others = gaps_over(other.surface, thing.surface)[1]
+    own, its = ((int(((part > slack) & (part < NEAR)).sum()), one.surface.height) for part, one in ((gaps, thing), (others, other)))
+    carried = own > its and crossing(thing, other) is None
+    return (places, gaps) if carried else (np.empty((0, 3)), np.empty(0))
 
 
 def gaps_over(upper: Surface, lower: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +109,7 @@ def set_down(thing: PlacedThing, others: Sequence[PlacedThing]) -> PlacedThing:
     """Return an object that was let down from above, until one of the others or the ground carries it."""
     low = thing.at(0.0)
     rises = [rise_over(low.surface, other.surface) for other in others]
-    return thing.at(max([-float(low.surface.bounds[0, 2]), *rises]))
+    return thing.at(max(0.0, -float(low.surface.bounds[0, 2]), *rises))
 
 
 def require_carried(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:

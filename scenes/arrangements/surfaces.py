@@ -18,9 +18,11 @@ from spherefunc_bullet.clouds.cloud import Cloud
 if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene
 
-NEIGHBORS = 12  # of a point that tell how its surface slopes
-FLAT = 0.06  # share of their variance across it: a wall of 3 mm whose sides are sampled every 5 mm is still flat
+NEIGHBORS = 16  # of a point that tell how its surface slopes, with those on the far side of a wall
+ASIDE = 0.4  # spacings from a plane: what is farther is on another side
+FLAT, WIDE = 0.03, 0.1  # shares of the variance across a patch, at most, and along its narrower side, at least
 HALF_SIDE = 0.6  # spacings, of the squares: they leave little open between points that are not quite even
+ASKEW = np.array([0.9e-6, 0.5e-6, 0.0])  # metres: edges that lie over each other, as those of equal cups, do not cross
 ROUNDS = 50  # at most, in which edges are lifted over those that they cross
 BEYOND = 1.0  # metres above or below everything, from where surfaces are looked at
 
@@ -47,6 +49,11 @@ class Surface:
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner of its box, (2, 3)."""
         return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @cached_property
+    def height(self) -> float:
+        """The height of its middle, metres."""
+        return float(self.bounds[:, 2].mean())
 
     @cached_property
     def scene(self) -> RaycastingScene:
@@ -77,16 +84,31 @@ def surface_of(cloud: Cloud) -> Surface:
 
 
 def squares_about(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
-    """Return a square about each point of a cloud where its neighbours are flat, as vertices (V, 3) and faces (F, 3)."""
+    """Return a square about each point of a cloud where it is flat, as vertices (V, 3) and faces (F, 3).
+
+    The far side of a wall may be as near as the next point on this side: a plane is laid through the neighbours, and
+    then through those that are near the first plane.
+    """
+    spacing = cloud.spacing
     _, near = cloud.tree.query(cloud.points, k=min(NEIGHBORS, len(cloud.points)))
-    arms = cloud.points[near] - cloud.points[near].mean(axis=1, keepdims=True)
-    variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", arms, arms))
-    flat = variances[:, 0] < FLAT * variances.sum(axis=1)
-    middles, sides = cloud.points[flat], HALF_SIDE * cloud.spacing * axes[flat][:, :, 1:]
+    arms = cloud.points[near] - cloud.points[:, None]
+    _, axes = spread(arms, np.ones(near.shape, bool))
+    side = np.abs(np.einsum("nki,ni->nk", arms, axes[:, :, 0])) < ASIDE * spacing
+    variances, axes = spread(arms, side)
+    shares = variances / np.maximum(variances.sum(axis=1, keepdims=True), 1e-30)
+    flat = (shares[:, 0] < FLAT) & (shares[:, 1] > WIDE)
+    sides = HALF_SIDE * spacing * axes[flat][:, :, 1:]
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    corners = middles[:, None] + np.einsum("nik,ck->nci", sides, signs)
-    starts = 4 * np.arange(len(middles))[:, None, None]
+    corners = cloud.points[flat][:, None] + np.einsum("nik,ck->nci", sides, signs)
+    starts = 4 * np.arange(len(corners))[:, None, None]
     return corners.reshape(-1, 3), (starts + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+
+
+def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the variances (N, 3), ascending, and axes (N, 3, 3) of some of the arms (N, K, 3) to neighbours."""
+    some = arms * which[..., None]
+    off = (arms - (some.sum(axis=1) / which.sum(axis=1)[:, None])[:, None]) * which[..., None]
+    return np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))
 
 
 def scene_of(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
@@ -139,7 +161,7 @@ def edges_over(upper: Surface, lower: Surface, rise: float) -> float:
         return rise
     depth = np.ptp(np.concatenate([passing, hanging])[..., 2]) + BEYOND
     scene = scene_of(*curtains(hanging, depth))
-    start, way = passing[:, 0], passing[:, 1] - passing[:, 0]
+    start, way = passing[:, 0] + ASKEW, passing[:, 1] - passing[:, 0]
     lifted = 0.0
     for _ in range(ROUNDS):
         met = cast(scene, start + [0, 0, lifted], way)
@@ -168,7 +190,7 @@ def curtains(edges: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def heights_on(edges: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return how high edges (N, 2, 3) are over places (N, 3) that they pass in plan view, (N,) metres."""
+    """Return how high edges (N, 2, 3) are over places (N, 3) in plan view, (N,) metres; minus infinity beside."""
     along = edges[:, 1] - edges[:, 0]
     share = ((places - edges[:, 0])[:, :2] * along[:, :2]).sum(axis=1) / (along[:, :2] ** 2).sum(axis=1)
-    return edges[:, 0, 2] + np.clip(share, 0, 1) * along[:, 2]
+    return np.where(np.abs(share - 0.5) < 0.501, edges[:, 0, 2] + share * along[:, 2], -np.inf)
