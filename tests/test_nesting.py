@@ -53,7 +53,7 @@ def carriers(placed) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize("wall", [0.002, 0.004])
 @pytest.mark.parametrize("half_deg", [3, 5, 10, 20])
 def test_equal_cups_nest_by_their_walls(half_deg, wall):
-    """The one goes down until its wall, as thick along the ground, lies on the other's: wall / tan of half the angle."""
+    """One goes down until its wall, as thick along the ground, lies on the other's: wall / tan of half the angle."""
     placed = put(*[cup(half_deg, wall=wall)] * 2)
     assert placed[1].height == pytest.approx(wall / np.tan(np.radians(half_deg)), abs=EXACT)
     assert carriers(placed) == [(GROUND,), ("object 0",)]

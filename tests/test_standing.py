@@ -90,7 +90,8 @@ def test_a_load_tips_where_moments_about_the_edge_say(simulator):
 
 def round_pedestal(top: float = 0.3, foot: float = 0.06, height: float = 1.1) -> Cloud:
     """Return a round top on a slender column, radii in metres."""
-    column, plate = (trimesh.creation.cylinder(radius, tall, sections=48) for radius, tall in ((foot, height), (top, 0.02)))
+    sizes = ((foot, height), (top, 0.02))
+    column, plate = (trimesh.creation.cylinder(radius, tall, sections=48) for radius, tall in sizes)
     return cloud_of(trimesh.util.concatenate([column, plate.apply_translation([0, 0, height / 2])]))
 
 

@@ -23,7 +23,8 @@ from .surfaces import Surface, rise_over
 GROUND = "ground"
 CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are exact
 SAMPLED = 0.5  # of the spacing, the same where points alone tell
-NEAR = 0.05  # metres above a contact: what is so near tells which of the two is above, a shelf's next board does not
+NEAR = (0.005, 0.01, 0.02, 0.05, 1.0)  # metres above contacts: the nearest tells who is above, no shelf's next board
+CLEARLY = 2  # times as many places
 GIVEN = 0.005  # metres: a height that was typed may leave as much below an object
 
 
@@ -76,19 +77,29 @@ def touching(*surfaces: Surface) -> float:
 
 
 def contacts_over(thing: PlacedThing, other: PlacedThing) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (N, 3) where an object is above another, and how far, (N,) metres; none where it is not its upper.
+    """Return places (N, 3) where an object is above another, and how far, (N,) metres.
 
-    Where the two touch, either could stand on the other: the upper one is above the other at more places. If
-    that is a draw, as of rims that meet, its middle is higher.
+    None where the two touch, and the other is the upper one or they interpenetrate.
     """
     places, gaps = gaps_over(thing.surface, other.surface)
     if not (gaps <= GIVEN).any():
         return places, gaps
-    slack = touching(thing.surface, other.surface)
-    others = gaps_over(other.surface, thing.surface)[1]
-    own, its = ((int(((part > slack) & (part < NEAR)).sum()), one.surface.height) for part, one in ((gaps, thing), (others, other)))
-    carried = own > its and crossing(thing, other) is None
+    carried = is_above(thing.surface, other.surface) and crossing(thing, other) is None
     return (places, gaps) if carried else (np.empty((0, 3)), np.empty(0))
+
+
+def is_above(one: Surface, other: Surface) -> bool:
+    """Return whether of two surfaces that touch the one is the upper: close to where they do, it is above the other.
+
+    If neither is, as of boxes of one size, its middle is higher.
+    """
+    least = max(SUNK, touching(one, other))
+    own, others = (gaps_over(*pair)[1] for pair in ((one, other), (other, one)))
+    for reach in NEAR:
+        counts = [int(((part > least) & (part < least + reach)).sum()) for part in (own, others)]
+        if max(counts) > CLEARLY * min(counts):
+            return counts[0] > counts[1]
+    return one.height > other.height
 
 
 def gaps_over(upper: Surface, lower: Surface) -> tuple[np.ndarray, np.ndarray]:
@@ -123,7 +134,7 @@ def require_carried(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
     feet = feet_over(thing, others)
     if feet.nearest > GIVEN:
         pierced = [other.name for other in others if crossing(thing, other) is not None]
-        gap = f"nothing for {format_length(round(feet.nearest, 3))} below it" if np.isfinite(feet.nearest) else "nothing"
+        gap = f"nothing for {format_length(round(feet.nearest, 3))} below it"
         gap += f", and what it interpenetrates ({', '.join(pierced)}) carries nothing" if pierced else ""
         raise InputError(
             f"{thing.name}: expected something that carries it at {thing.height:g} m, got {gap}; "

@@ -154,7 +154,8 @@ def edges_over(upper: Surface, lower: Surface, rise: float) -> float:
     too low.
     """
     passing, hanging = upper.edges + [0, 0, rise], lower.edges
-    low, high = np.maximum(upper.bounds[0, :2], lower.bounds[0, :2]), np.minimum(upper.bounds[1, :2], lower.bounds[1, :2])
+    low = np.maximum(upper.bounds[0, :2], lower.bounds[0, :2])
+    high = np.minimum(upper.bounds[1, :2], lower.bounds[1, :2])
     passing = passing[within(passing, low, high) & (passing[..., 2].min(axis=1) < lower.bounds[1, 2])]
     hanging = hanging[within(hanging, low, high)]
     if not len(passing) or not len(hanging):

@@ -114,7 +114,8 @@ def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
         tilt = f"{result.tilt_deg:.1f}°" if math.isfinite(result.tilt_deg) else ""
         margin = format_length(round(result.margin, 3)) if math.isfinite(result.margin) else "none"
         share = "" if result.share is None else f"{result.share:.2f}"
-        table.append([file.name, str(result.stance), tilt, format_mass(result.mass), margin, share, result.tipping_words])
+        mass, words = format_mass(result.mass), result.tipping_words
+        table.append([file.name, str(result.stance), tilt, mass, margin, share, words])
     if table:
-        title = f"Do they stand, and carry {load:g} kg where spheres came to rest?"
-        print_table(title, ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"], table)
+        head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
+        print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)

@@ -80,7 +80,7 @@ def wanders(facets: Facets, rest: int) -> bool:
 
 
 def bottom_of(facets: Facets, facet: int) -> np.ndarray:
-    """Return the facets (K,) of the round bottom of which one facet is a part: those no far turn from the lowest near."""
+    """Return the facets (K,) of the round bottom of which one is a part: those no far turn from the lowest near it."""
     rests = facets.stable[facets.bottoms[facets.stable] == facets.bottoms[facet]]
     close = rests[facets.normals[rests] @ facets.normals[facet] > np.cos(np.radians(TURN_DEG))]
     lowest = close[facets.heights[close].argmin()]
@@ -143,4 +143,6 @@ def nearest_surface(corners: np.ndarray, toward: np.ndarray) -> Nearest:
     along = 1 - at @ at / 2
     down = middle + radius * (along * frame[0] + np.sqrt((1 + along) / 2) * at @ frame[1:])
     rise = float(np.linalg.eigvalsh(bend)[0]) / 2
-    return Nearest(down=down / np.linalg.norm(down), rise=rise, radius=float(radius), misfit=float(misfit), roughness=float(reach.std() / radius))
+    roughness = float(reach.std() / radius)
+    down = down / np.linalg.norm(down)
+    return Nearest(down=down, rise=rise, radius=float(radius), misfit=float(misfit), roughness=roughness)
