@@ -77,7 +77,7 @@ class FastSimulator(FastOptions):
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Return by statics whether a cloud's object stands (see `TellsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
-        from spherefunc_bullet.simulator.statics.standing import stand, stood
+        from spherefunc_bullet.simulator.statics.standing import stood
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, lambda bodies: [stand(one, settings) for one in bodies], provenance)
+        return stood(body, places, settings, provenance)

@@ -119,13 +119,13 @@ class BulletSimulator(Physics):
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Let an object go where it stands, and under a load at each place (see `TellsStance.stands`)."""
+        """Return by statics whether an object stands; let it go where that is not exact (see `TellsStance.stands`)."""
         from ..simulator.statics.body import body_of
         from ..simulator.statics.standing import stood
         from .bodies.standing import let_go
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, lambda bodies: let_go(bodies, settings), provenance)
+        return stood(body, places, settings, provenance, lambda bodies: let_go(bodies, settings))
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
