@@ -17,8 +17,8 @@ def print_json(value: object):
 
 
 def say(line: str):
-    """Print a line on stderr."""
-    print(line, file=sys.stderr)
+    """Print a line on stderr, in one piece: other processes may write there at the same time."""
+    sys.stderr.write(f"{line}\n")
 
 
 def log_on_stderr(level: int = logging.INFO):
@@ -83,7 +83,7 @@ class Failures:
 
 def fail(error: InputError) -> int:
     """Print a user's mistake on stderr and return its exit code."""
-    print(f"spherefunc: {one_line(error)}", file=sys.stderr)
+    say(f"spherefunc: {one_line(error)}")
     return 2
 
 
