@@ -10,6 +10,8 @@ from typing import Any
 
 from .errors import InputError, one_line
 
+_shown: list[str] = []  # the bar on the terminal, which has room for one
+
 
 def print_json(value: object):
     """Print a value as JSON on stdout."""
@@ -29,14 +31,18 @@ def log_on_stderr(level: int = logging.INFO):
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:
-    """Pass items on and show how far it is, on a terminal only."""
-    if not sys.stderr.isatty():
+    """Pass items on and show how far it is, on a terminal only, and not within a stage that shows that already."""
+    if _shown or not sys.stderr.isatty():
         yield from items
         return
     from rich.console import Console
     from rich.progress import track
 
-    yield from track(items, description=doing, total=total, console=Console(stderr=True), transient=True)
+    _shown.append(doing)
+    try:
+        yield from track(items, description=doing, total=total, console=Console(stderr=True), transient=True)
+    finally:
+        _shown.remove(doing)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):

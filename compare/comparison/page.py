@@ -20,6 +20,7 @@ from . import tables
 from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Display, clearest, disagreements, displays_of
 from .entries import Comparison
+from .evaluations import RADIUS_TRIALS
 from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
@@ -100,7 +101,8 @@ def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:
     beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is better."
     words, table = beaten if behind else "", html_table(tables.radius_table(report))
     return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
-together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres.
+together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres, over
+the first {RADIUS_TRIALS} trials at most where drops are read as resting profiles.
 Nothing beats what lies on the grey line in both.{escape(words)}</p>
 {drawing(accuracy_chart(report), "F-measure against seconds per object, one panel per function")}
 <details><summary>The numbers: each radius alone</summary>{table}</details></section>"""

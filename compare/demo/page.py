@@ -180,7 +180,7 @@ def comparison_section(comparison: Report) -> str:
     chosen = recommendations(comparison)
     sentences = f"<b>{escape(recommendation_sentence(chosen))}</b> {escape(comparison['answer'])}"
     return f"""<section><h2>By geometry or by physics?</h2><p>Two simulators dropped spheres on
-{comparison["objects"]} of the objects: {sentences}</p>{recommendation_table(comparison, chosen)}
+the same {comparison["objects"]} objects: {sentences}</p>{recommendation_table(comparison, chosen)}
 <p><a href="comparison/report.html">The whole comparison</a>, with objects to turn about.</p></section>"""
 
 
