@@ -89,6 +89,14 @@ def test_code_of_older_sources_is_removed(kernels, tmp_path):
     assert len(kept) == 1 and not kept & set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
 
 
+def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path, monkeypatch):
+    kernels()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
+    assert kernels() == (5, False)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert kernels() == (5, True)
+
+
 def test_every_file_with_kernels_has_them_kept_so():
     for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
         for file in (REPOSITORY / folder).rglob("*.py"):

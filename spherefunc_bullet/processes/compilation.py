@@ -51,11 +51,11 @@ def njit(function: Callable | None = None, *, cache: bool = False, **options: An
 def folder_of(module: str) -> Path:
     """Return where the code of a module's kernels is kept; beside the module that of older sources is removed."""
     file = Path(sys.modules[module].__file__)
-    beside, name = file.parent / "__pycache__", f"{KEPT}-{file.stem}-"
-    folder = home_of(beside) / f"{name}{decided_by(module)[:16]}"
-    for other in set(beside.glob(f"{name}*")) - {folder}:
-        shutil.rmtree(other, ignore_errors=True)
-    return folder
+    beside, name = file.parent / "__pycache__", f"{KEPT}-{file.stem}-{decided_by(module)[:16]}"
+    for other in beside.glob(f"{KEPT}-{file.stem}-*"):
+        if other.name != name:
+            shutil.rmtree(other, ignore_errors=True)
+    return home_of(beside) / name
 
 
 def home_of(beside: Path) -> Path:
