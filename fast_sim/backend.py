@@ -36,14 +36,8 @@ class FastSimulator(FastOptions):
         InputError
             If the sphere is larger than the object.
         """
-        from spherefunc_bullet.processes.compilation import prepare
-
         from .drop_run import DropRun
-        from .dropping import drop_spheres
-        from .grid import find_nearest, mark_near_points
-        from .sorting import sort_by_cell
 
-        prepare(drop_spheres, sort_by_cell, find_nearest, mark_near_points)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         kept = cloud.once("the short run of each radius by fast", dict[float, DropRun])

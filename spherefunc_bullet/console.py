@@ -15,6 +15,7 @@ from typing import Any
 
 from .errors import InputError, one_line
 
+_shown: list[str] = []  # the bar on the terminal, which has room for one
 # What errors of the library call as arguments in Python: the same words are options here, see `as_options`.
 _ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale")
 _ARGUMENT = re.compile(rf'\b({"|".join(_ARGUMENTS)})=(?:"([^"]*)"|(?=[\s,;.:)]|$))')
@@ -62,7 +63,7 @@ def print_json(value: object):
 
 
 def say(line: str):
-    """Print a line on stderr."""
+    """Print a line on stderr, in one piece: other processes may write there at the same time."""
     sys.stderr.write(f"{printable(as_options(line))}\n")
 
 
@@ -81,16 +82,20 @@ def log_on_stderr(level: int = logging.INFO):
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:
-    """Pass items on and show how far it is, on a terminal only."""
-    if not sys.stderr.isatty():
+    """Pass items on and show how far it is, on a terminal only, and not within a stage that shows that already."""
+    if _shown or not sys.stderr.isatty():
         yield from items
         return
     from rich.console import Console
     from rich.markup import escape
     from rich.progress import track
 
+    _shown.append(doing)
     shown = {"description": escape(printable(doing)), "console": Console(stderr=True), "transient": True}
-    yield from track(items, total=total, **shown)
+    try:
+        yield from track(items, total=total, **shown)
+    finally:
+        _shown.remove(doing)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):

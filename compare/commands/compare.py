@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from spherefunc_bullet.commands.batch import INTERRUPTED
 from spherefunc_bullet.commands.options import Jobs, Json, RunDir
-from spherefunc_bullet.console import Failures, print_json, print_table, show
+from spherefunc_bullet.console import Failures, print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 
 if TYPE_CHECKING:
@@ -80,12 +82,13 @@ def compare(
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
-    experiment = repeatable(experiment, comparison)
-    shares = None
-    if experiment.copied:
-        shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
-    figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
+    with going_on(run):
+        comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
+        experiment = repeatable(experiment, comparison)
+        shares = None
+        if experiment.copied:
+            shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
+        figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
     if report is not None:
         if shares:
             draw_impaired(shares, report / IMPAIRED)
@@ -95,6 +98,17 @@ def compare(
     else:
         print_report(figures)
     failures.exit()
+
+
+@contextmanager
+def going_on(run: Path | None) -> Iterator[None]:
+    """Say, where the user interrupts what is within, what is kept and how it goes on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        where = "the cache" if run is None else str(run)
+        say(f"spherefunc: stopped; every run that ended is kept in {where}, the same command goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:

@@ -31,7 +31,7 @@ from spherefunc_bullet.settling.records import Dropping, Loading
 from .features import SPHERES
 from .profiled import Profiled
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import readings, spheres_read
+from .readings import Reading, readings, spheres_read
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
@@ -111,13 +111,25 @@ def impaired_shares(
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
-    said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
+    said, held = {}, {}
+    for name, read in asked.items():
+        said[name], held[name] = said_put_down(read, alone)
     for name, read in asked.items():
         if isinstance(read, Profiled):
             said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)
             if baselines and read.fallen is not None:
-                said[name + HELD] = [trial.predicted for trial in replace(read, fallen=None).trials(alone)]
+                said[name + HELD] = held[name]
     return shares_of(impaired, splits, said)
+
+
+def said_put_down(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return what is said of copies, and what was if none fell over: learnt once for both."""
+    fallen = read.fallen if isinstance(read, Profiled) else None
+    trials = (read if fallen is None else replace(read, fallen=None)).trials(alone)
+    held = [trial.predicted for trial in trials]
+    if fallen is None:
+        return held, held
+    return [said & ~fallen[trial.rows, None] for said, trial in zip(held, trials, strict=True)], held
 
 
 def impaired_copies(

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
-from ..processes.compilation import prepare
 from ..simulator import DropResult, DropSettings, Stop, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
@@ -90,7 +89,6 @@ class BulletSimulator(Physics):
         from .world import World
 
         kind = self.kind_for(cloud, settings.radius)
-        prepare_kernels(kind)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         shape = collision_shape(cloud, settings.radius, kind, self.voxel_size)
@@ -152,21 +150,3 @@ class BulletSimulator(Physics):
         """
         result = self.drop(cloud, DropSettings(radius=radius, max_spheres=settings.spheres), seed)
         return result.centers[: max(1, result.settled // 2)] if result.stop == Stop.MISSES else result.centers
-
-
-def prepare_kernels(kind: str):
-    """Make sure that the kernels that a kind of shape needs are compiled from today's sources."""
-    from .collision.cuts import bare_centers, chain, count_inside, of_faces, standing_out
-    from .collision.sides import bending, grow
-    from .collision.triangulation import span_faces
-    from .collision.voxels import represent
-    from .columns import cell_of, height_on_points, height_on_spheres, in_cells, is_clear
-    from .flights import first_apart, judge_flights
-
-    kernels = [cell_of, first_apart, height_on_points, height_on_spheres, in_cells, is_clear, judge_flights]
-    if kind != "mesh":
-        kernels += [span_faces, represent]
-    if kind == "compound":
-        kernels += [grow, bending, chain, standing_out, bare_centers, of_faces, count_inside]
-    for kernel in kernels:
-        prepare(kernel)

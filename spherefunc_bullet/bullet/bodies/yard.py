@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Matter
 from ...simulator.statics.body import Body
-from ..engine import pybullet, quiet
+from ..engine import pybullet
 
 STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
 SUB_STEPS = 5  # between two looks
@@ -63,8 +63,7 @@ class Yard:
 
     def __init__(self, matter: Matter):
         p = pybullet()
-        with quiet():
-            self.client = p.connect(p.DIRECT)
+        self.client = p.connect(p.DIRECT)
         self.engine, self.matter = {"physicsClientId": self.client}, matter
         p.setPhysicsEngineParameter(
             fixedTimeStep=STEP * SUB_STEPS,
