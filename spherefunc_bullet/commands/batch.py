@@ -12,7 +12,21 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
-from .options import BY_FILE, DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
+from .options import (
+    BY_FILE,
+    DEFAULT_METHOD,
+    Backend,
+    Jobs,
+    Json,
+    Method,
+    MissLimit,
+    Radii,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    dropping,
+)
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -44,6 +58,7 @@ def run(
     method: Method = DEFAULT_METHOD,
     radii: Radii = None,
     seed: Seed = 0,
+    miss_limit: MissLimit = None,
     up: Up = BY_FILE,
     units: Units = "m",
     jobs: Jobs = -1,
@@ -74,7 +89,7 @@ def run(
     from ..formats.units import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method), shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 

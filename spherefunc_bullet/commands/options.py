@@ -24,6 +24,10 @@ Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2
 Method = Annotated[
     str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
 ]
+MissLimit = Annotated[
+    int | None,
+    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A); by default 50."),
+]
 Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
 RunDir = Annotated[
     Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
@@ -39,7 +43,14 @@ LARGEST_SPHERE = 0.2  # metres of radius: larger ones lie on no seat, and a numb
 
 
 def dropping(
-    backend: str, shape: str | None, radii: str | None, seed: int, up: str, units: str, method: str = DEFAULT_METHOD
+    backend: str,
+    shape: str | None,
+    radii: str | None,
+    seed: int,
+    up: str,
+    units: str,
+    method: str = DEFAULT_METHOD,
+    miss_limit: int | None = None,
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..learning.method import find_method
@@ -52,7 +63,8 @@ def dropping(
     if max(lengths) > LARGEST_SPHERE:
         limit = f"expected spheres of at most {format_length(LARGEST_SPHERE)}, got {format_length(max(lengths))}"
         raise InputError(f"--radii {radii}: {limit}; give a unit, such as 2cm or 2mm")
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
+    length = way.length.ending(miss_limit)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=length)
 
 
 def simulator_options(shape: str | None) -> dict:
