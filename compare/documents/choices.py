@@ -148,6 +148,17 @@ def cubes_and_paper(paper: Evaluated, cubes: Evaluated) -> list[str]:
     return table(["protocol", "training objects", "method", *FUNCTIONS], rows)
 
 
+def both_by_cubes(fast: Evaluated, bullet: Evaluated) -> list[str]:
+    """Return the spheres of either backend counted in cubes, by protocol."""
+    protocols = {"100 learnt": ("random_splits", 100), "random halves": ("random_splits", None)}
+    protocols |= {"leave one out": ("leave_one_out", None), "across sources": ("leave_one_group_out", None)}
+    rows = [
+        [name, *(figures(result_of(evaluated, *protocol)["functions"]) for protocol in protocols.values())]
+        for name, evaluated in (("bullet", bullet), ("fast", fast))
+    ]
+    return table(["", *protocols], rows)
+
+
 def of_bullet(halves_and_sources: Evaluated, household: Evaluated) -> list[str]:
     """Return the spheres of `bullet` under three protocols."""
     found = {

@@ -74,15 +74,26 @@ LIMITS_ON_HOUSEHOLD = labels("household-limits", f"household {LIMITS}", *ALTERNA
 LIMITS_ON_MODELS = labels("models-limits", f"{MODELS} {LIMITS}", *ALTERNATIVES)
 
 
-def script(name: str, module: str, arguments: str, *modules: str, backend: str = "fast", **more: bool) -> Measurement:
+def script(
+    name: str,
+    module: str,
+    arguments: str,
+    *modules: str,
+    backend: str = "fast",
+    files: tuple[str, ...] = (),
+    json: bool = True,
+    timed: bool = False,
+) -> Measurement:
     """Return the measurement of one module that is run as a program."""
     path = f"compare/{module.replace('.', '/')}.py"
     return Measurement(
         name=name,
-        command=f"python -m spherefunc_bullet.compare.{module} {arguments}",
+        command=f"python -m spherefunc_bullet.compare.{module} {arguments}".strip(),
         modules=(path, *EVALUATION, BACKENDS[backend], *modules),
         without=WITHOUT_BODIES,
-        **more,
+        files=files,
+        json=json,
+        timed=timed,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import choices, copies, labels, measurements, paper_figures
+from . import choices, copies, labels, measurements, paper_figures, programs
 from .tables import Table
 
 README, METHOD, IMPAIRED = "README.md", "docs/method.md", "docs/impaired.md"
@@ -106,4 +106,13 @@ ON_REAL_MODELS = (
     ),
 )
 
-TABLES = (*OVERVIEW, *AS_PUBLISHED, *PROFILE, *ON_REAL_MODELS)
+BY_BULLET = (
+    Table(
+        name="cubes-by-both",
+        document=programs.BULLET,
+        measurements=tuple(measurements.CUBES_ON_MODELS.values()),
+        render=choices.both_by_cubes,
+    ),
+)
+
+TABLES = (*OVERVIEW, *AS_PUBLISHED, *PROFILE, *ON_REAL_MODELS, *BY_BULLET, *programs.TABLES)
