@@ -11,7 +11,7 @@ import pytest
 
 from spherefunc_bullet.compare.documents.blocks import blocks_of, outside_blocks, with_blocks
 from spherefunc_bullet.compare.documents.fingerprint import code_hash, imported_modules
-from spherefunc_bullet.compare.documents.main import measure, wanted, write_tables
+from spherefunc_bullet.compare.documents.main import due, measure, wanted, write_tables
 from spherefunc_bullet.compare.documents.registry import TABLES
 from spherefunc_bullet.compare.documents.saved import Measurement, quoted
 from spherefunc_bullet.compare.documents.tables import OLDER, Table, complaints
@@ -120,6 +120,7 @@ def test_an_older_table_is_kept_only_with_a_line_that_says_so(repository):
     assert not complaints(repository, [TABLE])
     path.write_text(path.read_text().replace(f"{OLDER} an hour's work.*\n", ""))
     assert complaints(repository, [TABLE])
+    assert due(repository, [TABLE], [MEASUREMENT]) == [] and due(repository, [], [MEASUREMENT]) == [MEASUREMENT]
     (repository / "count").write_text("21")
     measure(repository, [MEASUREMENT])  # again, so that what was kept is kept no longer
     write_tables(repository, [TABLE])

@@ -2,7 +2,8 @@
 
     python -m spherefunc_bullet.compare.documents [NAME ...] [--check | --all | --keep WHY]
 
-A NAME is that of a measurement, a table or a document; without one all are meant.
+A NAME is that of a measurement, a table or a document. Without one all are meant, but tables that are kept as they are, with a
+line that says so, are measured only where they are named, or with ``--all``.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def main(
     for table in tables if keep is not None else ():
         table.keep(root, keep)
     if not check and not write and keep is None:
-        measure(root, [one for one in meant if every or one.changed(root)])
+        measure(root, meant if every else due(root, tables if not names else (), meant))
     if not check:
         write_tables(root, tables)
     lines = complaints(root, TABLES)
@@ -63,6 +64,13 @@ def wanted(names: Sequence[str]) -> tuple[list[Table], list[Measurement]]:
     return tables, only or list(asked.values())
 
 
+def due(root: Path, unnamed: Iterable[Table], meant: Iterable[Measurement]) -> list[Measurement]:
+    """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
+    kept = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
+    kept -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
+    return [one for one in meant if one.name not in kept and one.changed(root)]
+
+
 def names_of(table: Table) -> set[str]:
     """Return the names that mean a table: its own, its document's, those of its measurements."""
     return {table.name, table.document, *(one.name for one in table.measurements)}
@@ -71,7 +79,8 @@ def names_of(table: Table) -> set[str]:
 def measure(root: Path, measurements: Sequence[Measurement]):
     """Run the commands of measurements, one after another; one that fails is said, and the others go on."""
     for number, one in enumerate(measurements, 1):
-        say(f"{number} of {len(measurements)}: {one.command}")
+        before = f", {one.saved(root)['seconds']:.0f} s the last time" if one.path(root).is_file() else ""
+        say(f"{number} of {len(measurements)}{before}: {one.command}")
         try:
             one.measure(root)
         except InputError as error:
