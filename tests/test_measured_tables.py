@@ -36,15 +36,16 @@ TABLE = Table(
 @pytest.fixture
 def repository(tmp_path) -> Path:
     """Return a small repository whose one table has been measured and written."""
-    (tmp_path / "compare").mkdir()
-    (tmp_path / "compare" / "speed.py").write_text(SPEED)
-    (tmp_path / "compare" / "model.py").write_text("DROPS = 7\n")
-    (tmp_path / "model.npz").write_bytes(b"forest")
-    (tmp_path / "count").write_text("14")
-    (tmp_path / "README.md").write_text("# Speed\n\n<!-- table: drops -->\n<!-- end -->\n\nMore.\n")
-    measure(tmp_path, [replace(MEASUREMENT, json=True)])
-    write_tables(tmp_path, [TABLE])
-    return tmp_path
+    root = tmp_path / "repository"
+    (root / "compare").mkdir(parents=True)
+    (root / "compare" / "speed.py").write_text(SPEED)
+    (root / "compare" / "model.py").write_text("DROPS = 7\n")
+    (root / "model.npz").write_bytes(b"forest")
+    (root / "count").write_text("14")
+    (root / "README.md").write_text("# Speed\n\n<!-- table: drops -->\n<!-- end -->\n\nMore.\n")
+    measure(root, [MEASUREMENT])
+    write_tables(root, [TABLE])
+    return root
 
 
 def test_what_is_measured_is_written_between_the_markers(repository):
@@ -87,6 +88,19 @@ def test_words_may_change(repository, old, new):
     path.write_text(path.read_text().replace(old, new))
     code_hash.cache_clear()
     assert not complaints(repository, [TABLE])
+
+
+def test_data_outside_the_repository_count_where_they_are(repository):
+    data = repository.parent / "data"
+    data.mkdir()
+    (data / "manifest.csv").write_text("file,label\na.ply,cup\n")
+    measured = replace(MEASUREMENT, command=MEASUREMENT.command.replace("echo", "ls ../data > /dev/null; echo"))
+    measure(repository, [measured])
+    assert not measured.changed(repository)
+    (data / "manifest.csv").write_text("file,label\na.ply,none\n")
+    assert measured.changed(repository) == ["../data/manifest.csv"]
+    (data / "manifest.csv").unlink()  # as in a checkout beside which nobody put them
+    assert not measured.changed(repository)
 
 
 def test_another_command_is_another_measurement(repository):

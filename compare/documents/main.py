@@ -2,8 +2,8 @@
 
     python -m spherefunc_bullet.compare.documents [NAME ...] [--check | --all | --keep WHY]
 
-A NAME is that of a measurement, a table or a document. Without one all are meant, but tables that are kept as they are, with a
-line that says so, are measured only where they are named, or with ``--all``.
+A NAME is that of a measurement, a table or a document. Without one all are meant; but tables that are kept as they are,
+with a line that says so, are measured only where they are named, or with ``--all``.
 """
 
 from __future__ import annotations

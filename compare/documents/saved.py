@@ -51,8 +51,14 @@ class Measurement:
         return root / RESULTS / f"{self.name}.json"
 
     def fingerprint(self, root: Path) -> Fingerprint:
-        """Return the hashes of all that it depends on, as it is now."""
-        return fingerprint(root, self.modules, self.without, self.files)
+        """Return the hashes of all that it depends on, as it is now; of data outside the repository, what there is."""
+        there = [name for name in self.manifests if (root / name).is_file()]
+        return fingerprint(root, self.modules, self.without, (*self.files, *there))
+
+    @property
+    def manifests(self) -> list[str]:
+        """Return the manifests of the data that the command names, from the repository's root."""
+        return [f"{word}/manifest.csv" for word in self.command.split() if word.startswith("../")]
 
     def saved(self, root: Path) -> Saved:
         """Return its result; InputError where there is none."""
@@ -66,6 +72,8 @@ class Measurement:
         if not self.path(root).is_file():
             return [str(RESULTS / self.path(root).name)]
         saved, now = self.saved(root), self.fingerprint(root)
+        absent = {name: saved["code"].get(name) for name in self.manifests if name not in now}
+        now |= {name: known for name, known in absent.items() if known is not None}  # nobody can tell
         files = [name for name in sorted(saved["code"].keys() | now.keys()) if saved["code"].get(name) != now.get(name)]
         return [*files, *(["its command"] if saved["command"] != self.command else [])]
 
