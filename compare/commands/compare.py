@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from spherefunc_bullet.commands.batch import INTERRUPTED
-from spherefunc_bullet.commands.options import Jobs, Json, RunDir
+from spherefunc_bullet.commands.options import Jobs, Json, MissLimit, RunDir
 from spherefunc_bullet.console import Failures, print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 
@@ -50,6 +50,7 @@ def compare(
     report: Annotated[
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
     ] = None,
+    miss_limit: MissLimit = None,
     up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
     units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
     jobs: Jobs = -1,
@@ -68,7 +69,7 @@ def compare(
     from ..figures.impaired_picture import draw_impaired
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
-    given |= {"seed": seed, "repeated": repeated, "copied": copied, "up": up, "units": units}
+    given |= {"seed": seed, "repeated": repeated, "copied": copied, "miss_limit": miss_limit, "up": up, "units": units}
     given |= {"tasks": tasks, "task_objects": task_objects}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):

@@ -19,6 +19,7 @@ from .options import (
     Jobs,
     Json,
     Method,
+    MissLimit,
     PackagePath,
     Radii,
     Seed,
@@ -58,6 +59,7 @@ def run(
     method: Method = DEFAULT_METHOD,
     radii: Radii = None,
     seed: Seed = 0,
+    miss_limit: MissLimit = None,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
@@ -89,7 +91,7 @@ def run(
     from ..formats.units import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method), shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 

@@ -35,6 +35,10 @@ Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2
 Method = Annotated[
     str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
 ]
+MissLimit = Annotated[
+    int | None,
+    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A); by default 50."),
+]
 Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
 RunDir = Annotated[
     Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
@@ -49,7 +53,14 @@ DEFAULT_METHOD = "profile"
 
 
 def dropping(
-    backend: str, shape: str | None, radii: str | None, seed: int, up: str, units: str, method: str = DEFAULT_METHOD
+    backend: str,
+    shape: str | None,
+    radii: str | None,
+    seed: int,
+    up: str,
+    units: str,
+    method: str = DEFAULT_METHOD,
+    miss_limit: int | None = None,
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..learning.bounds import SPHERES
@@ -63,7 +74,8 @@ def dropping(
     if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
         limits = f"expected spheres of {' to '.join(map(format_length, SPHERES))}, got {format_length(odd[-1])}"
         raise InputError(f"--radii {radii}: {limits}; give a unit, such as 2cm or 2mm")
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
+    length = way.length.ending(miss_limit)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=length)
 
 
 def point_to_packages(folders: Sequence[Path] | None):
