@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test lint fuzz bench site figures model scan-model clean
+.PHONY: setup tools demo test lint fuzz bench tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -63,6 +63,12 @@ scan-model: setup $(LIKE_HOUSEHOLD)  ## the one for scans, which learns what is 
 
 build/household-%: $(CATALOGUE)  ## another catalogue like household; from 4 on in other proportions as well
 	@rm -rf $@ && $(BIN)/spherefunc dataset build household $@ --seed $* --stretch $(if $(filter 1 2 3,$*),0,0.15)
+
+ONLY :=
+ALL :=
+
+tables: tools build/impaired $(LIKE_HOUSEHOLD)  ## measures what is older than its code (ONLY some, or ALL), and writes tables
+	@$(BIN)/python -m spherefunc_bullet.compare.documents $(ONLY) $(if $(ALL),--all)
 
 clean:
 	rm -rf .venv build demo *.egg-info

@@ -36,14 +36,8 @@ class FastSimulator(FastOptions):
         InputError
             If the sphere is larger than the object.
         """
-        from spherefunc_bullet.processes.compilation import prepare
-
         from .drop_run import DropRun
-        from .dropping import drop_spheres
-        from .grid import find_nearest, mark_near_points
-        from .sorting import sort_by_cell
 
-        prepare(drop_spheres, sort_by_cell, find_nearest, mark_near_points)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         kept = cloud.once("the short run of each radius by fast", dict[float, DropRun])
@@ -77,7 +71,7 @@ class FastSimulator(FastOptions):
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
         """Return by statics whether a cloud's object stands (see `TellsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
-        from spherefunc_bullet.simulator.statics.standing import stand, stood
+        from spherefunc_bullet.simulator.statics.standing import stood
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, lambda bodies: [stand(one, settings) for one in bodies], provenance)
+        return stood(body, places, settings, provenance)

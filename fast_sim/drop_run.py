@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.processes.compilation import prepare
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
 from .contact import MAX_CONTACTS
@@ -19,7 +18,7 @@ from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
 from .nearby import POINT_REACH, nowhere
 from .options import FastOptions
 from .rolling import MAX_STEPS, SETTLED, RollShape
-from .strips import LARGE, Strips, drop_in_strip
+from .strips import LARGE, Strips
 
 CHUNK = 8192  # columns drawn at a time
 FEW = 256  # spheres that are not worth dropping together
@@ -77,7 +76,6 @@ class DropRun:
         """Have the code for strips compiled or loaded, where there are any; return the seconds that it took."""
         started = perf_counter()
         if self.strips is not None:
-            prepare(drop_in_strip)
             self.drop_in_strips(np.empty((0, 2)))
         return perf_counter() - started
 

@@ -9,7 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from spherefunc_bullet.processes.compilation import njit
 
 from .kernels import inline_jit
 from .sorting import cell_index, sorted_by_cell

@@ -7,7 +7,7 @@ each: together half of a drop's time. Kernels made so allocate nothing and keep 
 
 from __future__ import annotations
 
-from numba import njit
+from spherefunc_bullet.processes.compilation import njit
 
 entry_jit = njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # called by Python, or seldom
 inline_jit = njit(error_model="numpy", _nrt=False, forceinline=True)  # kept as part of others alone

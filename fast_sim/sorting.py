@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from spherefunc_bullet.processes.compilation import njit
 
 from .kernels import inline_jit
 from .lanes import MOST_LANES

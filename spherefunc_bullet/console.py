@@ -1,58 +1,119 @@
-"""What commands print: JSON on stdout, everything else on stderr, a progress bar only on a terminal."""
+"""What commands print: JSON on stdout, everything else on stderr, a progress bar only on a terminal.
+
+All of it goes through here (ruff forbids `print` elsewhere): names of files and of training objects come from
+strangers, so what a terminal would obey in them is shown as text.
+"""
 
 from __future__ import annotations
 
 import json
 import logging
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from .errors import InputError, one_line
 
+_shown: list[str] = []  # the bar on the terminal, which has room for one
+# What errors of the library call as arguments in Python: the same words are options here, see `as_options`.
+_ARGUMENTS = ("up", "units", "shape", "model", "topic", "time", "depth_scale")
+_ARGUMENT = re.compile(rf'\b({"|".join(_ARGUMENTS)})=(?:"([^"]*)"|(?=[\s,;.:)]|$))')
+# What terminals obey, or cannot show: control characters but tab and line break, marks that turn the direction of
+# writing, and bytes of a file's name that are no text.
+_OBEYED = [*range(9), *range(11, 32), *range(127, 160), 0x2028, 0x2029, *range(0x202A, 0x202F), *range(0x2066, 0x206A)]
+_AS_TEXT = {code: ascii(chr(code))[1:-1] for code in [*_OBEYED, *range(0xD800, 0xE000)]}
+
+
+def printable(text: str) -> str:
+    r"""Return a text with what a terminal would obey written out.
+
+    Examples
+    --------
+    >>> print(printable("a\x1b[31m cup"))
+    a\x1b[31m cup
+    """
+    return text.translate(_AS_TEXT)
+
+
+def as_options(text: str) -> str:
+    """Return an error of the library with the arguments that it names as options of the command line.
+
+    Examples
+    --------
+    >>> as_options('cup.obj: 300 m wide; in millimetres? units="mm"'), as_options("expected topic=, one of a, b")
+    ('cup.obj: 300 m wide; in millimetres? --units mm', 'expected --topic, one of a, b')
+    """
+    return _ARGUMENT.sub(lambda found: f"--{found[1].replace('_', '-')} {found[2] or ''}".rstrip(), text)
+
+
+def error_line(error: object) -> str:
+    """Return an error as one line of the command line's."""
+    return as_options(one_line(error))
+
+
+def show(text: str = ""):
+    """Print lines on stdout."""
+    sys.stdout.write(f"{printable(text)}\n")
+
 
 def print_json(value: object):
     """Print a value as JSON on stdout."""
-    print(json.dumps(value, indent=2))
+    show(json.dumps(value, indent=2))
 
 
 def say(line: str):
-    """Print a line on stderr."""
-    print(line, file=sys.stderr)
+    """Print a line on stderr, in one piece: other processes may write there at the same time."""
+    sys.stderr.write(f"{printable(as_options(line))}\n")
+
+
+class _Saying(logging.Handler):
+    """Says what is logged."""
+
+    def emit(self, record: logging.LogRecord):
+        say(self.format(record))
 
 
 def log_on_stderr(level: int = logging.INFO):
     """Have the library say on stderr what takes long."""
     logger = logging.getLogger("spherefunc")
     logger.setLevel(level)
-    logger.addHandler(logging.StreamHandler())
+    logger.addHandler(_Saying())
 
 
 def progress(items: Iterable, total: int, doing: str) -> Iterator:
-    """Pass items on and show how far it is, on a terminal only."""
-    if not sys.stderr.isatty():
+    """Pass items on and show how far it is, on a terminal only, and not within a stage that shows that already."""
+    if _shown or not sys.stderr.isatty():
         yield from items
         return
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import track
 
-    yield from track(items, description=doing, total=total, console=Console(stderr=True), transient=True)
+    _shown.append(doing)
+    shown = {"description": escape(printable(doing)), "console": Console(stderr=True), "transient": True}
+    try:
+        yield from track(items, total=total, **shown)
+    finally:
+        _shown.remove(doing)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
     """Print a table on stdout, the first column to the left and numbers to the right."""
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=None, pad_edge=False)
     for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
+        table.add_column(Text(printable(column)), justify="left" if i == 0 else "right", no_wrap=True)
     for row in rows:
-        table.add_row(*[cell if isinstance(cell, str) else f"{cell:g}" for cell in row])
+        cells = [cell.replace("\n", " ") if isinstance(cell, str) else f"{cell:g}" for cell in row]
+        table.add_row(*[Text(printable(cell)) for cell in cells])  # no markup: a name may hold brackets
     console = Console()
     if not console.is_terminal:
         console = Console(width=200)  # a pipe has no width to fit
-    console.print(title, highlight=False, soft_wrap=True)  # as the table's own title it would wrap at its width
+    console.print(Text(printable(title)), soft_wrap=True)  # as the table's own title it would wrap at its width
     console.print(table)
 
 
@@ -83,7 +144,7 @@ class Failures:
 
 def fail(error: InputError) -> int:
     """Print a user's mistake on stderr and return its exit code."""
-    print(f"spherefunc: {one_line(error)}", file=sys.stderr)
+    say(f"spherefunc: {one_line(error)}")
     return 2
 
 

@@ -3,12 +3,27 @@
 import io
 import struct
 import zipfile
+from importlib.util import find_spec
 
 import numpy as np
+import pytest
 import trimesh
 
 MESH_ENDINGS = ("ply", "obj", "stl", "off", "glb", "3ds", "npz")
+# What the extra ``formats`` brings, by ending; without it the tests of these formats are skipped, each by itself.
+NEEDED = {"dae": ("collada",), "3mf": ("lxml",), "urdf": ("yourdfpy",), "las": ("laspy",), "laz": ("laspy", "lazrs")}
 CLOUD_ENDINGS = ("ply", "pcd", "xyz", "npz", "npy", "csv", "txt")
+
+
+def missing_packages(ending):
+    """Return the packages that a format needs and that are not installed."""
+    return [name for name in NEEDED.get(ending.removeprefix(".").split()[0], ()) if find_spec(name) is None]
+
+
+def require_reader(ending):
+    """Skip a test of a format that needs a package that is not installed."""
+    for name in missing_packages(ending):
+        pytest.skip(f"{name} is not installed: pip install 'spherefunc-bullet[formats]'")
 
 
 def mug():
@@ -85,6 +100,7 @@ def npy_bytes(array):
 
 def mesh_bytes(ending, vertices, faces):
     """Return a mesh as a file of any mesh format; ``ply ascii`` and ``stl ascii`` are formats too."""
+    require_reader(ending)
     if ending == "3ds":
         return three_ds_bytes(vertices, faces)
     if ending == "npz":
@@ -142,6 +158,7 @@ def pcd_bytes(points, data="binary"):
 
 def cloud_bytes(ending, points):
     """Return points as a file of any format for clouds."""
+    require_reader(ending)
     if ending.startswith("pcd"):
         return pcd_bytes(points, *ending.split()[1:])
     if ending == "npz":

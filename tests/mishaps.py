@@ -35,6 +35,8 @@ def happen(name) -> str:
         case "sleeper":
             os.write(2, b"asleep\n")
             time.sleep(60)
+        case "dozer":
+            time.sleep(1)
         case "refused":
             raise InputError(f"{name}: expected something else")
         case "bug":

@@ -104,7 +104,7 @@ def test_a_guessed_unit_is_reported(save):
         save("mug.stl", mesh_bytes("stl", vertices * 1000, faces)), units="auto", report=lines.append
     )
     assert_same_surface(cloud, cloud_from_mesh(vertices, faces))
-    assert len(lines) == 1 and "mm" in lines[0] and "--units" in lines[0]
+    assert len(lines) == 1 and "mm" in lines[0] and "units=" in lines[0]
 
 
 def test_metres_win_where_they_are_likely():
@@ -148,7 +148,7 @@ def test_gltf_is_y_up_and_remarked_on_when_told_otherwise(save):
     assert load_cloud(path, up="auto", report=lines.append).size[2] == pytest.approx(0.5)
     assert load_cloud(path, report=lines.append).size[2] == pytest.approx(0.5)
     assert load_cloud(path, up="z", report=lines.append).size[1] == pytest.approx(0.5)
-    assert "standard" in lines[0] and "--up y" in lines[1]
+    assert "standard" in lines[0] and 'up="y"' in lines[1]
 
 
 def test_what_a_sensor_did_not_see_is_dropped_and_counted(save):
@@ -161,7 +161,7 @@ def test_what_a_sensor_did_not_see_is_dropped_and_counted(save):
 
 
 @pytest.mark.parametrize(
-    ("scale", "said"), [(1500, "--units"), (0.03, "--units"), (300, "odd"), (0.1, "odd")]
+    ("scale", "said"), [(1500, "units="), (0.03, "units="), (300, "odd"), (0.1, "odd")]
 )
 def test_sizes_are_doubted(save, scale, said):
     vertices, faces = mug()

@@ -397,7 +397,7 @@ def test_train_refuses_the_same_content_under_two_labels(call, data, tmp_path):
 
 def test_train_refuses_spheres_of_no_sense(call, subset, data, tmp_path):
     to = ("--out", tmp_path / "model.npz", "--jobs", 1)
-    check_refused(call("train", subset, *to, "--radii", "2"), "at most 20 cm, got 2 m", "2cm")
+    check_refused(call("train", subset, *to, "--radii", "2"), "0.5 mm to 20 cm, got 2 m", "2cm")
     cups = write_labels(tmp_path, data, *((f"cup_{i}.npz", "cup") for i in range(3)), ("cup_3.npz", "none"))
     check_refused(call("train", cups, *to, "--radii", "18cm"), "smaller than the objects", "18 cm")
 

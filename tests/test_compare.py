@@ -392,6 +392,17 @@ def test_objects_without_spheres_say_nothing():
     assert median_ratio(np.zeros(3), np.zeros(3)) is None
 
 
+def test_histograms_medians_are_over_the_same_objects():
+    """A norm of 0 beside a ratio would be of other objects: most hold no sphere, and say nothing."""
+    here, empty = [[0, 0, 0.01]], []
+    a = entry("A", [empty, empty, empty, here * 2], [empty, empty, empty, here * 4])
+    found = histograms_agree(a, a, 0.02)
+    assert found["objects"] == 1 and found["norm"] == pytest.approx(np.sqrt(10), abs=1e-4)
+    assert found["within"] == {"A": 2} and found["between"] == pytest.approx(np.sqrt(2), abs=1e-4)
+    nothing = histograms_agree(entry("A", [empty], [empty]), entry("B", [empty], [empty]), 0.02)
+    assert (nothing["objects"], nothing["ratio"], nothing["norm"]) == (0, None, None)
+
+
 def test_second_seed_is_for_all_where_it_is_cheap():
     cheap = [entry("A", [[]] * 90, [[]]).simulated]  # one second each
     assert repeated_count(cheap, None) == 90 and repeated_count(cheap, 7) == 7 and repeated_count(cheap, 700) == 90
@@ -422,7 +433,7 @@ def test_answer_in_every_direction():
     worse = answered(fast=backend(0.02, cup=HIGHER), bullet=backend(2.0, cup=STEADY))
     assert "bullet is worse at cup (F -0.102 ±" in worse
     level = answered(fast=backend(0.02, cup=STEADY), bullet=backend(0.05, cup=ASTRAY))
-    assert "bullet is neither better nor worse as far as so few objects tell at cup (F +0.004 ±" in level
+    assert "bullet is neither better nor worse as far as so few objects tell at cup (differences below 0.25 do" in level
     assert "2.5 times the time" in level
     same = answered(fast=backend(0.02, cup=STEADY), bullet=backend(0.05, cup=[*STEADY[1:], STEADY[0]]))
     assert "bullet is level at cup (F-measures differ by 0.000 at most, within the spread" in same

@@ -14,7 +14,13 @@ from browser import draw, needs_browser
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.charts import Mark, front, median_line
 from spherefunc_bullet.compare.comparison.disagreements import clearest, disagreements
-from spherefunc_bullet.compare.comparison.recommendation import prices, recommendation_sentence, recommendations
+from spherefunc_bullet.compare.comparison.recommendation import (
+    prices,
+    recommendation_sentence,
+    recommendation_table,
+    recommendations,
+)
+from spherefunc_bullet.compare.comparison.significance import about_labels
 
 STEADY, HIGHER, ASTRAY = [0.80, 0.81, 0.79, 0.80, 0.80], [0.90, 0.91, 0.89, 0.90, 0.91], [0.70, 0.92, 0.75, 0.85, 0.80]
 BYTES = 8_000_000  # that a report may have
@@ -24,12 +30,16 @@ BYTES = 8_000_000  # that a report may have
 def backend(seconds: float, **f_measures) -> dict:
     """Return as much of a backend's row as advice looks at."""
     functions = {name: {"f_measure": float(np.mean(each)), "f_measures": each} for name, each in f_measures.items()}
+    for row in functions.values():
+        row["f_measure_std"] = None
     return {"functions": functions, "seconds_per_object": seconds, "seconds_total": 10 * seconds, "radii": [0.02]}
 
 
 def report(baseline: float = 0.5, **backends) -> dict:
-    functions = dict.fromkeys(next(iter(backends.values()))["functions"], 5)
-    baselines = {"height_map": {"functions": {name: {"f_measure": baseline} for name in functions}}}
+    own = next(iter(backends.values()))["functions"]
+    functions = dict.fromkeys(own, 5)
+    rows = {name: {"f_measure": baseline, "f_measures": [baseline] * len(own[name]["f_measures"])} for name in own}
+    baselines = {"height_map": {"functions": rows}}
     found = {"backends": backends, "baselines": baselines, "functions": functions, "objects": 10}
     return found | {"train_size": 50, "test_size": 50}
 
@@ -48,7 +58,7 @@ def test_the_cheapest_stands_unless_another_is_better():
     )
     better, worse, level = [each.reason for each in recommendations(found)]
     assert better.startswith("better than fast (+0.102 ±") and worse.startswith("bullet is dearer and worse (-0.102 ±")
-    assert level.startswith("bullet is dearer and level (+0.004 ±")
+    assert re.fullmatch(r"bullet is dearer and differences below 0\.\d\d do not show", level)
 
 
 def test_advice_for_one_backend_and_for_one_trial():
@@ -60,8 +70,33 @@ def test_advice_for_one_backend_and_for_one_trial():
 def test_the_sentence_on_top_says_where_spheres_are_beaten():
     found = report(baseline=0.85, fast=backend(0.1, cup=STEADY, table=HIGHER))
     assert recommendation_sentence(recommendations(found)) == (
-        "Use fast for table; for cup height map, which needs no spheres, does better (F 0.85 beside 0.80 by fast)."
+        "Use fast for table; for cup height map, without spheres, is better (F 0.85 beside 0.80 by fast, "
+        "+0.050 ± 0.021)."
     )
+
+
+@pytest.mark.parametrize("baseline", [0.5, 0.80, 0.81, 0.85])
+@pytest.mark.parametrize("cup", [STEADY, HIGHER, ASTRAY])
+def test_the_sentence_and_the_table_recommend_the_same(baseline, cup):
+    found = report(baseline, fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=cup))
+    chosen = recommendations(found)
+    sentence, table = recommendation_sentence(chosen), recommendation_table(found, chosen)
+    used = re.search(r">cup</t[dh]><td[^>]*>([^<]*)<", table)[1]
+    assert used in ("fast", "bullet", "height map", "fast (open)")
+    assert ("height map" in sentence) == (used == "height map")
+    assert ("do not decide" in sentence) == used.endswith("(open)")
+    assert sentence.startswith(f"Use {used} for cup") == (used in ("fast", "bullet"))
+
+
+def test_a_lead_within_chance_is_none():
+    """By the rule for two simulators: 0.81 against trials around 0.80 that spread by 0.02."""
+    [one] = recommendations(report(baseline=0.81, fast=backend(0.1, cup=STEADY)))
+    assert one.use == "fast" and not one.beaten
+
+
+def test_a_margin_wider_than_anything_said_with_it_is_said_in_words():
+    found = report(fast=backend(0.1, cup=STEADY), bullet=backend(3.0, cup=ASTRAY))
+    assert "±" not in about_labels(found) and "do not show" in about_labels(found)
 
 
 def test_the_sentence_on_top_says_where_the_data_do_not_decide():

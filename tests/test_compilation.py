@@ -1,96 +1,126 @@
-"""Cached kernels are found again, and forgotten when what decides them has changed, and only then."""
+"""Compiled kernels are found again, and made anew when what decides them has changed, and only then."""
 
 from __future__ import annotations
 
-import importlib
 import os
-import pickle
 import subprocess
 import sys
-import textwrap
+from pathlib import Path
 
+import clouds
+import numpy as np
 import pytest
 
-from spherefunc_bullet.processes import compilation
-
+REPOSITORY = Path(__file__).parents[1]
+OWN_FILE_ALONE = {"lzf.py"}  # kernels that take nothing from other files
 FILES = {
-    "numbers": "STEP = 3\nUNUSED = 4\n",
+    "__init__": "",
+    "numbers": "STEP = 3\nSIDES = (1, 2)\n",
     "inner": """
-        from numba import njit
+from spherefunc_bullet.processes.compilation import njit
 
-        @njit(cache=True)
-        def twice(x):
-            return 2 * x
-        """,
+@njit(cache=True)
+def twice(x):
+    return 2 * x
+""",
     "outer": """
-        from numba import njit
+from spherefunc_bullet.processes.compilation import njit
+from .bystander import nothing
+from .inner import twice
+from .numbers import SIDES, STEP
 
-        from .bystander import NOTHING
-        from .inner import twice
-        from .numbers import STEP
-
-        @njit(cache=True)
-        def run(x):
-            return twice(x) + STEP
-        """,
-    "bystander": "NOTHING = 0\n",
+@njit(cache=True)
+def run(x):
+    return twice(x) + STEP * SIDES[0]
+""",
+    "bystander": "def nothing():\n    return 0\n",
 }
+RUN = "from kernels.outer import run; print(run(1), *run.stats.cache_hits.values())"
 
 
 @pytest.fixture
-def kernels(tmp_path, monkeypatch):
-    """Return a package of kernels that has been compiled, and the module with the outer one."""
-    folder = tmp_path / "spherefunc_kernels"
+def kernels(tmp_path):
+    """Return a function that runs a package of kernels in a new process, after changes of its files.
+
+    It returns what the kernel returns, and whether its code was there.
+    """
+    folder = tmp_path / "kernels"
     folder.mkdir()
-    (folder / "__init__.py").touch()
     for name, text in FILES.items():
-        (folder / f"{name}.py").write_text(textwrap.dedent(text))
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(compilation, "ours", lambda: {name for name in sys.modules if name.startswith(folder.name)})
-    outer = importlib.import_module(f"{folder.name}.outer")
-    assert outer.run(1) == 5
-    yield folder, outer.run
-    for name in [name for name in sys.modules if name.startswith(folder.name)]:
-        del sys.modules[name]
+        (folder / f"{name}.py").write_text(text)
+
+    def run(name="__init__", old="", new="") -> tuple[float, bool]:
+        file = folder / f"{name}.py"
+        file.write_text(file.read_text().replace(old, new) if old else file.read_text())
+        path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", RUN], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        value, *hits = done.stdout.split()
+        return float(value), bool(hits)
+
+    return run
 
 
-def touch(file):
-    """Make a file newer than everything else."""
-    later = max(path.stat().st_mtime for path in file.parent.rglob("*")) + 10
-    os.utime(file, (later, later))
+def test_code_is_found_again(kernels):
+    assert [kernels(), kernels()] == [(5, False), (5, True)]
 
 
-def test_what_decides_a_kernel_is_known(kernels):
-    folder, run = kernels
-    assert {file.stem for file in compilation.sources_of(run)} == {"outer", "inner", "numbers"}
-    assert [called.__name__ for called in compilation.kernels_of(run)] == ["run", "twice"]
+@pytest.mark.parametrize(
+    ("file", "old", "new", "value", "found"),
+    [
+        ("numbers", "STEP = 3", "STEP = 4", 6, False),
+        ("numbers", "(1, 2)", "(2, 2)", 8, False),
+        ("inner", "2 * x", "3 * x", 6, False),
+        ("outer", "STEP *", "1 + STEP *", 6, False),
+        ("bystander", "return 0", "return 1", 5, True),
+    ],
+)
+def test_only_what_decides_it_makes_code_anew(kernels, file, old, new, value, found):
+    kernels()
+    assert kernels(file, old, new) == (value, found)
 
 
-@pytest.mark.parametrize(("name", "left"), [("bystander", True), ("inner", False), ("numbers", False)])
-def test_only_what_decides_it_makes_it_stale(kernels, name, left):
-    folder, run = kernels
-    assert any(compilation.cached_code(run))
-    touch(folder / f"{name}.py")
-    compilation.forget_stale(run)
-    assert any(compilation.cached_code(run)) == left
+def test_code_of_older_sources_is_removed(kernels, tmp_path):
+    kernels()
+    kept = set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+    kernels("numbers", "STEP = 3", "STEP = 4")
+    assert len(kept) == 1 and not kept & set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
 
 
-def test_code_of_a_renamed_module_is_forgotten(kernels):
-    _, run = kernels
-    (index,) = compilation.cached_code(run)
-    index.write_bytes(pickle.dumps("0.60") + b"cno_such_module\nThing\n.")
-    compilation.forget_stale(run)
-    assert not any(compilation.cached_code(run))
+def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path, monkeypatch):
+    kernels()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
+    assert kernels() == (5, False)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert kernels() == (5, True)
 
 
-def test_kernels_are_found_again_in_their_folders():
-    """Those of the package, after a run: nothing is compiled anew though nobody touched a source."""
-    from spherefunc_bullet.clouds import sampling
-    from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+def test_every_file_with_kernels_has_them_kept_so():
+    for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
+        for file in (REPOSITORY / folder).rglob("*.py"):
+            assert "from numba import njit" not in file.read_text() or file.name in OWN_FILE_ALONE, file
 
-    cloud_from_mesh([[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [0, 0, 0.2]], [[0, 1, 2], [0, 1, 3]])
-    compilation.forget_stale(sampling._candidates)
-    assert any(compilation.cached_code(sampling._candidates))
+
+@pytest.fixture
+def classified(tmp_path):
+    """Return a function that classifies a new object by the command, as after an installation; it returns stderr."""
+
+    def run(height: float) -> str:
+        file = tmp_path / f"mug_{height}.npz"
+        np.savez(file, points=clouds.mug(height=height).points)
+        places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPHEREFUNC_CACHE": str(tmp_path / "cache")}
+        command = [Path(sys.executable).with_name("spherefunc"), "classify", str(file)]
+        return subprocess.run(command, env=os.environ | places, capture_output=True, text=True, check=True).stderr
+
+    return run
+
+
+def test_compiling_is_said_once_after_installation_whatever_runs(classified):
+    """Short runs do not need all kernels, and those that they need are there the second time."""
+    assert "compiling" in classified(0.09)
+    assert classified(0.10) == ""
 
 
 LABEL = """
@@ -108,11 +138,17 @@ print("numba.np.arrayobj" in sys.modules)
 
 def test_kept_kernels_are_loaded_without_the_compiler():
     """The first process may compile; what it keeps is loaded by the second without numba's functions of arrays."""
-    told = [subprocess.run([sys.executable, "-c", LABEL], capture_output=True, text=True, check=True) for _ in range(2)]
-    assert told[1].stdout.split() == ["False"]
+    said = [subprocess.run([sys.executable, "-c", LABEL], capture_output=True, text=True, check=True) for _ in range(2)]
+    assert said[1].stdout.split() == ["False"]
 
 
-def test_what_was_not_kept_is_compiled(kernels):
-    _, run = kernels
-    compilation.prepare(run)
-    assert run(1.5) == 6.0 and len(run.signatures) == 2
+def test_what_was_not_kept_is_compiled(kernels, tmp_path):
+    """For numbers of another kind, though code for the first kind was loaded."""
+    kernels()
+    asking = "from .outer import run\nprint(run(1), run(1.5), len(run.signatures))\n"
+    (tmp_path / "kernels" / "asked.py").write_text(asking)
+    path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
+    done = subprocess.run(
+        [sys.executable, "-m", "kernels.asked"], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
+    )
+    assert done.stdout.split() == ["5", "6.0", "2"], done.stderr

@@ -13,6 +13,7 @@ from things import slab_on_posts
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
+from spherefunc_bullet.compare.evaluation.impaired import said_put_down
 from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
@@ -119,6 +120,9 @@ def test_an_evaluation_scores_what_falls_over_with_nothing():
     asked = Profiled(profiles=profiles, labels=labels, classifier=classifier, fallen=np.arange(8) == 4)
     said = asked.trial([Split(np.arange(4), np.arange(4, 8))])
     assert said.scores[0] == 0 and said.scores[2] > 0.5 > said.scores[[1, 3]].max()
+    [put_down], [held] = said_put_down(asked, [[Split(np.arange(4), np.arange(4, 8))]])
+    assert put_down.ravel().tolist() == [False, False, True, False]
+    assert held.ravel().tolist() == [True, False, True, False]
 
 
 def seat_beside(height: float) -> Specimen:

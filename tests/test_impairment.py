@@ -29,6 +29,7 @@ from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
 MODELS = Path(__file__).resolve().parents[2] / "shared" / "data" / "models"
 FEATURES = {"spheres", "spheres, held up", "bounding_box", "occupancy", "occupancy_sqrt", "height_map"}
 FEATURES |= {"points", "spheres, copies learnt", "points, copies learnt", "rules", "examiner"}
+FEATURES |= {"spheres, copies learnt, this kind left out", "points, copies learnt, this kind left out"}
 RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a plain cup, metres
 
 

@@ -218,8 +218,8 @@ def test_pickled_objects_are_refused_unopened(saved, tmp_path):
 
 
 def test_missing_file_and_folder_are_refused(tmp_path):
-    check_refused(tmp_path / "gone.npz", "found nothing")
-    check_refused(tmp_path, "expected a model")
+    check_refused(tmp_path / "gone.npz", "found none")
+    check_refused(tmp_path, "got a folder")
 
 
 def test_place_that_cannot_be_written_is_an_input_error(model, tmp_path):

@@ -57,8 +57,9 @@ def wheel(tmp_path_factory) -> Path:
         target = source / name
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes((ROOT / name).read_bytes())
-    build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", folder, source]
-    subprocess.run(build, check=True, capture_output=True)
+    build = [sys.executable, "-m", "pip", "wheel", "-v", "--no-deps", "--no-build-isolation", "-w", folder, source]
+    done = subprocess.run(build, check=True, capture_output=True, text=True)
+    (folder / "said.txt").write_text(done.stdout + done.stderr)
     return next(folder.glob("*.whl"))
 
 
@@ -90,6 +91,12 @@ def test_the_packages_that_are_declared_are_those_that_there_are():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     found = {Path(name).parent.as_posix().replace("/", ".") for name in installed_names() if name.endswith(".py")}
     assert set(declared) == found and len(declared) == len(set(declared))
+
+
+def test_the_wheel_is_built_without_a_warning_of_ours(wheel):
+    said = wheel.with_name("said.txt").read_text()
+    assert "Building wheel" in said
+    assert "absent from the `packages` configuration" not in said and "Package would be ignored" not in said
 
 
 def test_the_wheel_holds_one_package_whole(wheel):

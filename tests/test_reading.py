@@ -6,11 +6,11 @@ import struct
 import numpy as np
 import pytest
 import trimesh
-from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes
+from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, require_reader
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.settling.records import file_parts
+from spherefunc_bullet.formats.sources import as_source
 
 
 def read(folder, name, data):
@@ -56,12 +56,14 @@ def test_a_survey_keeps_its_points(tmp_path, kind):
 
 
 def test_dae_says_its_unit_and_which_way_is_up(tmp_path):
+    require_reader("dae")
     mesh = trimesh.creation.box((0.1, 0.2, 0.3))
     data = mesh.export(file_type="dae").replace(b"<up_axis>", b'<unit name="centimeter" meter="0.01"/><up_axis>')
     assert np.allclose(np.ptp(read(tmp_path, "box.dae", data).vertices, axis=0), (0.001, 0.003, 0.002), atol=1e-9)
 
 
 def test_3mf_says_its_unit(tmp_path):
+    require_reader("3mf")
     data = trimesh.creation.box((100, 200, 300)).export(file_type="3mf")
     assert np.allclose(np.ptp(read(tmp_path, "box.3mf", data).vertices, axis=0), (0.1, 0.2, 0.3), atol=1e-9)
 
@@ -74,12 +76,14 @@ def test_urdf_is_one_object_with_its_joints_at_zero(tmp_path):
 
 @pytest.mark.parametrize("name", ["meshes/top.stl", "package://things/meshes/top.stl", "file://meshes/top.stl"])
 def test_urdf_reads_the_meshes_in_its_folder_and_scales_them(tmp_path, name):
+    require_reader("urdf")
     (tmp_path / "things" / "meshes").mkdir(parents=True)
     trimesh.creation.box((100, 200, 300)).export(tmp_path / "things" / "meshes" / "top.stl")
     mesh = f"<mesh filename='{name}' scale='0.001 0.001 0.001'/>"
     robot = f"<robot name='a'><link name='b'><visual><geometry>{mesh}</geometry></visual></link></robot>"
     assert np.allclose(np.ptp(read(tmp_path / "things", "a.urdf", robot).vertices, axis=0), (0.1, 0.2, 0.3))
-    assert file_parts(tmp_path / "things" / "a.urdf")[1:] == [tmp_path / "things" / "meshes" / "top.stl"]
+    _, mesh = as_source(tmp_path / "things" / "a.urdf").parts()
+    assert mesh.path == tmp_path / "things" / "meshes" / "top.stl"
 
 
 @pytest.mark.parametrize("head", ["\n\n  ", "# von Käthe\n\n", "\ufeff"])

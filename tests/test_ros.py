@@ -181,7 +181,7 @@ def test_what_is_no_finite_point_is_dropped(tmp_path, seen):
 @pytest.mark.parametrize(
     ("topic", "message"),
     [
-        ("/nothing", "expected --topic to be one of /camera/points, got /nothing"),
+        ("/nothing", "expected topic= to be one of /camera/points, got /nothing"),
         ("/image", "got /image of sensor_msgs/msg/CompressedImage"),
     ],
 )
@@ -194,7 +194,7 @@ def test_a_wrong_topic_is_told_which_there_are(bag, topic, message):
 def test_of_several_topics_one_must_be_named(tmp_path, seen):
     recorded = [(topic, CLOUD, BEGIN, lambda m: m.cloud(seen)) for topic in ("/left", "/right")]
     path = write_bag(tmp_path / "two", "sqlite3", recorded)
-    with pytest.raises(InputError, match="two: expected --topic, one of /left, /right"):
+    with pytest.raises(InputError, match="two: expected topic=, one of /left, /right"):
         load_bag(path)
     assert len(load_bag(path, topic="/right")) > 1000
 
@@ -270,6 +270,18 @@ def test_other_types_orders_and_paddings_of_points():
 def test_messages_that_contradict_themselves_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         points_of(Messages(ros1=False).cloud(np.zeros((40, 3)), **changes))
+
+
+@pytest.mark.parametrize("name", ["x", "y", "z", "rgb"])
+def test_fields_of_a_type_that_there_is_not(name):
+    cloud = Messages(ros1=False).cloud(np.zeros((40, 3)))
+    for field in cloud.fields:
+        field.datatype = 99 if field.name == name else field.datatype
+    if name == "rgb":
+        assert colours_of(cloud) is None and len(points_of(cloud)) == 40
+    else:
+        with pytest.raises(InputError, match=f"expected {name} of a datatype from 1 to 8, got 99"):
+            points_of(cloud)
 
 
 def test_frames_lead_to_the_first_level_one_at_the_time():

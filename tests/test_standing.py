@@ -13,11 +13,14 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.mechanics.standing import loaded_places
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import format_mass
 from spherefunc_bullet.scenes.impairment.sawn import needed_legs, sawn_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import Matter, Stance, StandSettings, able_backends
+from spherefunc_bullet.simulator.statics.body import body_of
+from spherefunc_bullet.simulator.statics.facets import facets_of
 
 NOWHERE = np.empty((0, 3))
 
@@ -83,6 +86,59 @@ def test_a_load_tips_where_moments_about_the_edge_say(simulator):
     assert result.carries.tolist() == [True, True, False, False]
     expected = [np.inf, *(mass * edge / (x - edge) for x in (0.28, 0.32, 0.39))]
     assert result.tipping_load == pytest.approx(expected, rel=1e-6)
+
+
+def round_pedestal(top: float = 0.3, foot: float = 0.06, height: float = 1.1) -> Cloud:
+    """Return a round top on a slender column, radii in metres."""
+    sizes = ((foot, height), (top, 0.02))
+    column, plate = (trimesh.creation.cylinder(radius, tall, sections=48) for radius, tall in sizes)
+    return cloud_of(trimesh.util.concatenate([column, plate.apply_translation([0, 0, height / 2])]))
+
+
+@pytest.mark.parametrize(("cloud", "foot", "top"), [(pedestal(), 0.15, 0.4), (round_pedestal(), 0.06, 0.3)])
+def test_no_place_carries_a_load_above_its_tipping_load(simulator, cloud, foot, top):
+    places = np.pad(np.linspace(foot, top, 60)[:, None], ((0, 0), (0, 2)))
+    result = simulator.stands(cloud, StandSettings(load=20.0), places)
+    assert result.carries.tolist() == (result.tipping_load >= 20.0).tolist()
+    assert 0 < result.carries.sum() < 60
+
+
+def test_the_engine_lets_fall_what_has_its_weight_beyond_its_foot():
+    """By 2 to 14 mm, where friction of rolling held it; and keeps what has it well within, a contact or two aside."""
+    bodies = pytest.importorskip("spherefunc_bullet.bullet.bodies.standing")
+    pytest.importorskip("pybullet")
+    for cloud, foot, top in ((pedestal(), 0.15, 0.7), (round_pedestal(), 0.06, 1.1)):
+        body = body_of(cloud, Matter())
+        beyond = np.array([-0.03, 0.002, 0.005, 0.014])
+        heavy = [body.loaded(20.0, np.array([(foot + one) * (20 + body.mass) / 20, 0, top])) for one in beyond]
+        stances = [stand.stance for stand in bodies.let_go(heavy, StandSettings())]
+        assert [stance is Stance.STANDS for stance in stances] == (beyond < 0).tolist()
+
+
+def test_no_part_of_a_foot_is_a_rest_where_the_weight_acts_beyond_the_foot():
+    """A square foot is two triangles: the weight may be on the inner side of the one's edges, and beyond the foot."""
+    facets = facets_of(body_of(leaning(0.15), Matter()))
+    assert not (facets.normals[facets.stable][:, 2] < -0.99).any()
+    assert (facets_of(body_of(leaning(0.05), Matter())).normals[:, 2] < -0.99).any()
+
+
+@pytest.mark.parametrize(
+    ("cloud", "words"),
+    [
+        (table(), "no load tips it"),  # at a place over its feet
+        (pedestal(), "tips from 7.1 kg"),  # 11.8 kg with its edge at 15 cm, 25 cm beyond that
+    ],
+)
+def test_what_tips_it_is_said_in_words(simulator, cloud, words):
+    result = simulator.stands(cloud, StandSettings(load=5.0), np.array([[0.4, 0.0, 0.7]]))
+    assert result.tipping_words == words
+    assert simulator.stands(leaning(0.15), StandSettings(load=5.0), np.zeros((1, 3))).tipping_words == ""
+
+
+def test_a_load_beyond_all_sense_is_no_load(simulator):
+    """A third of a millimetre beyond the edge of the foot, moments say six tons, as a formula may."""
+    result = simulator.stands(pedestal(), StandSettings(load=5.0), np.array([[0.1503, 0.0, 0.7]]))
+    assert 1000 < result.tips_from < np.inf and result.tipping_words == "no load tips it"
 
 
 def test_a_ball_rolls_and_a_cylinder_on_its_side_rolls(simulator):
@@ -184,11 +240,14 @@ def test_command_prints_json_and_draws(tmp_path):
     from typer.testing import CliRunner
 
     slab_on_posts(0.8, 0.6, 0.7).export(tmp_path / "table.ply")
-    arguments = ["stand", str(tmp_path / "table.ply"), "--backend", "fast", "--load", "5kg", "--json"]
-    done = CliRunner().invoke(application(), [*arguments, "--picture", str(tmp_path / "table.png")])
+    arguments = ["stand", str(tmp_path / "table.ply"), "--load", "5kg"]
+    done = CliRunner().invoke(application(), [*arguments, "--json", "--picture", str(tmp_path / "table.png")])
     assert done.exit_code == 0, done.stderr
     (row,) = json.loads(done.stdout)
+    assert row["provenance"]["backend"] == "fast"  # statics, unless another is asked
     assert row["stance"] == "stands" and row["load"] == 5 and 0 < row["carries"] <= 1
+    table = CliRunner().invoke(application(), arguments).stdout
+    assert f"tips from {format_mass(row['tipping_load'])}" in table
     assert len(row["places"]) > 20 and (tmp_path / "table.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -65,12 +66,13 @@ def test_task_whose_process_dies_once_is_done_at_the_second_try(tmp_path):
 
 
 def test_task_that_takes_too_long_is_stopped():
-    slow, other = outcomes(["sleeper.ply", "other.ply"], time_limit=0.3)
-    assert str(slow) == "sleeper.ply: expected a result within 0.3 s; stopped twice" and other.startswith("other")
+    [slow] = outcomes(["sleeper.ply"], time_limit=0.3)
+    assert str(slow) == "sleeper.ply: expected a result within 0.3 s; stopped twice"
 
 
 def test_time_limit_is_for_each_task_and_not_for_all():
-    assert all(isinstance(each, str) for each in outcomes(["one"] * 50, time_limit=2.0))
+    """Seven seconds of sleep, in tasks that have five each and need one."""
+    assert all(isinstance(each, str) for each in outcomes(["dozer"] * 7, time_limit=5.0))
 
 
 def test_one_process_does_all_tasks_in_their_order():
@@ -167,7 +169,7 @@ def test_crash_in_a_simulator_costs_one_object(models, jobs):
 def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
     how = Dropping(simulator=MishapSimulator(), radii=(0.02,))
-    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=1.0))
+    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=8.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 
@@ -197,12 +199,12 @@ def test_simulate_says_which_file_crashed_and_does_the_others(models, script, tm
         "simulate", "one.npz", "killed.npz", "gone.npz", "printer.npz", "--backend", "mishap", "--json", "--out", "out"
     )
     stdout, stderr = process.communicate()
-    rows, said = json.loads(stdout), stderr.splitlines()
+    rows = json.loads(stdout)
     assert process.returncode == 2 and [row["file"] for row in rows] == ["one.npz", "printer.npz"]
-    killed, gone = (line for line in said if line.startswith("spherefunc: "))
-    assert killed.startswith("spherefunc: killed.npz: ") and "SIGKILL" in killed and "gone.npz" in gone
-    # Other processes say these, so they may come before or after a refusal.
-    assert [line for line in said if line not in (killed, gone)] == ["this takes long", "complained by a C library"]
+    # Several processes say these, in any order, and what is written in pieces may come apart.
+    killed = re.search(r"spherefunc: killed\.npz: .*SIGKILL", stderr)
+    others = ("spherefunc: gone.npz: ", "this takes long", "complained by a C library")
+    assert killed and [stderr.count(text) for text in others] == [1, 1, 1] and stderr.count("spherefunc: ") == 2
     assert len(list((tmp_path / "out").glob("*.npz"))) == 2
     assert all(row["provenance"]["process"] != process.pid for row in rows)
 

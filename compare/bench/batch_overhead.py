@@ -20,7 +20,7 @@ from spherefunc_bullet.batch.batch import Batch, Outcomes, run_batch
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.batch.task import Task, settled_rows
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table
+from spherefunc_bullet.console import print_table, show
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.datasets.shards import parse_shard, shard_of
 from spherefunc_bullet.formats.units import parse_lengths
@@ -79,7 +79,7 @@ def print_processor_time(title: str, dataset: Dataset, dropping: Dropping, round
     measured = [processor_seconds(dataset, dropping) for _ in range(rounds)]
     loop, batch = map(min, zip(*measured, strict=True))
     seconds = f"plain loop {loop:.2f} s, batch {batch:.2f} s of processor time"
-    print(f"{title}: {seconds}; a batch adds {batch / loop - 1:.1%}")
+    show(f"{title}: {seconds}; a batch adds {batch / loop - 1:.1%}")
 
 
 def main():
@@ -105,8 +105,8 @@ def main():
     rows = [["plain loop", f"{loop:.2f}", f"{simulated:.2f}"], ["batch, 1 process", f"{whole:.2f}", f"{steady:.2f}"]]
     rows += [["batch, 2 processes", f"{whole_two:.2f}", f"{steady_two:.2f}"]]
     print_table(title, ["", "seconds", "of them simulation, or without the start"], rows)
-    print(f"a batch adds {steady / loop - 1:.1%} to the loop, two processes are {steady / steady_two:.2f} times one")
-    print("\n".join(f"{name}: {value}" for name, value in machine().items()))
+    show(f"a batch adds {steady / loop - 1:.1%} to the loop, two processes are {steady / steady_two:.2f} times one")
+    show("\n".join(f"{name}: {value}" for name, value in machine().items()))
 
 
 if __name__ == "__main__":

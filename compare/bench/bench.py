@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeVar
 
-from spherefunc_bullet.console import print_json, print_table, progress
+from spherefunc_bullet.console import print_json, print_table, progress, show
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.formats.units import format_length, parse_length
 
@@ -114,7 +114,7 @@ def print_stages(stages: Iterable[StageTiming], backend: str):
 
 def print_growth(growth: Growth, backend: str):
     """Print how much dearer a drop gets as spheres settle."""
-    print(
+    show(
         f"\n{backend}, {growth.title}, {growth.settled:,} settled: {1e3 * growth.first:.3f} ms a drop during the first "
         f"500 settled, {1e3 * growth.last:.3f} ms during the last 500: {growth.last / growth.first:.2f} times"
     )
@@ -170,4 +170,4 @@ def main():
             print_growth(of_backend.growth, name)
     if options.file is None:
         print_answers()
-    print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
+    show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

@@ -21,8 +21,8 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table, run, say
+from spherefunc_bullet.clouds.cloud import Mesh, load_cloud
+from spherefunc_bullet.console import print_table, run, say, show
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
@@ -95,7 +95,7 @@ def naive_run(case: Case, drops: int) -> PeerRun:
 def measured(name: str, case: Case, centers: np.ndarray, drops: int, seconds: float) -> PeerRun:
     """Return a peer's run, its settled centres (S, 3) in metres looked at on the mesh itself."""
     apart_by = spheres_apart(centers) / case.radius - 2
-    clear = mesh_distances(case.path, centers) / case.radius - 1
+    clear = mesh_distances(load_cloud(case.path).mesh, centers) / case.radius - 1
     return PeerRun(
         name=name,
         drops=drops,
@@ -115,11 +115,10 @@ def spheres_apart(centers: np.ndarray) -> np.ndarray:
     return cKDTree(centers).query(centers, k=2)[0][:, 1] if len(centers) > 1 else np.full(len(centers), np.inf)
 
 
-def mesh_distances(path: Path, centers: np.ndarray) -> np.ndarray:
-    """Return each centre's distance (S,) to the nearest place of a file's mesh, metres."""
+def mesh_distances(mesh: Mesh, centers: np.ndarray) -> np.ndarray:
+    """Return each centre's distance (S,) to the nearest place of a mesh, metres."""
     import open3d as o3d
 
-    mesh = load_cloud(path).mesh
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32))
     return scene.compute_distance(np.asarray(centers, np.float32)).numpy()
@@ -168,7 +167,7 @@ def main(
     with TemporaryDirectory() as folder:
         for case in cases(objects.split(","), Path(folder)):
             print_peers(case, drops)
-    print("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
+    show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
 
 
 if __name__ == "__main__":  # the processes that it starts import this file

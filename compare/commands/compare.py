@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import Jobs, Json, RunDir
-from spherefunc_bullet.console import Failures, print_json, print_table
+from spherefunc_bullet.commands.batch import INTERRUPTED
+from spherefunc_bullet.commands.options import Jobs, Json, MissLimit, RunDir
+from spherefunc_bullet.console import Failures, print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,6 +50,7 @@ def compare(
     report: Annotated[
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")
     ] = None,
+    miss_limit: MissLimit = None,
     up: Annotated[str | None, typer.Option(help="Which axis of the files points up. Default: z.")] = None,
     units: Annotated[str | None, typer.Option(help="What the files' numbers mean. Default: m.")] = None,
     jobs: Jobs = -1,
@@ -66,7 +69,7 @@ def compare(
     from ..figures.impaired_picture import draw_impaired
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}
-    given |= {"seed": seed, "repeated": repeated, "copied": copied, "up": up, "units": units}
+    given |= {"seed": seed, "repeated": repeated, "copied": copied, "miss_limit": miss_limit, "up": up, "units": units}
     given |= {"tasks": tasks, "task_objects": task_objects}
     given = {name: value for name, value in given.items() if value not in (None, [])}
     if data.endswith(".toml"):
@@ -80,12 +83,13 @@ def compare(
     require_splittable(dataset.name, dataset.objects)
     prepare_folder(report)
     failures = Failures()
-    comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
-    experiment = repeatable(experiment, comparison)
-    shares = None
-    if experiment.copied:
-        shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
-    figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
+    with going_on(run):
+        comparison = simulate_candidates(dataset, compared, experiment, jobs, failures, run)
+        experiment = repeatable(experiment, comparison)
+        shares = None
+        if experiment.copied:
+            shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
+        figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
     if report is not None:
         if shares:
             draw_impaired(shares, report / IMPAIRED)
@@ -95,6 +99,17 @@ def compare(
     else:
         print_report(figures)
     failures.exit()
+
+
+@contextmanager
+def going_on(run: Path | None) -> Iterator[None]:
+    """Say, where the user interrupts what is within, what is kept and how it goes on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        where = "the cache" if run is None else str(run)
+        say(f"spherefunc: stopped; every run that ended is kept in {where}, the same command goes on from there")
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
@@ -147,6 +162,6 @@ def print_report(report: Report):
 
     for table in tables(report):
         print_table(f"{table.title}\n", table.columns, table.rows)
-        print()
-    print("\n".join(f"{name}: {value}" for name, value in report["machine"].items()))
-    print(f"\n{report['answer']}")
+        show()
+    show("\n".join(f"{name}: {value}" for name, value in report["machine"].items()))
+    show(f"\n{report['answer']}")

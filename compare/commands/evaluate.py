@@ -55,6 +55,7 @@ def evaluate(
     method: options.Method = options.DEFAULT_METHOD,
     radii: options.Radii = None,
     seed: options.Seed = 0,
+    miss_limit: options.MissLimit = None,
     up: options.Up = options.BY_FILE,
     units: options.Units = "m",
     jobs: options.Jobs = -1,
@@ -81,7 +82,8 @@ def evaluate(
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     asked, chosen = asked_tasks(tasks), find_method(method)
     # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
-    dropping = options.dropping(backend, shape, radii, seed, up, units, "paper" if alternatives else method)
+    runs = "paper" if alternatives else method
+    dropping = options.dropping(backend, shape, radii, seed, up, units, runs, miss_limit)
     lengths = dropping.radii
 
     def simulated(some: Dataset, how: Dropping = dropping) -> Simulated:
@@ -102,7 +104,9 @@ def evaluate(
     about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
-        shares = impaired_shares(learnt, dataset, dropping, chosen, copied=copied, jobs=jobs, failed=failures.add)
+        shares = impaired_shares(
+            learnt, dataset, dropping, chosen, copied=copied, unseen_kinds=True, jobs=jobs, failed=failures.add
+        )
         if picture is not None:
             draw_impaired(shares, picture)
     mechanics = measured_tasks(dataset, dropping, asked, task_objects)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import Failures, print_json, progress, say
+from spherefunc_bullet.console import Failures, print_json, progress, say, show
 
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
@@ -53,7 +53,7 @@ def figures(
     protocol = Protocol(train_sizes=fitting(train_sizes, len(simulated.objects)), trials=trials, seed=seed)
     evaluated = evaluate_data(simulated, dropping, chosen, protocol)
     written = write_figures(evaluated, out, failures.count)
-    print_json([str(path) for path in written]) if json else print(*written, sep="\n")
+    print_json([str(path) for path in written]) if json else show("\n".join(map(str, written)))
     failures.exit()
 
 

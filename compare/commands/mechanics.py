@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Json
-from spherefunc_bullet.console import print_json, print_table, say
+from spherefunc_bullet.console import print_json, print_table, say, show
 
 if TYPE_CHECKING:
     from ..mechanics.keeping import KeepScore
@@ -54,7 +54,7 @@ def print_measured(found: Measured):
         print_stand_scores(list(found.standing.values()), found.agreement)
     if found.keeping:
         print_keep_scores(list(found.keeping.values()))
-    print("\n" + "\n".join(sentences(found).values()))
+    show("\n" + "\n".join(sentences(found).values()))
 
 
 def print_pose_scores(scores: list[PoseScore]):
@@ -68,7 +68,7 @@ def print_pose_scores(scores: list[PoseScore]):
     print_table("Objects turned at random: the pose in which they are used", head, rows)
     for one in scores:
         if missed := [name for name, right in one.right.items() if not right]:
-            print(f"{one.backend}, not the best: {', '.join(missed)}")
+            show(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
@@ -84,7 +84,7 @@ def print_stand_scores(scores: list[StandScore], same: Agreement | None):
     for one in scores:
         print_wrong(one.score.backend, one.verdicts)
     if same is not None:
-        print(
+        show(
             f"the first two agree on {same.verdicts:.3f} of {same.things} verdicts, {same.stances:.3f} of what becomes "
             f"of them unloaded, and {same.places:.3f} of the places that carry"
         )
@@ -100,9 +100,9 @@ def print_keep_scores(scores: list[KeepScore]):
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
         for holed in one.holed:
             words = holed.kind.replace("_", " ")
-            print(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still told to be vessels")
+            show(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still told to be vessels")
         told = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
-        print(f"half kept at {one.angles_deg[-1]:g}° is a vessel: {told}; {one.score.cpu_seconds:.2f} processor s each")
+        show(f"half kept at {one.angles_deg[-1]:g}° is a vessel: {told}; {one.score.cpu_seconds:.2f} processor s each")
         print_wrong(one.score.backend, one.verdicts)
 
 
@@ -110,4 +110,4 @@ def print_wrong(backend: str, verdicts: tuple[Verdict, ...]):
     """Print what was told wrong."""
     wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.told]
     if wrong:
-        print(f"{backend}, told wrong: {', '.join(wrong)}")
+        show(f"{backend}, told wrong: {', '.join(wrong)}")

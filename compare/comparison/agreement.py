@@ -51,21 +51,24 @@ def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgr
     distances across, ``within`` that of A's distance between its seeds and B's. If A and B drew from the same
     distribution, the expected squares would be equal: both are twice the variance. So their ratio is near 1 where
     a change of simulator is no more than a change of seed. Medians over objects, since a sofa's thousands of spheres
-    would outweigh all cups in a mean. Objects on which no histogram differs say nothing and have no ratio.
+    would outweigh all cups in a mean; all of them over the same objects: where no histogram differs from another, as
+    where nothing settles, there is no ratio.
     """
     histograms = four_histograms(first, second, radius)
     a, again_a, b, again_b = histograms
     between = np.sqrt(np.mean([apart(x, y) ** 2 for x in (a, again_a) for y in (b, again_b)], axis=0))
     seeds = {first.name: apart(a, again_a), second.name: apart(b, again_b)}
     within = np.sqrt(np.mean(np.square(list(seeds.values())), axis=0))
+    norms = np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))
+    differ = (between > 0) | (within > 0)
     return {
         "radius": radius,
         "ratio": median_ratio(between, within),
         "ratio_to": {name: median_ratio(between, own) for name, own in seeds.items()},
-        "between": median(between),
-        "within": {name: median(own) for name, own in seeds.items()},
-        "norm": median(np.sqrt(np.mean([norm(histogram, axis=1) ** 2 for histogram in histograms], axis=0))),
-        "objects": int(np.sum((between > 0) | (within > 0))),
+        "between": median(between[differ]),
+        "within": {name: median(own[differ]) for name, own in seeds.items()},
+        "norm": median(norms[differ]),
+        "objects": int(np.sum(differ)),
     }
 
 

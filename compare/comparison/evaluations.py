@@ -23,6 +23,7 @@ from .experiment import Experiment
 
 ALWAYS_NO = "always_no"
 ALONE = "leave_one_out"
+RADIUS_TRIALS = 3  # of each radius alone, by resting profiles: with all of them that would be half of all learning
 
 
 def evaluate_features(
@@ -85,8 +86,9 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
         whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), fallen=whole.fallen[rows]
     )
     asked = Splits(halves=splits.halves, left_out={ALONE: asked_again(splits.left_out[ALONE], rows)})
+    first = Splits(halves={size: trials[:RADIUS_TRIALS] for size, trials in splits.halves.items()})
     alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
-    evaluation, *by_radius = evaluations([(both, asked), *((one, Splits(halves=splits.halves)) for one in alone)])
+    evaluation, *by_radius = evaluations([(both, asked), *((one, first) for one in alone)])
     everything = evaluation.left_out[ALONE]
     second = everything.kept(everything.rows >= count)
     return replace(

@@ -52,6 +52,7 @@ class Experiment:
     seeds: tuple[int, int] = (0, 1)  # of the spheres and the splits; of the spheres dropped again
     trials: int = 10
     repeated: int | None = None  # objects dropped on again; None: all where that is cheap, else some
+    miss_limit: int | None = None  # misses in a row that end a run; None: as the paper has it
     up: str = BY_FILE
     units: str = "m"
 
@@ -62,7 +63,8 @@ class Experiment:
     @property
     def length(self) -> Length:
         """How long runs are: all methods read the same spheres."""
-        return find_method(PROFILE).length if PROFILE in self.methods else LIMITED
+        length = find_method(PROFILE).length if PROFILE in self.methods else LIMITED
+        return length.ending(self.miss_limit)
 
 
 def candidates(experiment: Experiment) -> list[Candidate]:
@@ -236,6 +238,7 @@ KEYS: dict[str, tuple[Callable[[object], Any], str]] = {  # what reads a value, 
     "trials": (whole, "a whole number from 1"),
     "copied": (partial(whole, least=0), "a whole number from 0"),
     "repeated": (whole, "a whole number from 1"),
+    "miss_limit": (whole, "a whole number from 1"),
     "up": (text, "z, y, x, auto or file"),
     "units": (text, "m, cm, mm, in or auto"),
 }

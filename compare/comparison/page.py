@@ -20,6 +20,7 @@ from . import tables
 from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, Display, clearest, disagreements, displays_of
 from .entries import Comparison
+from .evaluations import RADIUS_TRIALS
 from .experiment import Experiment, as_toml
 from .recommendation import Recommendation, prices, recommendation_sentence, recommendation_table, recommendations
 from .report import ObjectReport, Report
@@ -60,8 +61,9 @@ simulators: <b>fast</b> rolls spheres over the points by geometry, one at a time
 the laws of physics. Here they did it on the same {report["objects"]} objects of <b>{escape(report["data"])}</b>
 ({escape(counts)}), with the same classifier, splits and seeds.{left}</p>
 {recommendation_table(report, chosen)}
-<p class="note">The cheapest simulator stands unless another is better by more than the trials spread (95 %, corrected
-for trials that share objects). F-measure: 1 is perfect, 0 is useless.{escape(blind_spot(report))}
+<p class="note">One rule for all: the cheapest simulator is used unless another, or what needs no spheres, is better by
+more than chance among the trials (95 %, corrected for trials that share objects). F-measure: 1 is perfect, 0 is
+useless.{escape(blind_spot(report))}
 A thousand such objects take {escape(times)}, on one core.</p></header>"""
 
 
@@ -95,11 +97,12 @@ tables. Where the statistics cannot tell two simulators apart (sign test, 5 %), 
 
 def accuracy_section(report: Report, chosen: Sequence[Recommendation]) -> str:
     """Return F-measures against seconds, and in words where spheres are not worth their time."""
-    behind = [row.function for row in chosen if row.baseline_f >= row.f_measure]
-    beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is not beaten."
+    behind = [row.function for row in chosen if row.beaten]
+    beaten = f" For {enumeration(behind)} the best baseline, which takes no spheres at all, is better."
     words, table = beaten if behind else "", html_table(tables.radius_table(report))
     return f"""<section><h2>Accuracy against time</h2><p>Up is better, left is cheaper. Filled marks: all radii
-together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres.
+together, with the spread over {report["experiment"]["trials"]} trials; circles: one radius alone, in centimetres, over
+the first {RADIUS_TRIALS} trials at most where drops are read as resting profiles.
 Nothing beats what lies on the grey line in both.{escape(words)}</p>
 {drawing(accuracy_chart(report), "F-measure against seconds per object, one panel per function")}
 <details><summary>The numbers: each radius alone</summary>{table}</details></section>"""
@@ -124,14 +127,16 @@ def agreement_section(report: Report) -> str:
     """Return whether simulators say the same, beside two seeds of one."""
     return f"""<section><h2>Do they agree?</h2><p>Each object is judged with all others learnt. <b>Same label</b>: the
 share of objects of which both say the same; the share for two seeds of one simulator says how much of the rest is
-chance. <b>Right alone</b>: objects that only the first, or only the second, has right.</p>
+chance. <b>Right alone</b>: objects that only the first, or only the second, has right. <b>Margin</b>: by how much the
+difference of F-measures is uncertain (95 %); trials share objects, so it is wider than their spread.</p>
 {html_table(tables.label_table(report))}
 <p>How far their histograms lie apart, beside two seeds of one simulator: a ratio of 1 would mean that changing the
 simulator is no more than changing the seed. <b>Settled</b>: the share of all spheres dropped; a run that ends at its
 limit of settled spheres lacks the last ones, which miss. <b>Apart</b>: how far the two simulators' histograms of one
 object lie from each other, the square root of the summed squares of the differences of their cubes' counts, in spheres;
 <b>two seeds apart</b>: the same for two seeds of each simulator; <b>norm</b>: that length of a histogram itself, beside
-which the others are to be seen.</p>{html_table(tables.histogram_table(report))}</section>"""
+which the others are to be seen. All of them are medians over the <b>objects</b> on which histograms differ, with
+spheres of that radius.</p>{html_table(tables.histogram_table(report))}</section>"""
 
 
 def disagreement_section(report: Report, comparison: Comparison, experiment: Experiment) -> str:

@@ -1,4 +1,7 @@
-"""Which simulator to use for which function: the cheapest, unless another is better by more than the trials spread."""
+"""What to use for which function: the cheapest simulator, unless something else is better by more than trials spread.
+
+The sentence on top, the table below it and the words beside the charts all say what `recommendations` returns.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,17 @@ from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.viewer.page import table_html
 
 from .report import Difference, FeatureReport, Report
-from .significance import BETTER, COARSE, LEVEL, UNKNOWN, beside_cheapest, enumeration, with_margin
+from .significance import (
+    BETTER,
+    COARSE,
+    LEVEL,
+    UNKNOWN,
+    beside_cheapest,
+    enumeration,
+    paired_difference,
+    unseen,
+    with_margin,
+)
 from .tables import with_spread
 
 THOUSAND = 1000  # objects, for a price that can be imagined
@@ -25,18 +38,25 @@ class Recommendation:
     reason: str
     baseline: str  # the best of those that need no spheres
     baseline_f: float
+    beside: Difference  # the baseline's F-measures less the simulator's
     undecided: bool = False  # whether so few objects leave open if another simulator is better
 
     @property
     def beaten(self) -> bool:
-        """Whether something that drops no spheres does at least as well."""
-        return self.baseline_f >= self.f_measure
+        """Whether what drops no spheres does better, by the rule for two simulators."""
+        return self.beside["verdict"] == BETTER
+
+    @property
+    def use(self) -> str:
+        """What to use."""
+        return self.baseline if self.beaten else self.backend
 
 
 def recommendations(report: Report) -> list[Recommendation]:
     """Return what to use for each function.
 
-    The cheapest simulator stands, unless another tells the function better over the same trials.
+    The cheapest simulator stands, unless another tells the function better over the same trials; and that one, unless
+    the best of what needs no spheres does so in turn.
     """
     cheap, others = beside_cheapest(report)
     return [recommended(report, function, cheap, others) for function in report["functions"]]
@@ -54,6 +74,7 @@ def recommended(
     better = [name for name, row in others.items() if row["verdict"] == BETTER]
     chosen = max(better, key=lambda name: others[name]["difference"], default=cheap)
     baseline = max(baselines, key=lambda name: f_of(baselines[name]))
+    trials = [of["functions"][function]["f_measures"] for of in (report["backends"][chosen], baselines[baseline])]
     return Recommendation(
         function=function,
         backend=chosen,
@@ -61,6 +82,7 @@ def recommended(
         reason=reason(chosen, cheap, others),
         baseline=baseline,
         baseline_f=f_of(baselines[baseline]),
+        beside=paired_difference(*trials, report["train_size"], report["test_size"]),
         undecided=chosen == cheap and any(leaves_open(row) for row in others.values()),
     )
 
@@ -79,6 +101,8 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
     words = {
         name: f"differs by {row['difference']:+.3f} in one trial, too few to tell"
         if row["verdict"] == UNKNOWN
+        else unseen(row)
+        if leaves_open(row)
         else f"{row['verdict']} ({with_margin(row)})"
         for name, row in others.items()
     }
@@ -86,7 +110,7 @@ def reason(chosen: str, cheap: str, others: Mapping[str, Difference]) -> str:
 
 
 def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
-    """Return what to use for which function as one sentence, and where the data say something else, that."""
+    """Return what to use for which function as one sentence, and where that is open."""
     by: dict[str, list[str]] = {}
     for row in rows:
         if not row.beaten and not row.undecided:
@@ -104,10 +128,13 @@ def recommendation_sentence(rows: Sequence[Recommendation]) -> str:
 
 def without_spheres(row: Recommendation) -> str:
     """Return in words that spheres are beaten at a function, by what, and by how much."""
-    baseline = row.baseline.replace("_", " ")
-    figures = f"F {row.baseline_f:.2f} beside {row.f_measure:.2f} by {row.backend}"
-    does = "does better" if row.baseline_f > row.f_measure else "does as well"
-    return f"{baseline}, which needs no spheres, {does} ({figures})"
+    figures = f"F {row.baseline_f:.2f} beside {row.f_measure:.2f} by {row.backend}, {with_margin(row.beside)}"
+    return f"{row.baseline.replace('_', ' ')}, without spheres, is better ({figures})"
+
+
+def baseline_words(beside: Difference) -> str:
+    """Return how the best without spheres does beside the simulator that is chosen."""
+    return "undecided" if leaves_open(beside) else beside["verdict"]
 
 
 def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> str:
@@ -116,10 +143,10 @@ def recommendation_table(report: Report, chosen: Sequence[Recommendation]) -> st
     rows = [
         [
             row.function,
-            row.backend,
+            row.use.replace("_", " ") + (" (open)" if row.undecided and not row.beaten else ""),
             *(with_spread(backend["functions"][row.function]) for backend in backends.values()),
-            f"{row.baseline_f:.2f} ({row.baseline.replace('_', ' ')})",
-            row.reason,
+            f"{row.baseline_f:.3f} ({row.baseline.replace('_', ' ')}, {baseline_words(row.beside)})",
+            without_spheres(row) if row.beaten else row.reason,
         ]
         for row in chosen
     ]

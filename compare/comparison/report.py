@@ -66,7 +66,7 @@ class HistogramAgreement(TypedDict):
     between: float | None
     within: dict[str, float | None]
     norm: float | None
-    objects: int  # that have a ratio
+    objects: int  # that have a ratio, of which all these are
 
 
 class LabelAgreement(TypedDict):

@@ -118,7 +118,7 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
         within = f"F-measures differ by {largest:.3f} at most, within the spread of the trials"
         parts.append(f"level at {enumeration(list(level))} ({within})")
     if open_:
-        signed = enumeration([f"{function} (F {with_margin(row)})" for function, row in open_.items()])
+        signed = enumeration([f"{function} ({unseen(row)})" for function, row in open_.items()])
         parts.append(f"neither better nor worse as far as so few objects tell at {signed}")
     return f"{name} is {enumeration(parts)}"
 
@@ -126,6 +126,11 @@ def quality_words(name: str, differences: Mapping[str, Difference]) -> str:
 def with_margin(row: Difference) -> str:
     """Return a difference with its margin."""
     return f"{row['difference']:+.3f} ± {row['margin']:.3f}"
+
+
+def unseen(row: Difference) -> str:
+    """Return what so few objects and trials leave open; a difference within so wide a margin would say nothing."""
+    return f"differences below {row['margin']:.2f} do not show"
 
 
 def price_words(backend: BackendReport, cheaper: BackendReport) -> str:

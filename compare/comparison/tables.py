@@ -155,6 +155,7 @@ def histogram_table(report: Report) -> Table:
         [
             " / ".join(pair["backends"]),
             format_length(row["radius"]),
+            str(row["objects"]),
             number(row["between"]),
             " / ".join(number(distance) for distance in row["within"].values()),
             number(row["ratio"]),
@@ -164,9 +165,9 @@ def histogram_table(report: Report) -> Table:
         for pair in report["agreement"]
         for row, settled in zip(pair["histograms"], pair["settled"], strict=True)
     ]
-    head = ["backends", "radius", "apart", "two seeds apart", "ratio", "norm", "settled"]
-    title = f"Agreement of histograms, medians over {report['objects_again']} objects, spheres; apart: their distance, "
-    title += "norm: a histogram's own length"
+    head = ["backends", "radius", "objects", "apart", "two seeds apart", "ratio", "norm", "settled"]
+    title = f"Agreement of histograms, medians over the objects, of {report['objects_again']}, on which they differ; "
+    title += "apart: their distance in spheres, norm: a histogram's own length"
     return Table(title=title, columns=head, rows=rows)
 
 

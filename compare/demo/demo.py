@@ -18,7 +18,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands.answer_tables import Row, print_functions
 from spherefunc_bullet.commands.classify import classified
 from spherefunc_bullet.commands.train import train_on
-from spherefunc_bullet.console import Failures, progress, say
+from spherefunc_bullet.console import Failures, progress, say, show
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
@@ -31,7 +31,7 @@ from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
 
 from ..comparison.comparison import compare_entries
-from ..comparison.entries import evenly, repeatable, simulate_candidates
+from ..comparison.entries import repeatable, simulate_candidates
 from ..comparison.experiment import BACKENDS, Experiment, candidates
 from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
@@ -65,9 +65,8 @@ DRAWN = parse_lengths("1cm,2cm,3cm,5cm")  # radii of the spheres in pictures, me
 SIZE = (320, 280)  # of an object's picture, pixels
 COPIED = 3  # objects of each function, copies of which are made
 TRIALS = 2
-OBJECTS = 60  # evenly spread over the catalogue, so in its proportions
-AGAIN = 8  # of them dropped on with a second seed
-COMPARED_TRIALS = 3
+AGAIN = 20  # objects dropped on with a second seed
+COMPARED_TRIALS = 6  # of 3, differences of 0.1 would not show
 LEARNT = "20,half"  # training objects of the table; `spherefunc evaluate` has them all
 
 
@@ -99,13 +98,13 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
         rows = [classified(item.path, model, True, "z", "m") for item in unseen]
-    with step(watch, "comparing simulators on some of the objects"):
-        comparison = compare_some(out / "comparison", jobs)
+    with step(watch, "comparing simulators on the same objects"):
+        comparison = compare_all(out / "comparison", jobs)
     about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
     print_results(about, results, False, shares)
-    print()
+    show()
     print_functions(rows, model.functions_, False)
-    print(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
+    show(f"\n{comparison['answer']}\n{recommendation_sentence(recommendations(comparison))}")
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
@@ -195,19 +194,17 @@ def configuration(simulator: Simulator, simulated: Simulated) -> dict[str, str]:
     } | machine()
 
 
-def compare_some(out: Path, jobs: int) -> Report:
-    """Write objects of the catalogue and the report of a comparison on them, and return the report.
+def compare_all(out: Path, jobs: int) -> Report:
+    """Write the report of a comparison on the whole catalogue, and return it.
 
     Raises
     ------
     InputError
         If the folder cannot be written.
     """
-    folder = out / "objects"
-    write_catalogue(evenly(make_catalogue(DATA), OBJECTS), folder, f"{OBJECTS} of {DATA}")
     backends = usable_backends(BACKENDS)
-    experiment = Experiment(data=str(folder), backends=backends, trials=COMPARED_TRIALS, repeated=AGAIN)
-    comparison = simulate_candidates(open_dataset(folder), candidates(experiment), experiment, jobs, Failures())
+    experiment = Experiment(data=DATA, backends=backends, trials=COMPARED_TRIALS, repeated=AGAIN)
+    comparison = simulate_candidates(open_dataset(DATA), candidates(experiment), experiment, jobs, Failures())
     experiment = repeatable(experiment, comparison)
     report = compare_entries(comparison, experiment)
     write_report(out, report, comparison, experiment)
@@ -222,4 +219,4 @@ def main():
     parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")
     options = parser.parse_args()
     path = run_demo(options.out, options.backend, options.jobs)
-    print(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")
+    show(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")

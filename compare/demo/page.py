@@ -129,14 +129,13 @@ def bar_group(function: str, features: Mapping[str, Qualities]) -> str:
 
 
 def rank_sentence(features: Mapping[str, Qualities]) -> str:
-    """Return for each function whether spheres are ahead of the best baseline."""
+    """Return for each function the F-measure of spheres beside the best baseline's."""
     parts = []
     for function, spheres in features[SPHERES].items():
         baselines = {name: rows[function]["f_measure"] for name, rows in features.items() if name != SPHERES}
         best = max(baselines, key=baselines.get)
-        side = "ahead" if spheres["f_measure"] > baselines[best] else "not ahead"
-        parts.append(f"for {function} {side} ({NAMES[best]})")
-    return f"Against the best baseline of each function, spheres are {', '.join(parts)}."
+        parts.append(f"for {function} {spheres['f_measure']:.2f} beside {baselines[best]:.2f} ({NAMES[best]})")
+    return f"Spheres have, beside the best baseline of each function, {', '.join(parts)}."
 
 
 def impaired_section(summary: Summary) -> str:
@@ -181,7 +180,7 @@ def comparison_section(comparison: Report) -> str:
     chosen = recommendations(comparison)
     sentences = f"<b>{escape(recommendation_sentence(chosen))}</b> {escape(comparison['answer'])}"
     return f"""<section><h2>By geometry or by physics?</h2><p>Two simulators dropped spheres on
-{comparison["objects"]} of the objects: {sentences}</p>{recommendation_table(comparison, chosen)}
+the same {comparison["objects"]} objects: {sentences}</p>{recommendation_table(comparison, chosen)}
 <p><a href="comparison/report.html">The whole comparison</a>, with objects to turn about.</p></section>"""
 
 

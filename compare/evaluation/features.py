@@ -15,6 +15,7 @@ from joblib import Parallel, delayed
 from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counts_matrix, keys_of_cubes
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
@@ -59,7 +60,8 @@ def distances_again(
 def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:
     """Return what is asked of each object without its spheres, which may be many, of many objects on all cores."""
     bare = (replace(record, settled={}) for record in records)
-    return Parallel(n_jobs=-1 if len(records) >= MANY else 1)(delayed(ask)(record) for record in bare)
+    asking = Parallel(n_jobs=-1 if len(records) >= MANY else 1, return_as="generator")
+    return list(progress(asking(delayed(ask)(record) for record in bare), len(records), "looking at shapes"))
 
 
 def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) -> dict[str, Distances]:

@@ -29,14 +29,15 @@ from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
-from .profiled import Profiled
+from .profiled import Profiled, trials_of
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import readings, spheres_read
+from .readings import Reading, readings, spheres_read
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
 HELD = ", held up"  # behind the name of what does not ask whether things fall over when they are put down
 COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
+UNSEEN_KIND = ", this kind left out"  # and behind that: of all kinds but the one that is asked about
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
 
@@ -70,9 +71,21 @@ class Impaired:
         """Return the function of a copy's original, and the copy's kind."""
         return function_of(self.simulated.objects[self.originals[row]]), self.copies[row].kind
 
-    def with_copies(self, split: Split) -> Split:
-        """Return a split that learns the copies of what it learns, too."""
-        return Split(np.concatenate([split.train, self.rows_of(split.train)]), split.test)
+    def column_and_kind(self, row: int) -> tuple[int, str]:
+        """Return the column of the function of a copy's original, and the copy's kind."""
+        function, kind = self.made_of(row)
+        return self.labels.functions.index(function), kind
+
+    def made_as(self, column: int, kind: str) -> np.ndarray:
+        """Return the rows of all copies of one kind of what had one function."""
+        copies = range(len(self.copies))
+        return self.whole + np.array([row for row in copies if self.column_and_kind(row) == (column, kind)], int)
+
+    def with_copies(self, split: Split, unseen: str | None = None) -> Split:
+        """Return a split that learns the copies of what it learns, too, but for those of one kind."""
+        rows = self.rows_of(split.train)
+        learnt = [row for row in rows if self.copies[row - self.whole].kind != unseen]
+        return Split(np.concatenate([split.train, np.array(learnt, int)]), split.test)
 
     def rows_of(self, originals: np.ndarray) -> np.ndarray:
         """Return the rows of the copies of some whole objects."""
@@ -87,6 +100,7 @@ def impaired_shares(
     *,
     copied: int | None = None,
     baselines: bool = True,
+    unseen_kinds: bool = False,
     jobs: int = -1,
     failed: Failed,
 ) -> Shares:
@@ -104,6 +118,8 @@ def impaired_shares(
         Of each function so many objects at most have copies, evenly chosen; all are learnt.
     baselines : bool
         Whether they are asked too.
+    unseen_kinds : bool
+        Whether what learns copies is also asked about each kind when it has learnt copies of all other kinds alone.
     failed : callable
         Is given the error of each file that cannot be used.
     """
@@ -111,13 +127,29 @@ def impaired_shares(
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
-    said = {name: [trial.predicted for trial in read.trials(alone)] for name, read in asked.items()}
+    said, held = {}, {}
+    for name, read in asked.items():
+        said[name], held[name] = said_put_down(read, alone)
     for name, read in asked.items():
         if isinstance(read, Profiled):
-            said[name + COPIES_LEARNT] = said_having_learnt(impaired, read, splits)
+            having_learnt = with_copies_learnt(impaired, read)
+            more = [[impaired.with_copies(split)] for split in splits]
+            said[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
+            if unseen_kinds:
+                said[name + COPIES_LEARNT + UNSEEN_KIND] = said_of_unseen_kinds(impaired, having_learnt, splits)
             if baselines and read.fallen is not None:
-                said[name + HELD] = [trial.predicted for trial in replace(read, fallen=None).trials(alone)]
+                said[name + HELD] = held[name]
     return shares_of(impaired, splits, said)
+
+
+def said_put_down(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return what is said of copies, and what was if none fell over: learnt once for both."""
+    fallen = read.fallen if isinstance(read, Profiled) else None
+    trials = (read if fallen is None else replace(read, fallen=None)).trials(alone)
+    held = [trial.predicted for trial in trials]
+    if fallen is None:
+        return held, held
+    return [said & ~fallen[trial.rows, None] for said, trial in zip(held, trials, strict=True)], held
 
 
 def impaired_copies(
@@ -135,13 +167,32 @@ def impaired_copies(
     return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
 
 
-def said_having_learnt(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
-    """Return what is said of copies by what has learnt the copies of other sources' objects beside those."""
+def with_copies_learnt(impaired: Impaired, read: Profiled) -> Profiled:
+    """Return what learns copies beside their originals, as the models that ship do."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
-    both = replace(read, kin=Kin(weights=weights, groups=originals))
-    more = [impaired.with_copies(split) for split in splits]
-    return [trial.predicted for trial in both.trials([[split] for split in more])]
+    return replace(read, kin=Kin(weights=weights, groups=originals))
+
+
+def said_of_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
+    """Return what is said of copies by what has learnt the copies of other sources' objects, but none of their kind.
+
+    Of each copy only what is said of its original's function; everything else is False.
+    """
+    said = [np.zeros((len(split.test), len(impaired.labels.functions)), bool) for split in splits]
+    asked = [
+        (where, column, kind)
+        for where, split in enumerate(splits)
+        for column, kind in sorted({impaired.column_and_kind(row) for row in split.test - impaired.whole})
+    ]
+    alone = [replace(read, labels=impaired.labels.of_function(column)) for column in range(said[0].shape[1])]
+    work = [
+        (alone[column], [impaired.with_copies(splits[where], unseen=kind).testing(impaired.made_as(column, kind))])
+        for where, column, kind in asked
+    ]
+    for (where, column, _), trial in zip(asked, trials_of(work), strict=True):
+        said[where][np.searchsorted(splits[where].test, trial.rows), column] = trial.predicted[:, 0]
+    return said
 
 
 def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:

@@ -11,6 +11,7 @@ from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
@@ -87,7 +88,8 @@ def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
     folds = [folds_of(splits) for _, splits in asked]
     work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
-    said = iter(Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1)(work))
+    learning = Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1, return_as="generator")
+    said = iter(list(progress(learning(work), len(work), "learning and testing")))
     return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
 
 

@@ -18,7 +18,7 @@ import typer
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import Failures, print_json, print_table, run
+from spherefunc_bullet.console import Failures, print_json, print_table, run, show
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -163,7 +163,7 @@ def print_all(
         for row in sure
     ]
     print_table("\nacross sources, scores of all functions", ["score", "how many", "said", "true"], bins)
-    print(f"\nquantities of one object: {milliseconds:.1f} ms")
+    show(f"\nquantities of one object: {milliseconds:.1f} ms")
 
 
 if __name__ == "__main__":

@@ -30,6 +30,11 @@ class Labels:
         """Return what is true of some objects, or of some more than once."""
         return Labels(self.functions, self.members[rows], self.also[rows], self.groups[rows])
 
+    def of_function(self, column: int) -> Labels:
+        """Return what is true of the objects of one function alone."""
+        only = [column]
+        return Labels((self.functions[column],), self.members[:, only], self.also[:, only], self.groups)
+
 
 def labels_of(simulated: Simulated) -> Labels:
     """Return what is true of a data set's objects.
@@ -54,6 +59,10 @@ class Split:
 
     train: np.ndarray
     test: np.ndarray
+
+    def testing(self, rows: np.ndarray) -> Split:
+        """Return a split that tests only those of its objects that are among some rows."""
+        return Split(self.train, self.test[np.isin(self.test, rows)])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NotRequired, TypedDict
 
-from spherefunc_bullet.console import print_json, print_table
+from spherefunc_bullet.console import print_json, print_table, show
 from spherefunc_bullet.formats.units import format_length
 
 from .features import SPHERES
@@ -82,7 +82,7 @@ def print_confusion(result: Result):
         f"{name} {', '.join(f'{format_length(float(radius))} {n}x' for radius, n in radii.items())}"
         for name, radii in said["radii"].items()
     ]
-    print(f"radii chosen: {'; '.join(counted)}")
+    show(f"radii chosen: {'; '.join(counted)}")
 
 
 def print_baselines(result: Result):

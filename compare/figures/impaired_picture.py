@@ -11,7 +11,17 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, USELESS, KindShare, Shares, mean_rows, mean_shares
+from ..evaluation.impaired import (
+    COPIES_LEARNT,
+    HARMLESS,
+    HELD,
+    UNSEEN_KIND,
+    USELESS,
+    KindShare,
+    Shares,
+    mean_rows,
+    mean_shares,
+)
 from ..pages.plates import GREY, INK, STYLE
 
 if TYPE_CHECKING:
@@ -113,7 +123,7 @@ def columns_of(shares: Shares) -> dict[str, str]:
     simulators = [
         name
         for name in there
-        if name not in {*COLUMNS, *NOT_DRAWN} and not name.endswith((HELD, COPIES_LEARNT))
+        if name not in {*COLUMNS, *NOT_DRAWN} and not name.endswith((HELD, COPIES_LEARNT, UNSEEN_KIND))
     ]
     others = {name: words for name, (words, _) in COLUMNS.items() if name in there}
     return dict(zip(simulators, simulators, strict=True)) | others

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from spherefunc_bullet.console import Failures, print_json, run, say
+from spherefunc_bullet.console import Failures, print_json, run, say, show
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import steps_of
@@ -47,7 +47,7 @@ def print_measured(measured: Measured):
     print_functions(measured.readings, measured.inferred)
     print_causes(measured.misses, measured.false_claims)
     score = score_of(measured.readings.get(SPHERES, ())).row()
-    print(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
+    show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
 def learnt_baselines(

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import TypedDict
 
-from spherefunc_bullet.console import print_table
+from spherefunc_bullet.console import print_table, show
 
 from .causes import CAUSES, CauseRow
 from .matching import Score, ScoreRow, Verdict, score_of
@@ -89,10 +89,10 @@ def print_functions(readings: Mapping[str, Verdicts], inferred: Verdicts = ()):
     print_table("What the sensor saw: found of how many, and how many claims are true", columns, rows)
     apart = score_of(readings.get(SPHERES, ()))
     backs = f"{apart.backs_found} of {apart.backs_found + apart.backs_missed} of which only the back shows are found"
-    print(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)")
+    show(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)")
     row = inferred_row(inferred)
     true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
-    print(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
+    show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
 
 
 def shares_of(score: Score) -> tuple[str, str]:
@@ -122,7 +122,7 @@ def print_scans(rows: Sequence[ScanRow]):
         for row in rows
     ]
     print_table("Each scan: found of those seen; a dash where there is none, or nothing is known", columns, table)
-    print()
+    show()
 
 
 def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
@@ -150,11 +150,11 @@ def print_causes(misses: Sequence[CauseRow], false_claims: Sequence[CauseRow]):
         counts = Counter(row["cause"] for row in rows)
         by_cause = ", ".join(f"{counts[cause]} {cause}" for cause in CAUSES if counts[cause])
         if not rows:
-            print(f"{title}: none\n")
+            show(f"{title}: none\n")
             continue
         columns = ["scan", "function", "object", "at, m", "cause", "what happened"]
         print_table(f"{title}, {len(rows)}: {by_cause}", columns, [cause_cells(row) for row in rows])
-        print()
+        show()
 
 
 def cause_cells(row: CauseRow) -> list[str]:

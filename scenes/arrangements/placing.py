@@ -12,6 +12,8 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.errors import InputError
 
+from .surfaces import Surface, surface_of
+
 WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z empty to set it down"
 
 
@@ -96,6 +98,11 @@ class PlacedThing:
         mesh = self.own.mesh
         placed = None if mesh is None else Mesh(self.to_world(mesh.vertices), mesh.faces)
         return Cloud(self.to_world(self.own.points), self.name, placed)
+
+    @cached_property
+    def surface(self) -> Surface:
+        """Its surface in the world's frame, for what stands on it or under it."""
+        return surface_of(self.cloud)
 
     def to_world(self, points: np.ndarray) -> np.ndarray:
         """Return points (N, 3) of its own frame in the world's."""

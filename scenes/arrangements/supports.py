@@ -1,6 +1,6 @@
-"""What carries a thing in its place: found by letting it down along the vertical until it touches.
+"""What carries an object in its place: found by letting it down along the vertical until it touches.
 
-Things touch where points of their surfaces lie above each other; samples are at most 5 mm from any place of a surface.
+It stands on what is under it where the two touch. What it interpenetrates carries nothing.
 """
 
 from __future__ import annotations
@@ -9,26 +9,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import ConvexHull, QhullError
 
-from spherefunc_bullet.clouds.cloud import MAX_GAP
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
+from spherefunc_bullet.simulator.mechanics import LEVEL
 from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surface_of
 
+from .overlaps import SUNK, crossing
 from .placing import PlacedThing
+from .surfaces import Surface, rise_over
 
 GROUND = "ground"
-TOUCHING = 0.005  # metres between a thing and what carries it, at most: a sampled slope explains as much
-COLUMN = 0.01  # metres: of a thing's points in a square of this side, the lowest can be carried
+CONTACT = 5e-4  # metres between places that touch, at most, where surfaces are exact
+SAMPLED = 0.5  # of the spacing, the same where points alone tell
+NEAR = (0.005, 0.01, 0.02, 0.05, 1.0)  # metres above contacts: the nearest tells who is above, no shelf's next board
+CLEARLY = 2  # times as many places
+GIVEN = 0.005  # metres: a height that was typed may leave as much below an object
 
 
 @dataclass(frozen=True, eq=False)
 class Feet:
-    """The underside of a thing and how far each point of it is above what is below it."""
+    """The places where an object may be carried, and how far it is above what is below them."""
 
     points: np.ndarray  # (U, 3) metres, the world's frame
-    gaps: np.ndarray  # (U, K + 1) metres to each of the others, and to the ground; infinite where nothing is below
+    gaps: np.ndarray  # (U, K + 1) metres to each of the others, and to the ground; infinite where that carries nothing
+    touch: np.ndarray  # (K + 1,) metres: how far apart places of the two may be that touch
+    level: float  # metres: what is no higher above the lowest contact is a foot, too
 
     @property
     def nearest(self) -> float:
@@ -37,77 +44,107 @@ class Feet:
 
     @property
     def carried(self) -> np.ndarray:
-        """Which points touch something, (U,) bool."""
-        return self.gaps.min(axis=1) <= TOUCHING
+        """Which points are carried by something, (U,) bool: as in `statics`, feet are not quite level."""
+        slack = max(self.nearest, 0.0) + np.maximum(self.touch, self.level)
+        return (self.gaps <= slack)[:, self.carries].any(axis=1)
+
+    @property
+    def carries(self) -> np.ndarray:
+        """Which of the others, and the ground, it stands on, (K + 1,) bool."""
+        return (self.gaps <= max(self.nearest, 0.0) + self.touch).any(axis=0)
 
     def carriers(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Return what the thing stands on, of the others' names and the ground."""
-        touched = (self.gaps <= TOUCHING).any(axis=0)
-        return tuple(name for name, carries in zip([*names, GROUND], touched, strict=True) if carries)
+        """Return what the object stands on, of the others' names and the ground."""
+        return tuple(name for name, carries in zip([*names, GROUND], self.carries, strict=True) if carries)
 
 
-def underside(points: np.ndarray) -> np.ndarray:
-    """Return the lowest of points (N, 3) in each square column, (U, 3)."""
-    order = np.argsort(points[:, 2], kind="stable")
-    _, first = np.unique(np.floor(points[order, :2] / COLUMN).astype(np.int64), axis=0, return_index=True)
-    return points[order[np.sort(first)]]
+def feet_over(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
+    """Return where an object is above the others and the ground, and how far."""
+    contacts = [contacts_over(thing, other) for other in others]
+    ground = thing.surface.points
+    points = np.concatenate([*(places for places, _ in contacts), ground])
+    gaps, first = np.full((len(points), len(others) + 1), np.inf), 0
+    for column, part in enumerate([*(gap for _, gap in contacts), ground[:, 2]]):
+        gaps[first : first + len(part), column] = part
+        first += len(part)
+    touch = np.array([*(touching(thing.surface, other.surface) for other in others), touching(thing.surface)])
+    return Feet(points, gaps, touch, LEVEL * float(thing.own.size.max()))
 
 
-def feet_over(thing: PlacedThing, others: Sequence[PlacedThing], from_above: bool) -> Feet:
-    """Return a thing's underside and its gaps to the others.
+def touching(*surfaces: Surface) -> float:
+    """Return how far apart places of surfaces may be that touch, metres."""
+    return max(CONTACT, *(SAMPLED * surface.grain for surface in surfaces))
 
-    Parameters
-    ----------
-    from_above : bool
-        Whether the highest point of another counts, wherever the thing is; or the highest below it.
+
+def contacts_over(thing: PlacedThing, other: PlacedThing) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (N, 3) where an object is above another, and how far, (N,) metres.
+
+    None where the two touch, and the other is the upper one or they interpenetrate.
     """
-    points = underside(thing.cloud.points)
-    gaps = [gaps_to(points, other, thing, from_above) for other in others]
-    return Feet(points, np.column_stack([*gaps, points[:, 2]]))
+    places, gaps = gaps_over(thing.surface, other.surface)
+    if not (gaps <= GIVEN).any():
+        return places, gaps
+    carried = is_above(thing.surface, other.surface) and crossing(thing, other) is None
+    return (places, gaps) if carried else (np.empty((0, 3)), np.empty(0))
 
 
-def gaps_to(points: np.ndarray, other: PlacedThing, thing: PlacedThing, from_above: bool) -> np.ndarray:
-    """Return how far points (U, 3) are above another thing, (U,) metres; infinite where it is not below them."""
-    surface, gaps = other.cloud.points, np.full(len(points), np.inf)
-    aside = max(MAX_GAP, other.own.spacing, thing.own.spacing)
-    low, high = points[:, :2].min(axis=0) - aside, points[:, :2].max(axis=0) + aside
-    surface = surface[((surface[:, :2] >= low) & (surface[:, :2] <= high)).all(axis=1)]
-    if not len(surface):
-        return gaps
-    near = cKDTree(surface[:, :2]).query_ball_point(points[:, :2], aside)
-    for number, rows in enumerate(near):
-        below = points[number, 2] - surface[rows, 2]
-        below = below if from_above else below[below >= -TOUCHING]
-        gaps[number] = below.min(initial=np.inf)
-    return gaps
+def is_above(one: Surface, other: Surface) -> bool:
+    """Return whether of two surfaces that touch the one is the upper: close to where they do, it is above the other.
+
+    If neither is, as of boxes of one size, its middle is higher.
+    """
+    least = max(SUNK, touching(one, other))
+    own, others = (gaps_over(*pair)[1] for pair in ((one, other), (other, one)))
+    for reach in NEAR:
+        counts = [int(((part > least) & (part < least + reach)).sum()) for part in (own, others)]
+        if max(counts) > CLEARLY * min(counts):
+            return counts[0] > counts[1]
+    return one.height > other.height
+
+
+def gaps_over(upper: Surface, lower: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return places (N, 3) of a surface that have another below them, and how far, (N,) metres.
+
+    What is sunk in less than a touch is above, too.
+    """
+    sunk = max(SUNK, SAMPLED * upper.grain, SAMPLED * lower.grain)
+    own, others = upper.over(lower), lower.over(upper)
+    down = lower.below(own + [0, 0, sunk]) - sunk
+    up = upper.above(others - [0, 0, sunk]) - sunk
+    met = others + np.column_stack([np.zeros((len(up), 2)), np.where(np.isfinite(up), up, 0)])
+    places, gaps = np.concatenate([own, met]), np.concatenate([down, up])
+    return places[np.isfinite(gaps)], gaps[np.isfinite(gaps)]
 
 
 def set_down(thing: PlacedThing, others: Sequence[PlacedThing]) -> PlacedThing:
-    """Return a thing that was let down from above, until one of the others or the ground carries it."""
-    high = thing.at(1.0 + max((other.cloud.bounds[1, 2] for other in others), default=0.0))
-    return high.at(high.height - feet_over(high, others, True).nearest)
+    """Return an object that was let down from above, until one of the others or the ground carries it."""
+    low = thing.at(0.0)
+    rises = [rise_over(low.surface, other.surface) for other in others]
+    return thing.at(max(0.0, -float(low.surface.bounds[0, 2]), *rises))
 
 
 def require_carried(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
-    """Return the feet of a thing in its place.
+    """Return the feet of an object in its place.
 
     Raises
     ------
     InputError
         If nothing carries it there.
     """
-    feet = feet_over(thing, others, False)
-    if feet.nearest > TOUCHING:
-        gap = format_length(round(feet.nearest, 3))
+    feet = feet_over(thing, others)
+    if feet.nearest > GIVEN:
+        pierced = [other.name for other in others if crossing(thing, other) is not None]
+        gap = f"nothing for {format_length(round(feet.nearest, 3))} below it"
+        gap += f", and what it interpenetrates ({', '.join(pierced)}) carries nothing" if pierced else ""
         raise InputError(
-            f"{thing.name}: expected something that carries it at {thing.height:g} m, got nothing for {gap} below it; "
+            f"{thing.name}: expected something that carries it at {thing.height:g} m, got {gap}; "
             "leave its height out, and it is set down"
         )
     return feet
 
 
 def tips_by(thing: PlacedThing, feet: Feet) -> float:
-    """Return how far a thing's weight acts beyond the polygon of what carries it, metres; below 0 within.
+    """Return how far an object's weight acts beyond the polygon of what carries it, metres; below 0 within.
 
     Its weight is that of its surface, as elsewhere.
     """

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from spherefunc_bullet.commands.options import Json, Units
-from spherefunc_bullet.console import print_json, print_table, say
+from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
 
@@ -171,9 +171,11 @@ def write_files(scan: Scan, room: Room, out: Path, file: Path):
 
 def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
+    from ..report.page import score_text
+
     names = room.function_names
     table = [
-        [str(item.id), item.main_function, *[f"{item.functions[name].score:.2f}" for name in names]]
+        [str(item.id), item.main_function, *[score_text(room, item, name) for name in names]]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size)]
         + [" ".join(f"{place:.2f}" for place in room.box_in_scan(item.box).center), f"{len(item.points)}"]
         for item in room.objects
@@ -182,9 +184,10 @@ def print_room(scan: Scan, room: Room):
     none = len(room.objects) - len(table)
     if table:
         columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-        print_table(f"{scan.name}: what objects are for, and the scores of each function", columns, table)
-    print(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
+        says = "what objects are for, the score of each function, and in brackets the bar that it has to pass"
+        print_table(f"{scan.name}: {says}", columns, table)
+    show(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:
-        print(f"inferred, not counted: {item.function}, since {item.reason}")
+        show(f"inferred, not counted: {item.function}, since {item.reason}")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in room.stages.items())
-    print(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")
+    show(f"seconds: {stages}; together {sum(room.stages.values()):.2f}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import BY_FILE, Json, Seed, Units, Up
+from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
@@ -32,6 +32,7 @@ def together(
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw them, spheres by their carrier.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write picture and table as one page.")] = None,
     json: Json = False,

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from spherefunc_bullet.processes.compilation import njit
 from spherefunc_bullet.simulator import Simulator
 
 from ..scans.cells import cells

@@ -102,6 +102,7 @@ def recognise(
         proposals=[scene_object(number, dense, one) for number, one in enumerate(candidates)],
         inferred=inferred,
         stages=watch.seconds,
+        bars=bars,
     )
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.learning.function_model import THRESHOLD, Membership
 
 from ..scans.levelling import Levelling
 from ..segmentation.box import Box
+from .choosing import Bar
 from .proposals import CLUSTERS
 
 
@@ -57,11 +59,16 @@ class Room:
     proposals: list[SceneObject] = field(default_factory=list)  # all that was asked about, overlapping ones too
     inferred: list[Inferred] = field(default_factory=list)  # not seen, and not counted among the objects
     stages: dict[str, float] = field(default_factory=dict)  # seconds that each step took
+    bars: Mapping[str, Bar] | None = None  # by what proposed an object; None: the model's own
 
     @property
     def function_names(self) -> list[str]:
         """The functions that objects were asked for; none without objects."""
         return list(self.objects[0].functions) if self.objects else []
+
+    def bar(self, item: SceneObject, function: str) -> float:
+        """Return the score that an object had to pass to have a function."""
+        return THRESHOLD if self.bars is None else self.bars[item.proposed_by].of(function)
 
     def box_in_scan(self, box: Box) -> Box:
         """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""

@@ -70,7 +70,9 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         "support": round(item.support, 4),
         "fragment": item.fragment,
         "proposed_by": item.proposed_by,
-        "functions": {name: asdict(membership) for name, membership in item.functions.items()},
+        "functions": {
+            name: asdict(membership) | {"bar": room.bar(item, name)} for name, membership in item.functions.items()
+        },
     }
 
 

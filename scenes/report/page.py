@@ -10,7 +10,7 @@ import numpy as np
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
-from ..recognition.recognition import Room
+from ..recognition.recognition import Room, SceneObject
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 from .picture import best_azimuth
@@ -40,7 +40,7 @@ def lead_html(scan: Scan, room: Room) -> str:
     return (
         f"<p class='lead'>{len(scan):,} points, {len(room.objects)} objects, {functional} of them with a function; "
         f"levelled by: {escape(room.levelling.source)}. Drag to turn, right-drag to move, wheel to zoom (click first), "
-        "double-click to reset.</p>"
+        "double-click to reset. In brackets is the bar that a score has to pass: the object then has the function.</p>"
     )
 
 
@@ -70,12 +70,17 @@ def room_data(scan: Scan, room: Room) -> dict[str, object]:
     }
 
 
+def score_text(room: Room, item: SceneObject, function: str) -> str:
+    """Return the score of one function of an object, and the bar that it had to pass."""
+    return f"{item.functions[function].score:.2f} ({room.bar(item, function):.2f})"
+
+
 def objects_table(room: Room) -> str:
     """Return the objects as a table, those with a function first."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
         [str(item.id), item.main_function or "none"]
-        + [f"{membership.score:.2f}" for membership in item.functions.values()]
+        + [score_text(room, item, name) for name in item.functions]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
         for item in sorted(room.objects, key=lambda item: (item.main_function is None, item.id))
     ]

@@ -70,7 +70,21 @@ function drawBars(part, settings) {
   if (part.count) artist.gl.drawArrays(artist.gl.TRIANGLES, 0, part.count);
 }
 
-// The names of the boxes, at their tops, from the farthest to the nearest.
+// How far above its box's top, in lines, each name stands so that none lies over another; the nearest stay at theirs.
+function freePlaces(tops, line, height) {
+  const taken = [];
+  const shifts = [0];
+  for (let n = 1; n <= tops.length; n++) shifts.push(n, -n);
+  for (const top of tops) {
+    const meets = (y) => taken.some((other) => Math.abs(other.y - y) < line && Math.abs(other.x - top.x) < other.half + top.half);
+    const free = shifts.map((n) => top.y - n * line).filter((y) => !meets(y));
+    const y = free.find((each) => each > line && each < height) ?? free[0];
+    taken.push({ ...top, y });
+  }
+  return taken;
+}
+
+// The names of the boxes, at their tops or above, with a line to the box that a name stands off.
 function drawNames(item, paper, { view, projection }, width, height, scale) {
   const placed = (point) => {
     const times = (m, v) => [0, 1, 2, 3].map((r) => v.reduce((sum, each, c) => sum + m[4 * c + r] * each, 0));
@@ -82,14 +96,21 @@ function drawNames(item, paper, { view, projection }, width, height, scale) {
   const shown = item.boxes.filter((each) => item.state[each.function]);
   const tops = shown.map((each) => {
     const middle = [0, 1, 2].map((i) => each.corners.slice(4).reduce((sum, corner) => sum + corner[i] / 4, 0));
-    return { each, ...placed(middle) };
-  });
-  for (const { each, x, y } of tops.sort((a, b) => b.w - a.w)) {
     const text = `${each.function} ${each.score.toFixed(2)}`;
-    const half = paper.measureText(text).width / 2 + 4 * scale;
+    const at = placed(middle);
+    return { each, text, ...at, top: at.y, half: paper.measureText(text).width / 2 + 4 * scale };
+  });
+  for (const { each, text, x, y, top, half } of freePlaces(tops.sort((a, b) => a.w - b.w), 20 * scale, height)) {
+    const ink = `rgb(${item.functions[each.function].map((c) => Math.round(c * 200)).join(" ")})`;
+    paper.strokeStyle = ink;
+    paper.lineWidth = scale;
+    paper.beginPath();
+    paper.moveTo(x, y);
+    paper.lineTo(x, top);
+    paper.stroke();
     paper.fillStyle = "rgba(255, 255, 255, 0.85)";
     paper.fillRect(x - half, y - 16 * scale, 2 * half, 19 * scale);
-    paper.fillStyle = `rgb(${item.functions[each.function].map((c) => Math.round(c * 200)).join(" ")})`;
+    paper.fillStyle = ink;
     paper.fillText(text, x, y - 2 * scale);
   }
 }

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.limits import require_ordinary
 
 from ..scans.scan import Report, Scan, scan_from_points
 from .frames import FrameTree, plain, seconds
@@ -25,7 +27,7 @@ _SHOWN = 12  # topics in an error
 
 def is_bag(path: Path) -> bool:
     """Return whether a path names a recorded bag."""
-    return path.suffix.lower() in SUFFIXES or (path / "metadata.yaml").is_file()
+    return path.suffix.lower() in SUFFIXES or os.path.isfile(path / "metadata.yaml")
 
 
 def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, report: Report | None = None) -> Scan:
@@ -74,8 +76,8 @@ def opened(path: Path, name: str) -> Iterator[AnyReader]:
     except ImportError as error:
         needs = "expected the package rosbags to read a bag"
         raise InputError(f"{name}: {needs}; pip install 'spherefunc-bullet[ros]'") from error
-    if not path.exists():
-        raise InputError(f"{name}: expected a bag, found nothing of that name")
+    if not path.is_dir():
+        require_ordinary(path)
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             yield reader
@@ -98,10 +100,10 @@ def topic_of_clouds(topics: Mapping[str, Any], topic: str | None, name: str) -> 
     if not clouds:
         raise InputError(f"{name}: expected a topic of sensor_msgs/PointCloud2, found {listed(topics)}")
     if topic is None and len(clouds) > 1:
-        raise InputError(f"{name}: expected --topic, one of {', '.join(clouds)}")
+        raise InputError(f"{name}: expected topic=, one of {', '.join(clouds)}")
     chosen = clouds[0] if topic is None else topic
     if chosen not in topics:
-        raise InputError(f"{name}: expected --topic to be one of {', '.join(clouds)}, got {chosen}")
+        raise InputError(f"{name}: expected topic= to be one of {', '.join(clouds)}, got {chosen}")
     if chosen not in clouds:
         came = f"{chosen} of {topics[chosen].msgtype}"
         raise InputError(f"{name}: expected a topic of sensor_msgs/PointCloud2 ({', '.join(clouds)}), got {came}")
@@ -129,7 +131,7 @@ def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what
     count = sum(known.msgcount for known in connections)
     length = (reader.end_time - begin) / 1e9 if count else 0.0
     wanted = f"a cloud from {time:g} s on" if count else "a cloud"
-    raise InputError(f"{what}: expected {wanted}, found {count} in {max(length, 0.0):.1f} s; set --time")
+    raise InputError(f"{what}: expected {wanted}, found {count} in {max(length, 0.0):.1f} s; set time=")
 
 
 def frame_tree(reader: AnyReader) -> FrameTree:

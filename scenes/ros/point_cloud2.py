@@ -72,18 +72,22 @@ def points_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
     Raises
     ------
     InputError
-        If it has no x, y and z, or is damaged.
+        If it has no x, y and z, one of them is of no type that there is, or it is damaged.
     """
-    names = {field.name for field in message.fields}
-    if not {"x", "y", "z"} <= names:
-        raise InputError(f"{name}: expected the fields x, y and z, got {', '.join(sorted(names)) or 'none'}")
+    types = {field.name: field.datatype for field in message.fields}
+    if not {"x", "y", "z"} <= set(types):
+        raise InputError(f"{name}: expected the fields x, y and z, got {', '.join(sorted(types)) or 'none'}")
+    odd = next((axis for axis in "xyz" if types[axis] not in DATATYPES), None)
+    if odd is not None:
+        raise InputError(f"{name}: expected {odd} of a datatype from 1 to 8, got {types[odd]}; is the message damaged?")
     records = records_of(message, name)
     return np.column_stack([records[axis].astype(np.float64) for axis in "xyz"])
 
 
 def colours_of(message: PointCloud2, name: str = "cloud") -> np.ndarray | None:
     """Return a message's colours (N, 3) uint8; None without any."""
-    colour = next((field.name for field in message.fields if field.name in COLOUR_FIELDS), None)
+    known = [field.name for field in message.fields if field.datatype in DATATYPES]
+    colour = next((name for name in known if name in COLOUR_FIELDS), None)
     if colour is None:
         return None
     packed = np.ascontiguousarray(records_of(message, name)[colour])

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
+
+from spherefunc_bullet.processes.compilation import njit
 
 STEP = 1e-5  # metres: what coordinates are rounded to; a sensor is off by a hundred times as much
 _BITS = 21  # of a cell's index along each axis

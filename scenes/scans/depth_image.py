@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.limits import require_file
 
 from .scan import Report, Scan, scan_from_points
 
@@ -42,6 +43,7 @@ def read_intrinsics(path: Path) -> Intrinsics:
     InputError
         If it is no such file.
     """
+    require_file(path)
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         data = data.get("intrinsic", data)
@@ -95,7 +97,7 @@ def load_depth_image(
     """
     name = one_line(path.name)
     if not (np.isfinite(depth_scale) and depth_scale > 0):
-        raise InputError(f"--depth-scale {depth_scale:g}: expected more than zero steps to the metre")
+        raise InputError(f'depth_scale="{depth_scale:g}": expected more than zero steps to the metre')
     depth = read_depth(path)
     depth = depth / depth_scale if depth.dtype.kind in "iu" else depth.astype(np.float64)
     if intrinsics is not None:
@@ -122,14 +124,13 @@ def read_depth(path: Path) -> np.ndarray:
     from PIL import Image, UnidentifiedImageError
 
     name = one_line(path.name)
+    require_file(path)
     try:
         if path.suffix.lower() == ".npy":
             depth = np.load(path, allow_pickle=False)
         else:
             with Image.open(path) as image:
                 mode, depth = image.mode, np.asarray(image)
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: expected a file, found none; check the path") from error
     except (OSError, ValueError, EOFError, SyntaxError, UnidentifiedImageError) as error:
         raise InputError(f"{name}: expected a depth image, could not read it; is it damaged?") from error
     if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
@@ -144,11 +145,10 @@ def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
     """Return the colours (H * W, 3) uint8 of an image that is registered to a depth image (H, W)."""
     from PIL import Image, UnidentifiedImageError
 
+    require_file(path)
     try:
         with Image.open(path) as image:
             colors = np.asarray(image.convert("RGB"))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: expected a file, found none; check the path") from error
     except (OSError, ValueError, SyntaxError, UnidentifiedImageError) as error:
         raise InputError(f"{path.name}: expected a colour image, could not read it; is it damaged?") from error
     require_same_size(path.name, (colors.shape[1], colors.shape[0]), depth, "a colour image")

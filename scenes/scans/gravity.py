@@ -49,7 +49,7 @@ def axis_up(up: str) -> np.ndarray:
             return vector / length
     except ValueError:
         pass
-    raise InputError(f"--up {up!r}: expected auto, x, y, z, -x, -y, -z, or three numbers such as 0,-0.9,-0.4")
+    raise InputError(f'up="{up}": expected auto, x, y, z, -x, -y, -z, or three numbers such as 0,-0.9,-0.4')
 
 
 def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:

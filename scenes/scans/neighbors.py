@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
+
+from spherefunc_bullet.processes.compilation import njit
 
 from .cells import cells
 

@@ -87,16 +87,16 @@ def scan_from_points(
 def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.ndarray:
     """Return finite points (N, 3) in metres."""
     if units not in UNITS:
-        raise InputError(f"--units {units!r}: expected one of {', '.join(UNITS)}")
+        raise InputError(f'units="{units}": expected one of {", ".join(UNITS)}')
     low, high = np.percentile(points, [1, 99], axis=0)
     extent = float((high - low).max())
     if units == "auto":
         units = "mm" if extent > LARGEST else "m"
         if units == "mm":
-            report(f"{name}: {extent:.3g} large, so taken to be in millimetres; --units says otherwise")
+            report(f"{name}: {extent:.3g} large, so taken to be in millimetres; units= says otherwise")
     if not 0.05 <= extent * METRES[units] <= LARGEST:
         came = f"got {extent * METRES[units]:.3g} m"
-        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {came}; set --units")
+        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {came}; set units=")
     return points * METRES[units]
 
 

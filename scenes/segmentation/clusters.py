@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
 

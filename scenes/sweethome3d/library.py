@@ -21,6 +21,7 @@ import trimesh
 
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.limits import require_ordinary
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 
 from ..household.parts.solids import stand
@@ -156,6 +157,7 @@ class _Library:
         self.path = path
         self.broken = 0  # entries of the catalogue without a usable name, model or size
         self._left = LIBRARY_LIMIT
+        require_ordinary(path)
         try:
             self._archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:

@@ -18,11 +18,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ..errors import Crashed, InputError, Unexpected
-from ..formats.limits import require_file
+from ..formats.sources import as_source
 from ..processes.tasks import finish
 from ..processes.worker import Task as Assignment
 from ..processes.worker import Worker
-from ..settling.records import file_parts
 from .batch import Limits, Outcomes
 from .folder import KIND, FullDisk, RunFolder
 from .ledger import Row
@@ -33,21 +32,6 @@ PATIENCE = "15s"  # to find the scheduler
 
 
 @dataclass(frozen=True, kw_only=True)
-class Parcel:
-    """A task to be sent: with the content of its files, or without, where the path is shared."""
-
-    task: Task
-    files: tuple[tuple[str, bytes], ...] = ()
-
-    @contextmanager
-    def unpacked(self, folder: Path) -> Iterator[Task]:
-        """Give the task with its files, those that travelled written to a folder."""
-        for name, content in self.files:
-            (folder / name).write_bytes(content)
-        yield replace(self.task, path=folder / self.files[0][0]) if self.files else self.task
-
-
-@dataclass(frozen=True, kw_only=True)
 class Delivery:
     """What comes back: rows or the reason why there are none, and the files of all radii that were settled."""
 
@@ -55,8 +39,8 @@ class Delivery:
     settled: dict[str, bytes]  # run -> file
 
 
-def pack(task: Task, shared_path: bool) -> Parcel:
-    """Return a task as it is sent.
+def packed(task: Task, shared_path: bool) -> Task:
+    """Return a task as it is sent: with the content of its files, unless all machines have them at the same path.
 
     Raises
     ------
@@ -64,24 +48,19 @@ def pack(task: Task, shared_path: bool) -> Parcel:
         If a file cannot be read or is too large.
     """
     if shared_path:
-        return Parcel(task=replace(task, path=task.path.resolve()))
-    parts = file_parts(task.path)
-    try:
-        for part in parts:
-            require_file(part, str(part))
-        return Parcel(task=task, files=tuple((part.name, part.read_bytes()) for part in parts))
-    except OSError as error:
-        raise InputError(f"{task.path}: expected a file that can be read; {error.strerror}") from error
+        return replace(task, path=task.path.resolve())
+    source = as_source(task.path)
+    for part in source.parts():
+        part.data  # noqa: B018 - is kept, and travels
+    return replace(task, source=source)
 
 
-def deliver(parcel: Parcel, limits: Limits) -> Delivery:
+def deliver(task: Task, limits: Limits) -> Delivery:
     """Do a task in a process of this thread's own; called where the executor's workers are."""
     with TemporaryDirectory(prefix="spherefunc-") as scratch:
-        files, folder = Path(scratch) / "object", RunFolder(Path(scratch) / "run")
-        files.mkdir()
+        folder = RunFolder(Path(scratch) / "run")
         folder.make()
-        with parcel.unpacked(files) as task:
-            ((_, outcome),) = finish([resident(limits)], iter([Assignment(0, str(task.path), (task, folder))]))
+        ((_, outcome),) = finish([resident(limits)], iter([Assignment(0, str(task.path), (task, folder))]))
         if isinstance(outcome, InputError):
             kind = Unexpected if isinstance(outcome, FullDisk) else type(outcome)  # that disk is not the run's
             outcome = kind(str(outcome).replace(str(task.path), task.name))
@@ -128,7 +107,7 @@ def outcomes(
         while True:
             for index, task in left:
                 try:
-                    running[executor.submit(deliver, pack(task, shared_path), limits)] = index
+                    running[executor.submit(deliver, packed(task, shared_path), limits)] = index
                 except InputError as error:
                     yield index, error
                 if len(running) >= IN_FLIGHT:

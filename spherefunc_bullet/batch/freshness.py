@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..errors import InputError
+from ..formats.sources import as_source
 from ..settling.cache import read_entry
-from ..settling.records import Dropping, file_parts
+from ..settling.records import Dropping
 from .folder import RunFolder, digest, size_and_time
 from .ledger import DONE, WAITING, Row
 
@@ -37,12 +38,12 @@ def same_content(row: Row, path: Path, dropping: Dropping) -> bool:
 
 
 def source_stamp(path: Path) -> str:
-    """Return the size and time of an object's file, and of what belongs to it; empty if there is none."""
+    """Return the size and time of an object's file, and of each that it names; empty if one is not there."""
     try:
-        about = [part.stat() for part in file_parts(path)]
-    except OSError:
+        about = [part.path.stat() for part in as_source(path).parts()]
+    except (OSError, ValueError):  # InputError is a ValueError, and so is a name that no file can have
         return ""
-    return f"{sum(file.st_size for file in about)} {max(file.st_mtime_ns for file in about)}"
+    return " ".join(f"{file.st_size} {file.st_mtime_ns}" for file in about)
 
 
 def kept_file(row: Row, folder: RunFolder) -> dict[str, int] | None:

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, Unexpected
+from ..formats.sources import Source, as_source
 from ..settling.drops import settled_centers
 from ..settling.records import Dropping
 from .folder import FullDisk, RunFolder, digest
@@ -27,6 +28,7 @@ class Task:
     name: str
     radii: dict[int, float]  # way in the ledger -> metres
     dropping: Dropping
+    source: Source | None = None  # with its content, of a task that travels
 
 
 def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
@@ -38,7 +40,8 @@ def settled_rows(task: Task, folder: RunFolder) -> list[Row]:
         If the file cannot be used, the disk is full, or something is wrong with us or the backend.
     """
     try:
-        content, cloud = task.dropping.content_hash(task.path), cache(lambda: task.dropping.cloud(task.path))
+        source = task.source or as_source(task.path)
+        content, cloud = task.dropping.content_hash(source), cache(lambda: task.dropping.cloud(source))
         return [settled_row(task, way, radius, content, cloud, folder) for way, radius in task.radii.items()]
     except (InputError, MemoryError):
         raise

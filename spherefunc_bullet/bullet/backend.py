@@ -9,7 +9,6 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
-from ..processes.compilation import prepare
 from ..simulator import DropResult, DropSettings, provenance_of, require_fitting
 from ..simulator.mechanics import (
     CarryResult,
@@ -90,7 +89,6 @@ class BulletSimulator(Physics):
         from .world import World
 
         kind = self.kind_for(cloud, settings.radius)
-        prepare_kernels(kind)
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
         shape = collision_shape(cloud, settings.radius, kind, self.voxel_size)
@@ -119,13 +117,13 @@ class BulletSimulator(Physics):
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Let an object go where it stands, and under a load at each place (see `TellsStance.stands`)."""
+        """Return by statics whether an object stands; let it go where that is not exact (see `TellsStance.stands`)."""
         from ..simulator.statics.body import body_of
         from ..simulator.statics.standing import stood
         from .bodies.standing import let_go
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
-        return stood(body, places, settings, lambda bodies: let_go(bodies, settings), provenance)
+        return stood(body, places, settings, provenance, lambda bodies: let_go(bodies, settings))
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:
         """Fill a cloud's object with spheres and carry it about (see `Carries.carry`)."""
@@ -143,21 +141,3 @@ class BulletSimulator(Physics):
             kept = carry_filled(self, shape, basin, filling, settings, radius)
         seconds = time.perf_counter() - started
         return carry_result(kept, filling, basin, radius, settings, seconds, provenance_of(self, settings, seed))
-
-
-def prepare_kernels(kind: str):
-    """Make sure that the kernels that a kind of shape needs are compiled from today's sources."""
-    from .collision.cuts import bare_centers, chain, count_inside, of_faces, standing_out
-    from .collision.sides import bending, grow
-    from .collision.triangulation import span_faces
-    from .collision.voxels import represent
-    from .columns import cell_of, height_on_points, height_on_spheres, in_cells, is_clear
-    from .flights import first_apart, judge_flights
-
-    kernels = [cell_of, first_apart, height_on_points, height_on_spheres, in_cells, is_clear, judge_flights]
-    if kind != "mesh":
-        kernels += [span_faces, represent]
-    if kind == "compound":
-        kernels += [grow, bending, chain, standing_out, bare_centers, of_faces, count_inside]
-    for kernel in kernels:
-        prepare(kernel)

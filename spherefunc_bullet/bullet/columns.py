@@ -6,7 +6,8 @@ Nobody needs to watch it fall through empty air.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ..processes.compilation import njit
 
 CELL = 2.0  # side of a cell of settled spheres in radii: as far as a column reaches
 FINE = 0.5  # side of a cell of points in radii, of which a large sphere has thousands below it

@@ -1,9 +1,13 @@
-"""PyBullet, which may be missing and which talks on standard output."""
+"""PyBullet, which may be missing and which says on stderr when it was built.
+
+Its calls hold Python's lock, so engines in several threads take turns, and each is its own.
+"""
 
 from __future__ import annotations
 
 import os
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
@@ -11,6 +15,8 @@ import numpy as np
 
 from ..errors import InputError
 
+CLONE_FILES = 0x400  # of Linux's sched.h
+CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # of its close_range.h, and where no descriptor is
 LARGEST_KEPT = 2**25 - 2**13  # bytes
 MISSING = (
     "backend 'bullet' needs PyBullet, which is not installed: pip install 'pybullet>=3.2.7' "
@@ -43,12 +49,40 @@ def pybullet():
     """
     engine_version()
     try:
-        with quiet(1, 2):  # it says when it was built
-            import pybullet
+        with ThreadPoolExecutor(1) as apart:
+            apart.submit(import_unheard).result()
+        import pybullet
     except ImportError as error:
         raise InputError(f"backend 'bullet': PyBullet is installed but cannot be imported: {error}") from error
     keep_memory()
     return pybullet
+
+
+def import_unheard():
+    """Import PyBullet in a thread that is at its end then, so that nobody reads when it was built.
+
+    Standard error is turned off for this thread alone, which Linux can do; elsewhere the line is seen once.
+    """
+    with suppress(OSError, AttributeError):
+        own_descriptors()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+    import pybullet  # noqa: F401
+
+
+def own_descriptors():
+    """Give this thread file descriptors that are its own: what it does to them no other thread sees.
+
+    Raises
+    ------
+    OSError, AttributeError
+        If the system cannot.
+    """
+    import ctypes
+
+    libc = ctypes.CDLL(None)
+    # In containers the first is often forbidden; the second, of no descriptor at all, does the same.
+    if libc.unshare(CLONE_FILES) and libc.close_range(ctypes.c_uint(NONE), ctypes.c_uint(NONE), CLOSE_RANGE_UNSHARE):
+        raise OSError("descriptors stay those of the process")
 
 
 def keep_memory():
@@ -59,18 +93,3 @@ def keep_memory():
     """
     np.empty(LARGEST_KEPT, np.uint8)
 
-
-@contextmanager
-def quiet(*descriptors: int):
-    """Keep what C code prints on file descriptors, by default standard output, out of ours."""
-    descriptors = descriptors or (1,)
-    saved, nowhere = [os.dup(descriptor) for descriptor in descriptors], os.open(os.devnull, os.O_WRONLY)
-    try:
-        for descriptor in descriptors:
-            os.dup2(nowhere, descriptor)
-        yield
-    finally:
-        for descriptor, original in zip(descriptors, saved, strict=True):
-            os.dup2(original, descriptor)
-            os.close(original)
-        os.close(nowhere)

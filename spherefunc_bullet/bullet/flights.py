@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
+from ..processes.compilation import njit
 from ..simulator import Outcome
 from .physics import Physics
 

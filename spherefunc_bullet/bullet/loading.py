@@ -15,7 +15,7 @@ import numpy as np
 from ..clouds.cloud import corners_of
 from ..errors import InputError
 from .collision.shape import CollisionShape
-from .engine import pybullet, quiet
+from .engine import pybullet
 
 RAYS = 2_000  # that look whether a shape has arrived, where one of the first few misses
 FIRST_RAYS = 200
@@ -40,7 +40,7 @@ def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
         If the engine refuses it.
     """
     p = pybullet()
-    with TemporaryDirectory(prefix="spherefunc-") as folder, quiet():
+    with TemporaryDirectory(prefix="spherefunc-") as folder:
         if shape.pieces is None:
             path = Path(folder) / f"{Path(folder).name}.stl"
             write_stl(path, shape.vertices * scale, shape.faces)
@@ -61,7 +61,7 @@ def load_spheres(compounds: Iterable[np.ndarray], scale: float, client: int) -> 
     By way of files, since what is made of lists has 16 parts at most.
     """
     bodies, still = [], {"useFixedBase": 1, "useMaximalCoordinates": 1}
-    with TemporaryDirectory(prefix="spherefunc-") as folder, quiet():
+    with TemporaryDirectory(prefix="spherefunc-") as folder:
         for number, centers in enumerate(compounds):
             path = Path(folder) / f"{number}.urdf"
             spheres = "".join(sphere_of_urdf(center, scale) for center in (centers * scale).tolist())
@@ -113,7 +113,7 @@ def require_arrived(shape: CollisionShape, body: int, scale: float, client: int)
     if share < 1 - MISSING or np.abs(bounds - expected).max() > SHORT:
         raise InputError(
             f"{shape.name}: expected PyBullet to hold the whole shape of {len(shape.faces):,} faces, "
-            f"{share:.1%} of it was met by rays; try another --shape or a larger radius"
+            f"{share:.1%} of it was met by rays; try another shape= or a larger radius"
         )
 
 

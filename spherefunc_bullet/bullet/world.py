@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .collision.shape import CollisionShape
-from .engine import pybullet, quiet
+from .engine import pybullet
 from .loading import load_shape, load_spheres, require_arrived
 from .physics import Physics
 
@@ -43,8 +43,7 @@ class World:
     def __init__(self, physics: Physics):
         p = pybullet()
         self.physics, self.scale = physics, physics.scale
-        with quiet():
-            self.client = p.connect(p.DIRECT)
+        self.client = p.connect(p.DIRECT)
         self.engine = {"physicsClientId": self.client}
         p.setPhysicsEngineParameter(
             fixedTimeStep=physics.look,

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from ..processes.compilation import njit
 
 ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # as powers of two: 2, 4, 16 and 64
 INSIDE = np.uint32(3)  # the bits of a cell's place within its brick, along one axis

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, one_line
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
+from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from .corners import corners_of
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
@@ -231,7 +232,7 @@ def _clean(geometry: Geometry, name: str, report: Report) -> Geometry:
 
 
 def load_cloud(
-    path: str | Path,
+    file: str | Path | Source,
     *,
     up: str = BY_FILE,
     units: str = "m",
@@ -244,7 +245,7 @@ def load_cloud(
 
     Parameters
     ----------
-    path : str or Path
+    file : str, Path or Source
         PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, XYZ or NPZ.
     up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
         The file's axis that points up: by default y for glTF, as its standard says, and z for all others; ``auto``
@@ -261,7 +262,8 @@ def load_cloud(
     InputError
         If the file cannot be used; the message is one line and begins with the file's name.
     """
-    return cloud_of(read_geometry(path), Path(path), up=up, units=units, max_gap=max_gap, report=report)
+    source = as_source(file)
+    return cloud_of(read_geometry(source), source.path, up=up, units=units, max_gap=max_gap, report=report)
 
 
 def cloud_of(

@@ -10,10 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy import ndimage
 
-from ..processes.compilation import prepare
+from ..processes.compilation import njit
 from .sampling import sample_surface
 
 CELL = 0.2  # radii: a rim of a third of the radius is seen
@@ -70,7 +69,6 @@ def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float) -> Basin:
     origin = low - reach - 2 * cell  # free all around
     shape = np.ceil((high + reach + 2 * cell - origin) / cell).astype(int)
     surface = sample_surface(vertices, faces, DENSE * max(cell, reach))
-    prepare(thicken, flood)
     solid = np.zeros(shape, np.bool_)
     thicken((surface - origin) / cell, reach / cell, solid)
     without_holes = np.logical_or.accumulate(solid[:, :, ::-1], axis=2)[:, :, ::-1]

@@ -35,9 +35,9 @@ _TOUCHING = 0.02  # of the largest extent: points this low count as touching the
 
 def require_choices(up: str, units: str) -> None:
     """Raise InputError for an axis or a unit that is none."""
-    for option, value, choices in (("--up", up, UPS), ("--units", units, UNITS)):
+    for option, value, choices in (("up", up, UPS), ("units", units, UNITS)):
         if value not in choices:
-            raise InputError(f"{option} {value!r}: expected one of {', '.join(choices)}")
+            raise InputError(f'{option}="{value}": expected one of {", ".join(choices)}')
 
 
 def turned_up(points: np.ndarray, up: str) -> np.ndarray:
@@ -95,11 +95,11 @@ def to_z_up(geometry: Geometry, up: str, path: Path, report: Report) -> np.ndarr
     name, promised = one_line(path.name), promised_up(path)
     if up == "auto":
         up, reason = (promised, "glTF files are by their standard") if promised == "y" else likely_up(geometry)
-        report(f"{name}: took {up} to be up, because {reason}; --up says otherwise")
+        report(f"{name}: took {up} to be up, because {reason}; up= says otherwise")
     elif up == BY_FILE:
         up = promised
     elif promised == "y" and up == "z":
-        report(f"{name}: taken as z up, but glTF files are y up by their standard; --up y may be meant")
+        report(f'{name}: taken as z up, but glTF files are y up by their standard; up="y" may be meant')
     return turned_up(geometry.vertices, up)
 
 
@@ -130,7 +130,7 @@ def to_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
         extent = float(np.ptp(points, axis=0).max())
         units = likely_unit(extent)
         size = _rounded(extent * METRES[units])
-        report(f"{name}: took its unit to be {units}, so it is {size} large; --units says otherwise")
+        report(f"{name}: took its unit to be {units}, so it is {size} large; units= says otherwise")
     return points * METRES[units]
 
 
@@ -155,13 +155,13 @@ def unit_question(extent: float) -> str:
     Examples
     --------
     >>> unit_question(300.0), unit_question(0.0003)
-    ('300 m wide; in millimetres? --units mm', '0.3 mm wide; in metres? --units m')
+    ('300 m wide; in millimetres? units="mm"', '0.3 mm wide; in metres? units="m"')
     """
     if extent < LIKELY[0]:
-        return f"{_rounded(extent)} wide; in metres? --units m"
+        return f'{_rounded(extent)} wide; in metres? units="m"'
     unit = likely_unit(extent)
     name = {"mm": "in millimetres?", "cm": "in centimetres?", "in": "in inches?"}.get(unit, "is the unit right?")
-    return f"{_rounded(extent)} wide; {name} --units {unit}"
+    return f'{_rounded(extent)} wide; {name} units="{unit}"'
 
 
 def centroid(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -13,9 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from ..processes.compilation import prepare
+from ..processes.compilation import njit
 from .outline import merge_vertices, outline_points
 from .thinning import thin
 
@@ -260,7 +259,6 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     -------
     (K, 3) float64, metres
     """
-    prepare(_bound, _candidates)
     cover = COVER * max_gap
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)

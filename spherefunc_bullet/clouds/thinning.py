@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from ..processes.compilation import prepare
+from ..processes.compilation import njit
 from .bricks import empty_bricks, first_in_bricks, thin_in_bricks
 from .corners import corners_of
 
@@ -107,12 +106,10 @@ def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS)
     cells = np.floor((high - low) * (0.5 / distance)) + 3
     count = len(points) + len(backwards)
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * count):
-        prepare(thin_in_bricks)
         kept = np.empty((count + 1, 4))
         grid = empty_bricks(cells, count)
         count = thin_in_bricks(points, backwards, low, distance, *grid, kept, kept.view(np.int64))
         return kept[1 : count + 1, :3].copy()
-    prepare(_thin)
     points = np.concatenate([points, backwards[::-1]])
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
     return points[_thin(points, distance, bits)]
@@ -126,11 +123,9 @@ def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndar
     low, high = bounds
     low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
-        prepare(first_in_bricks)
         grid = empty_bricks(cells, len(points))
         first = np.empty((len(points) + 1, 3))
         return first[: first_in_bricks(points, 1 / side, low.astype(np.int64), *grid, first)]
-    prepare(_first_of_cells)
     bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
     return points[_first_of_cells(points, 1 / side, bits)]
 

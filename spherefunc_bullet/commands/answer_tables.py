@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..console import print_table, say
+from ..console import print_table, say, show
 from ..formats.units import format_length
 
 Row = dict[str, Any]  # what the contract prints of one file
@@ -78,11 +78,11 @@ def print_reasons(row: Row):
     """Print one object's answer in sentences, and the training objects that are most like it."""
     if not row["reasons"]:
         return
-    print(f"\n{Path(row['file']).name}")
+    show(f"\n{Path(row['file']).name}")
     for reason in row["reasons"]:
-        print(f"  {reason}")
+        show(f"  {reason}")
     near = [f"{near['name']} ({', '.join(near['functions']) or 'none'})" for near in row["nearest"]]
-    print(f"  nearest training objects: {', '.join(near)}")
+    show(f"  nearest training objects: {', '.join(near)}")
 
 
 def print_quantities(row: Row, name: str):

@@ -10,9 +10,24 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from typer.core import TyperGroup
 
-from ..console import Failures, print_json, print_table, progress, say
+from ..console import Failures, print_json, print_table, progress, say, show
 from ..errors import InputError
-from .options import BY_FILE, DEFAULT_METHOD, Backend, Jobs, Json, Method, Radii, Seed, Shape, Units, Up, dropping
+from .options import (
+    BY_FILE,
+    DEFAULT_METHOD,
+    Backend,
+    Jobs,
+    Json,
+    Method,
+    MissLimit,
+    PackagePath,
+    Radii,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    dropping,
+)
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -44,8 +59,10 @@ def run(
     method: Method = DEFAULT_METHOD,
     radii: Radii = None,
     seed: Seed = 0,
+    miss_limit: MissLimit = None,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     jobs: Jobs = -1,
     time_limit: Annotated[
         str | None, typer.Option(help="Of one object, all radii together: 90s, 30min, 2h. Tried twice.")
@@ -74,7 +91,7 @@ def run(
     from ..formats.units import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method), shard)
+    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
@@ -138,9 +155,9 @@ def show_status(folder: Path, json: bool):
     else:
         left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
     rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"
-    print(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
+    show(f"{about['done']} of {about['objects']} objects done, {about['failed']} failed, {about['waiting']} waiting")
     kept = f"{format_duration(about['seconds'])} of simulation, {format_memory(about['bytes'])} of centres kept"
-    print(f"rate {rate}, time left {left}; {kept}")
+    show(f"rate {rate}, time left {left}; {kept}")
     if about["failures"]:
         print_table("Failures", ["object", "outcome", "why"], [list(failure.values()) for failure in about["failures"]])
 

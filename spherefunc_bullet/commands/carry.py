@@ -12,7 +12,7 @@ from ..console import Failures, print_json, print_table, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_length
 from .each_file import told_of_files
-from .options import BY_FILE, Friction, Json, Restitution, Seed, Units, Up
+from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -37,6 +37,7 @@ def carry(
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the share kept over the angle.")] = None,
     json: Json = False,
 ):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -11,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..console import Failures, print_json, progress, say
-from ..errors import InputError, one_line
+from ..console import Failures, error_line, print_json, progress, say
+from ..errors import InputError
 from .answer_tables import Row, members_of, print_functions
-from .options import BY_FILE, Json, Units, Up
+from .options import BY_FILE, Json, PackagePath, Units, Up
 
 if TYPE_CHECKING:
     from ..learning.cube_classifier import CubeClassifier
@@ -54,6 +55,7 @@ def classify(
     any_pose: Annotated[bool, typer.Option(help="However it lies: in the best pose for each function.")] = False,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     json: Json = False,
 ):
     """Say what each object is for."""
@@ -79,7 +81,7 @@ def classify(
     for index, outcome in progress(outcomes, len(names), "classifying"):
         if isinstance(outcome, InputError):
             failures.add(outcome)
-            rows[index] = {"file": str(names[index]), "error": one_line(outcome)}
+            rows[index] = {"file": str(names[index]), "error": error_line(outcome)}
         else:
             row = scored(names[index], outcome, classifier, explain)
             rows[index] = told_as_view(row, outcome, tasks[index][1], of_views(), explain) if outcome.one_view else row
@@ -102,7 +104,7 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
     for place in places:
         if place == STDIN:
             yield from listed_files([Path(line) for line in sys.stdin.read().splitlines() if line.strip()])
-        elif place.is_dir():
+        elif os.path.isdir(place):
             files = [path for path in sorted(place.rglob("*")) if path.suffix.lower() in SUFFIXES and path.is_file()]
             if not files:
                 kinds = ", ".join(sorted(SUFFIXES))

@@ -12,13 +12,13 @@ from typing import Annotated
 import typer
 
 from .. import __version__
-from ..console import log_on_stderr, run
+from ..console import log_on_stderr, run, show
 
 
 def say_version(asked: bool):
     """Print the version and leave, if asked."""
     if asked:
-        print(f"spherefunc {__version__}")
+        show(f"spherefunc {__version__}")
         raise typer.Exit()
 
 

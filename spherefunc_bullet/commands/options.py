@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,9 +22,22 @@ Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision 
 Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
 Up = Annotated[str, typer.Option(help="Axis that points up: z, -z, y, -y, x, -x, auto; file: y for glTF, else z.")]
 Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
+PackagePath = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--package-path",
+        metavar="DIR",
+        callback=lambda folders: point_to_packages(folders),
+        help="Where the packages are that URDF files name, or one of them; may be repeated. Beside ROS_PACKAGE_PATH.",
+    ),
+]
 Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm; by default the method's.")]
 Method = Annotated[
     str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
+]
+MissLimit = Annotated[
+    int | None,
+    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A); by default 50."),
 ]
 Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
 RunDir = Annotated[
@@ -35,13 +50,20 @@ Restitution = Annotated[float, typer.Option(help="How much bounces back: 0 nothi
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_METHOD = "profile"
-LARGEST_SPHERE = 0.2  # metres of radius: larger ones lie on no seat, and a number without a unit is in metres
 
 
 def dropping(
-    backend: str, shape: str | None, radii: str | None, seed: int, up: str, units: str, method: str = DEFAULT_METHOD
+    backend: str,
+    shape: str | None,
+    radii: str | None,
+    seed: int,
+    up: str,
+    units: str,
+    method: str = DEFAULT_METHOD,
+    miss_limit: int | None = None,
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
+    from ..learning.bounds import SPHERES
     from ..learning.method import find_method
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
@@ -49,10 +71,20 @@ def dropping(
     simulator = make_simulator(backend, **simulator_options(shape))
     way, loading = find_method(method), Loading(up=up, units=units)
     lengths = way.radii if radii is None else parse_lengths(radii)
-    if max(lengths) > LARGEST_SPHERE:
-        limit = f"expected spheres of at most {format_length(LARGEST_SPHERE)}, got {format_length(max(lengths))}"
-        raise InputError(f"--radii {radii}: {limit}; give a unit, such as 2cm or 2mm")
-    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=way.length)
+    if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
+        limits = f"expected spheres of {' to '.join(map(format_length, SPHERES))}, got {format_length(odd[-1])}"
+        raise InputError(f"--radii {radii}: {limits}; give a unit, such as 2cm or 2mm")
+    length = way.length.ending(miss_limit)
+    return Dropping(simulator=simulator, radii=lengths, seed=seed, loading=loading, length=length)
+
+
+def point_to_packages(folders: Sequence[Path] | None):
+    """Have this process, and the workers that it starts, look for the packages of URDF files in these folders first."""
+    from ..formats.scenes.packages import PACKAGE_PATH
+
+    if folders:
+        places = [*(str(folder.absolute()) for folder in folders), os.environ.get(PACKAGE_PATH, "")]
+        os.environ[PACKAGE_PATH] = os.pathsep.join(filter(None, places))
 
 
 def simulator_options(shape: str | None) -> dict:

@@ -11,7 +11,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from .each_file import told_of_files
-from .options import AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, matter_of
+from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -35,6 +35,7 @@ def poses(
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     seed: Seed = 0,
     units: Units = "m",
+    package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object as it lies.")] = None,
     page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as one page.")] = None,
     json: Json = False,

@@ -12,7 +12,18 @@ from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
 from ..formats.writing import prepare_folder, unused_name, write_bytes
-from .options import BY_FILE, Backend, Json, Seed, Shape, Units, Up, simulator_options
+from .options import (
+    BY_FILE,
+    Backend,
+    Json,
+    MissLimit,
+    PackagePath,
+    Seed,
+    Shape,
+    Units,
+    Up,
+    simulator_options,
+)
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -31,16 +42,19 @@ def simulate(
     out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
     cores: Annotated[int | None, typer.Option(min=1, help="That a large object's spheres are shared among.")] = None,
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
+    miss_limit: MissLimit = None,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     json: Json = False,
 ):
     """Drop spheres on each object and say how many settle."""
     from ..processes.tasks import run_tasks
-    from ..simulator import DropSettings, isolated, make_simulator
+    from ..simulator import MISS_LIMIT, DropSettings, isolated, make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape), **({} if cores is None else {"cores": cores}))
-    runs = [DropSettings(radius=length, max_spheres=max_spheres) for length in parse_lengths(radius)]
+    limits = {"miss_limit": MISS_LIMIT if miss_limit is None else miss_limit, "max_spheres": max_spheres}
+    runs = [DropSettings(radius=length, **limits) for length in parse_lengths(radius)]
     prepare_folder(out)
     failures, rows, written = Failures(), [], []
     tasks = [(file, simulator, runs, seed, up, units) for file in files]

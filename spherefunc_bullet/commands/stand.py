@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from ..formats.units import format_length, parse_length
+from ..formats.units import format_length, format_mass, parse_length
 from .each_file import told_of_files
-from .options import BY_FILE, AreaDensity, Friction, Json, Mass, Restitution, Seed, Units, Up, matter_of
+from .options import BY_FILE, AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -20,13 +20,14 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import StandResult, StandSettings
 
 Row = dict[str, Any]  # what the command prints of one file
+BACKENDS = "fast answers by statics, exact on level ground; bullet lets go what tips, rolls or has a round bottom."
 
 
 def stand(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
     load: Annotated[str, typer.Option(help="Set on one place after another: 5kg; a person weighs 75kg.")] = "5kg",
     radius: Annotated[str | None, typer.Option(help="Of the spheres that find the places; by default by size.")] = None,
-    backend: Annotated[str, typer.Option(help="bullet lets the object go; fast answers by statics.")] = "bullet",
+    backend: Annotated[str, typer.Option(help=BACKENDS)] = "fast",
     mass: Mass = None,
     area_density: AreaDensity = 5.0,
     friction: Friction = 0.5,
@@ -34,6 +35,7 @@ def stand(
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
     json: Json = False,
 ):
@@ -50,9 +52,11 @@ def stand(
     length = None if radius is None else parse_length(radius)
     failures = Failures()
     told = told_of_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
-    rows = [row_of(file, result, settings) for file, (_, result) in told]
     draw([stood for _, stood in told], settings, picture)
-    print_json(rows) if json else print_stances(rows)
+    if json:
+        print_json([row_of(file, result, settings) for file, (_, result) in told])
+    else:
+        print_stances([(file, result) for file, (_, result) in told], settings.load)
     failures.exit()
 
 
@@ -69,7 +73,6 @@ def stood_file(
 
 def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
     """Return what is printed of one file; what is infinite or unknown as null."""
-    least = float(result.tipping_load.min()) if len(result.tipping_load) else math.inf
     return {
         "file": str(file),
         "stance": str(result.stance),
@@ -78,7 +81,7 @@ def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
         "margin": finite(round(result.margin, 4)),
         "load": settings.load,
         "carries": result.share,
-        "tipping_load": finite(round(least, 3)),
+        "tipping_load": finite(round(result.tips_from, 3)),
         "places": [
             {"place": place.round(4).tolist(), "carries": bool(carries), "tipping_load": finite(round(float(tips), 3))}
             for place, carries, tips in zip(result.places, result.carries, result.tipping_load, strict=True)
@@ -103,19 +106,17 @@ def draw(objects: Sequence[tuple[Cloud, StandResult]], settings: StandSettings, 
     write_picture(side_by_side([stand_tile(cloud, result, settings.load) for cloud, result in objects]), picture)
 
 
-def print_stances(rows: Sequence[Row]):
+def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
     """Print a line for each object."""
     table = []
-    for row in rows:
-        name = Path(row["file"]).name
-        for note in row["notes"]:
-            say(f"{name}: {note}")
-        tilt = "" if row["tilt_deg"] is None else f"{row['tilt_deg']:.1f}°"
-        margin = "none" if row["margin"] is None else format_length(round(row["margin"], 3))
-        share = "" if row["carries"] is None else f"{row['carries']:.2f}"
-        tips = "never" if row["tipping_load"] is None else f"{row['tipping_load']:.2f} kg"
-        table.append([name, row["stance"], tilt, f"{row['mass']:.2f} kg", margin, share, tips])
+    for file, result in results:
+        for note in result.notes:
+            say(f"{file.name}: {note}")
+        tilt = f"{result.tilt_deg:.1f}°" if math.isfinite(result.tilt_deg) else ""
+        margin = format_length(round(result.margin, 3)) if math.isfinite(result.margin) else "none"
+        share = "" if result.share is None else f"{result.share:.2f}"
+        mass, words = format_mass(result.mass), result.tipping_words
+        table.append([file.name, str(result.stance), tilt, mass, margin, share, words])
     if table:
-        title = f"Do they stand, and carry {rows[0]['load']:g} kg where spheres came to rest?"
-        head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "tips from"]
-        print_table(title, head, table)
+        head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
+        print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)

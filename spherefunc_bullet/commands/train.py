@@ -37,6 +37,7 @@ def train(
     seed: options.Seed = 0,
     up: options.Up = options.BY_FILE,
     units: options.Units = "m",
+    package_path: options.PackagePath = None,
     jobs: options.Jobs = -1,
     run: options.RunDir = None,
     json: options.Json = False,

@@ -15,7 +15,7 @@ from ..console import Failures, print_json, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
 from ..formats.writing import require_place, unused_name, write_text
-from .options import BY_FILE, Json, Seed, Shape, Units, Up, simulator_options
+from .options import BY_FILE, Json, PackagePath, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -58,6 +58,7 @@ def view(
     max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 20_000,
     up: Up = BY_FILE,
     units: Units = "m",
+    package_path: PackagePath = None,
     json: Json = False,
 ):
     """Show objects with settled spheres and the histogram's cubes, as pages for a browser."""

@@ -63,15 +63,15 @@ def open_dataset(data: str | Path) -> Dataset:
         If there is neither such a folder nor such a catalogue, or the manifest is not usable.
     """
     path = Path(data)
-    if path.is_dir():
+    if os.path.isdir(path):
         manifest = path / "manifest.csv"
         return read_manifest(manifest) if manifest.is_file() else read_label_folders(path)
     if str(data) in (catalogues := catalogue_entry_points()):
         return read_manifest(built_catalogue(str(data)))
-    if path.is_file() and path.suffix.lower() == ".csv":
+    if os.path.isfile(path) and path.suffix.lower() == ".csv":
         return read_manifest(path)
     kinds = f"a folder with manifest.csv or label folders, or one of {', '.join(sorted(catalogues))}"
-    came = "a file" if path.exists() else "nothing of that name"
+    came = "a file" if os.path.exists(path) else "nothing of that name"
     raise InputError(f"{data}: expected {kinds}; found {came}")
 
 
@@ -150,7 +150,10 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
 
 def lies_below(folder: Path, path: Path) -> bool:
     """Return whether a path leads to a place below a folder, all links followed."""
-    return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
+    try:
+        return Path(os.path.realpath(folder)) in Path(os.path.realpath(path)).parents
+    except ValueError:  # a null byte in a name
+        return False
 
 
 def parse_functions(text: str) -> frozenset[str]:

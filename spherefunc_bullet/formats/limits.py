@@ -9,7 +9,7 @@ import stat
 import zipfile
 from pathlib import Path, PurePosixPath
 
-from ..errors import InputError
+from ..errors import InputError, one_line
 from . import FormatError
 
 MAX_FILE_BYTES = 512 << 20  # of a model or scan, with the files beside it that it names
@@ -17,32 +17,33 @@ MAX_TEXT_BYTES = 128 << 20  # of one in text, which takes several times its size
 MAX_UNPACKED_BYTES = 512 << 20  # of all members of an archive together: a small one can declare any size
 MAX_MEMBERS = 10_000  # of an archive
 MAX_TRIANGLES = 10_000_000
+LONGEST_NAME = 200  # characters of one that no file can have, as messages show it
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
 
 
-def require_file(path: Path, shown: str) -> None:
-    """Raise InputError for what is no ordinary file, or too large; nothing of it is read.
-
-    Parameters
-    ----------
-    shown : str
-        What the message calls it.
-
-    Raises
-    ------
-    OSError
-        If it cannot be looked at.
-    """
-    if path.is_dir():
+def require_ordinary(path: Path) -> int:
+    """Return the bytes of a file; raise InputError for what is none, such as a pipe; nothing of it is read."""
+    shown = one_line(path)
+    try:
+        about = path.stat()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(f"{shown}: expected a file, found none; check the path") from error
+    except (OSError, ValueError) as error:  # a name that is too long, or that holds a null byte
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{shown[:LONGEST_NAME]}: cannot be read: {reason}; check the path") from error
+    if stat.S_ISDIR(about.st_mode):
         raise InputError(f"{shown}: expected a file, got a folder; name a file in it")
-    if not path.exists():
-        raise InputError(f"{shown}: expected a file, found none; check the path")
-    about = path.stat()
     if not stat.S_ISREG(about.st_mode):  # a pipe or a device may never end
         raise InputError(f"{shown}: expected an ordinary file, got a pipe or a device; copy it to a file")
-    if about.st_size > MAX_FILE_BYTES:
-        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {about.st_size >> 20} MiB"
-        raise InputError(f"{shown}: {limit}; simplify it")
+    return about.st_size
+
+
+def require_file(path: Path) -> None:
+    """Raise InputError for what is no ordinary file, or too large; nothing of it is read."""
+    size = require_ordinary(path)
+    if size > MAX_FILE_BYTES:
+        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB, got {size >> 20} MiB"
+        raise InputError(f"{one_line(path)}: {limit}; simplify it")
 
 
 def require_text_size(data: bytes) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_members, require_unpacked
+from .sources import Source
 
 # What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
@@ -64,8 +65,9 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
     return names[0]
 
 
-def read_npz(data: bytes, path: Path) -> Geometry:
+def read_npz(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    data = source.data
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         require_members(archive)
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
@@ -77,8 +79,9 @@ def read_npz(data: bytes, path: Path) -> Geometry:
         return Geometry(vertices, _load(archive, "faces", "iu", "integers (M, 3)"))
 
 
-def read_npy(data: bytes, path: Path) -> Geometry:
+def read_npy(source: Source) -> Geometry:
     """Return the points (N, 3)."""
+    data = source.data
     file = io.BytesIO(data)
     shape, dtype = _read_header(file)
     if dtype.kind not in "fiu" or len(shape) != 2 or shape[1] != 3:

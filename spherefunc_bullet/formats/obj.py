@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
+from .sources import Source
 
 
 def _corner(word: str, vertex_count: int) -> int:
@@ -39,8 +39,9 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
         start = end + 1
 
 
-def read_obj(data: bytes, path: Path) -> Geometry:
+def read_obj(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    data = source.data
     require_text_size(data)
     vertices, counts, corners = array("d"), array("q"), array("q")
     for number, words in _lines(data):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from array import array
-from pathlib import Path
 
 import numpy as np
 
@@ -12,12 +11,14 @@ from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
+from .sources import Source
 
 _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")
 
 
-def read_off(data: bytes, path: Path) -> Geometry:
+def read_off(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
+    data = source.data
     require_text_size(data)
     # Comments are in any language, numbers are not.
     text = re.sub(r"#[^\n]*", "", data.removeprefix(b"\xef\xbb\xbf").decode("latin-1"))

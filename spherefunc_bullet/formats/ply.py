@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 import warnings
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .polygons import fan_triangles
+from .sources import Source
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",
@@ -178,8 +178,9 @@ def _labels(columns: dict[str, np.ndarray], element: _Element) -> np.ndarray | N
     return np.asarray(columns["label"]).astype(np.int64) if has else None
 
 
-def read_ply(data: bytes, path: Path) -> Geometry:
+def read_ply(source: Source) -> Geometry:
     """Return the vertices (N, 3), triangles (M, 3), none for a cloud, and the vertices' colours and labels."""
+    data = source.data
     order, elements, start = _parse_header(data)
     declared = {element.name: element.count for element in elements}
     require_counts(vertices=declared.get("vertex", 0), triangles=declared.get("face", 0))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from . import FormatError
 from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .scenes.parts import scene_of
+from .sources import Source
 
 
 def _count_facets(data: bytes) -> int | None:
@@ -24,8 +23,9 @@ def _count_facets(data: bytes) -> int | None:
     return text.count(b"facet normal")
 
 
-def read_stl(data: bytes, path: Path) -> Geometry:
+def read_stl(source: Source) -> Geometry:
     """Return the vertices (N, 3), repeated for each face, and triangles (M, 3)."""
+    data = source.data
     facets = _count_facets(data)
     meshes = list(scene_of(data, "stl").geometry.values())  # one for each 'solid'; STL has no transforms
     count = sum(len(mesh.faces) for mesh in meshes)

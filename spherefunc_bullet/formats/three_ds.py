@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from . import FormatError
 from .geometry import Geometry
+from .sources import Source
 
 _MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
 _CONTAINERS = (_MAIN, 0x3D3D, _OBJECT)  # file, editor, object
@@ -61,15 +63,18 @@ def _require_chunks(data: bytes, start: int, end: int) -> None:
             _require_chunks(data, begin, stop)
 
 
-def read_3ds(data: bytes, path: Path) -> Geometry:
+def read_3ds(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all objects in the file's own axes."""
     import assimp_py
 
+    data = source.data
     if _word(data, 0) != _MAIN:
         raise FormatError("expected a 3DS file, which begins with 'MM', found another; is it a 3DS file?")
     _require_chunks(data, 0, len(data))
     flags = assimp_py.Process_Triangulate | assimp_py.Process_PreTransformVertices
-    meshes = assimp_py.import_file(str(path), flags).meshes
+    with TemporaryDirectory() as folder:  # assimp takes a path alone: it gets the bytes that were looked at
+        (Path(folder) / "object.3ds").write_bytes(data)
+        meshes = assimp_py.import_file(f"{folder}/object.3ds", flags).meshes
     vertices = [np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3) for mesh in meshes]
     starts = np.cumsum([0] + [len(part) for part in vertices])
     faces = [np.array(mesh.indices, dtype=np.int64).reshape(-1, 3) for mesh in meshes]

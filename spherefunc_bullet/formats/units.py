@@ -113,6 +113,18 @@ def parse_mass(text: str) -> float:
     return _amount(text, KILOGRAMS, "a mass such as 5kg or 300g")
 
 
+def format_mass(kilograms: float) -> str:
+    """Return a mass as people say it, to two digits.
+
+    Examples
+    --------
+    >>> format_mass(0.3471), format_mass(4.72), format_mass(38.4), format_mass(123.4)
+    ('350 g', '4.7 kg', '38 kg', '120 kg')
+    """
+    rounded = float(f"{kilograms:.2g}")
+    return f"{rounded:g} kg" if rounded >= 1 else f"{1000 * rounded:g} g"
+
+
 def _amount(text: str, units: dict[str, int] | dict[str, float], wanted: str) -> float:
     """Return a number with a unit in the smallest unit; it is above zero."""
     match = _AMOUNT.fullmatch(text.lower())

@@ -14,6 +14,9 @@ Label = str | Iterable[str]  # an object's functions: a set, a list, ``'table;si
 Labels = Sequence[Label] | np.ndarray  # a label for each object, or an indicator (N, F) of 0 and 1
 
 
+WANTED = "functions' names for each object, or an indicator (N, F) of 0 and 1"
+
+
 def as_sets(labels: Sequence[Label]) -> list[frozenset[str]]:
     """Return each label as a set of functions.
 
@@ -46,10 +49,9 @@ def set_of(label: Label) -> frozenset[str]:
     if isinstance(label, str):
         return parse_functions(label)
     functions = frozenset(label) if isinstance(label, Iterable) else frozenset([label])
-    odd = next((name for name in functions if not isinstance(name, str)), None)
-    if odd is not None:
-        wanted = "functions' names for each object, or an indicator (N, F) of 0 and 1"
-        raise InputError(f"labels: expected {wanted}, got {odd!r}")
+    odd = [name for name in functions if not isinstance(name, str)]
+    if odd:
+        raise InputError(f"labels: expected {WANTED}, got {odd[0]!r}")
     return functions
 
 
@@ -61,6 +63,8 @@ def columns_of_indicator(y: Labels, known: tuple[str, ...] | None = None) -> tup
     known : tuple of str, optional
         What columns of an earlier one are called.
     """
+    if y is None:
+        raise InputError(f"labels: expected {WANTED}, got None")
     if not is_indicator(y):
         return None
     names = getattr(y, "columns", None)

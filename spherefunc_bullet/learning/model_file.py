@@ -7,6 +7,7 @@ and is refused with a clear line where those do not fit.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
@@ -19,10 +20,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..formats import FormatError
+from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
+from .bounds import require_bounds
 from .function_model import FunctionModel
 from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
@@ -53,7 +56,8 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     if not scans or not path.is_file():
         path = folder / f"household-{backend}.npz"
     if not path.is_file():
-        raise InputError(f"backend {backend!r}: no model ships for it; train one and give --model")
+        make_simulator(backend)  # of one that there is none, says which there are
+        raise InputError(f"backend {backend!r}: no model ships for it; train one and give model=")
     return path
 
 
@@ -62,11 +66,17 @@ def save_model(model: CloudClassifier, path: str | Path):
 
     Raises
     ------
+    NotFittedError
+        If it has not learnt yet.
     InputError
         If it is one of forests that are none of `forest`, which only arrays of trees can be kept of.
     """
+    from sklearn.utils.validation import check_is_fitted
+
     from .cube_classifier import CubeClassifier
 
+    check_is_fitted(model, "members_")
+    require_bounds(model.radii, model.length.drops, path)
     simulator = make_simulator(model.simulator)
     about = {
         "format": FORMAT,
@@ -125,7 +135,7 @@ def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) 
     if isinstance(model, FunctionModel):
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
-    return kept_model(path, backend, path.stat().st_mtime_ns if path.is_file() else 0)
+    return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
@@ -160,11 +170,10 @@ def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> Fu
 
 def read_contents(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
     """Return what a model file says about itself, and its arrays."""
+    require_file(Path(path))
     try:
         arrays = read_arrays(path)
         return json.loads(str(arrays["about"])), arrays
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: expected a model file, found nothing of that name") from error
     except FormatError as error:  # larger than a model may be
         raise InputError(f"{path}: {error}") from error
     except DAMAGE as error:
@@ -181,6 +190,8 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
     if backend is not None and about["backend"] != backend:
         raise InputError(f"{path}: a model of the backend {about['backend']}, not to be used with {backend}'s features")
+    for method in (about["method"], about.get("early", about)["method"]):
+        require_bounds(about["radii"], int(method["drops"]) if "drops" in method else None, path)
     try:
         simulator = make_simulator(about["backend"], **about["backend_options"])
     except InputError as error:

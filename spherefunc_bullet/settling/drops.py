@@ -5,11 +5,12 @@ What falls through is evidence too: a hole in the bottom, a missing seat and a s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..simulator import DropResult, Outcome
+from ..errors import InputError
+from ..simulator import MISS_LIMIT, DropResult, Outcome
 
 # Numbers of a drop: x and y of its column; x, y and z of the centre at rest, and whether it is walled in there, all NaN
 # where it did not settle.
@@ -22,10 +23,27 @@ NO_DROPS = np.empty((0, WIDTH), np.float32)
 
 @dataclass(frozen=True, kw_only=True)
 class Length:
-    """How long a run for features is: until 50 misses or the limit of settled spheres, unless it is said otherwise."""
+    """When a run for features ends: after so many misses in a row or settled spheres, unless it says otherwise."""
 
     drops: int | None = None  # exactly so many, whatever becomes of them
     to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres
+    miss_limit: int = MISS_LIMIT  # of the paper's rule: consecutive spheres not placed that end the run
+
+    def ending(self, miss_limit: int | None) -> Length:
+        """Return the same with another miss limit; None: as it is.
+
+        Raises
+        ------
+        InputError
+            If runs do not end by misses.
+        """
+        if miss_limit is None:
+            return self
+        if self.drops is not None:
+            raise InputError(
+                f"miss limit {miss_limit}: expected with method cubes or paper; runs of profile are {self.drops} drops"
+            )
+        return replace(self, miss_limit=miss_limit)
 
 
 LIMITED = Length()

@@ -8,9 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from ..processes.compilation import prepare
+from ..processes.compilation import njit
 
 DIRECTIONS = 64
 NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(2**64 - 1)  # directions as bits
@@ -26,7 +25,6 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
     radius : float
         Of the spheres, metres.
     """
-    prepare(met_everywhere)
     reach, z = NARROWER * radius, points[:, 2]
     bottom, layers = z.min(), int((z.max() - z.min()) / reach) + 1
     rooms = np.empty(len(points), np.int32), np.zeros(layers, np.bool_), np.zeros((2, layers + 1), np.int64)

@@ -20,8 +20,7 @@ import numpy as np
 from ..clouds.cloud import Cloud, load_cloud
 from ..clouds.orientation import Report, promised_up
 from ..errors import InputError, one_line
-from ..formats.limits import require_file
-from ..formats.scenes.urdf import named_meshes
+from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
@@ -64,28 +63,24 @@ class Dropping:
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
         object.__setattr__(self, "radii", tuple(self.radii))
 
-    def cloud(self, path: Path, report: Report | None = None) -> Cloud:
+    def cloud(self, file: Path | Source, report: Report | None = None) -> Cloud:
         """Return a file's cloud; see `load_cloud`."""
-        return load_cloud(path, up=self.loading.up, units=self.loading.units, report=report)
+        return load_cloud(file, up=self.loading.up, units=self.loading.units, report=report)
 
-    def content_hash(self, path: Path) -> str:
-        """Return the hash of a file's bytes and of how it is loaded.
+    def content_hash(self, file: Path | Source) -> str:
+        """Return the hash of the bytes of a file, and of all files that it names, and of how it is loaded.
 
-        A glTF file keeps its geometry in ``.bin`` files beside it, so those count as well.
+        Of a source whose cloud is made afterwards, it is the hash of the very bytes that were read.
 
         Raises
         ------
         InputError
-            If it is no file that would be read: none, too large, a pipe.
+            If it is no file that would be read: none, too large, a pipe; or if one that it names is not.
         """
-        digest = hashlib.sha256(f"{FORMAT} {Path(path).suffix.lower()} {asdict(self.loading.of(Path(path)))}".encode())
-        for part in file_parts(path):
-            try:
-                require_file(part, one_line(part))
-                with open(part, "rb") as file:
-                    digest.update(hashlib.file_digest(file, "sha256").digest())
-            except OSError as error:
-                raise InputError(f"{one_line(part)}: expected a file that can be read; {error.strerror}") from error
+        source = as_source(file)
+        digest = hashlib.sha256(f"{FORMAT} {source.kind} {asdict(self.loading.of(source.path))}".encode())
+        for part in source.digests():
+            digest.update(part)
         return digest.hexdigest()
 
     def run(self, cloud: Cloud, radius: float) -> dict[str, np.ndarray]:
@@ -159,7 +154,8 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     """
     from ..simulator.statics.falling_over import falls_over
 
-    content, cloud = dropping.content_hash(path), cache(lambda: dropping.cloud(path))
+    source = as_source(path)
+    content, cloud = dropping.content_hash(source), cache(lambda: dropping.cloud(source))
     shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
     runs = kept_runs(content, cloud, dropping, home)
     return ObjectRecord(
@@ -184,9 +180,9 @@ class KeptFile:
     """
 
     def __init__(self, path: Path, dropping: Dropping, report: Report | None = None):
-        self.path, self.dropping = path, dropping
-        self.content, name, lines = dropping.content_hash(path), one_line(Path(path).name), []
-        self.cloud = cache(lambda: dropping.cloud(path, lambda line: lines.append(line.removeprefix(name))))
+        self.path, self.dropping, source = path, dropping, as_source(path)
+        self.content, name, lines = dropping.content_hash(source), one_line(Path(path).name), []
+        self.cloud = cache(lambda: dropping.cloud(source, lambda line: lines.append(line.removeprefix(name))))
         entry = entry_path("remarks", self.content)
         remarks = computed_once(entry, lambda: self.cloud() and {"lines": np.array(lines, str)})
         for line in remarks["lines"].tolist() if report else []:
@@ -255,11 +251,3 @@ def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:
     numbers = np.unique(cubes @ [2**32, 2**16, 1])
     cubes = np.column_stack([numbers >> 32, numbers >> 16 & 0xFFFF, numbers & 0xFFFF]) - 2**15
     return {"size": cloud.size, "voxels": cubes.astype(np.int16)}
-
-
-def file_parts(path: Path) -> list[Path]:
-    """Return the files that hold an object: the file, with a glTF file what lies beside it, with URDF its meshes."""
-    path = Path(path)
-    if path.suffix.lower() == ".urdf":
-        return [path, *named_meshes(path)]
-    return [path, *sorted(path.parent.glob("*.bin"))] if path.suffix.lower() == ".gltf" else [path]

@@ -84,8 +84,8 @@ def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED)
     if length.drops is not None:
         return DropSettings(radius=radius, miss_limit=length.drops, max_drops=length.drops)
     if length.to_the_end and not hasattr(simulator, "sphere_limit"):
-        return DropSettings(radius=radius)
-    return DropSettings(radius=radius, max_spheres=sphere_limit(simulator))
+        return DropSettings(radius=radius, miss_limit=length.miss_limit)
+    return DropSettings(radius=radius, miss_limit=length.miss_limit, max_spheres=sphere_limit(simulator))
 
 
 def measured_run(

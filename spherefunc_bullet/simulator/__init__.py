@@ -21,6 +21,7 @@ from ..errors import InputError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
 
+MISS_LIMIT = 50  # consecutive spheres not placed that end a run (§III-A)
 SPHERE_LIMIT = 20_000  # settled spheres that end a run for features: what holds more of the smallest is no cup
 
 
@@ -46,7 +47,7 @@ class DropSettings:
     """What the paper fixes of a run (§III-A), the same for every backend."""
 
     radius: float  # of the spheres, metres
-    miss_limit: int = 50  # consecutive spheres not placed that end the run
+    miss_limit: int = MISS_LIMIT  # consecutive spheres not placed that end the run
     max_spheres: int = 5_000_000  # settled spheres at which the run stops, a cap on memory
     max_drops: int | None = None  # drops at which the run stops, whatever became of them; None: as many as it takes
 

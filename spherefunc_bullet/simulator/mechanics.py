@@ -15,11 +15,13 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
+from ..formats.units import format_mass
 from . import Simulator, backend_entry_points
 
 AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
 LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
 CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
+OVERLOAD, OVERLOADED = 1000.0, 100.0  # kg, and own masses: who asks whether it tips under more means no load at all
 KINDS = {"poses": "tell poses", "stands": "tell whether it stands", "carry": "carry an object about"}
 
 
@@ -85,9 +87,9 @@ class PoseResult:
 class Stance(StrEnum):
     """What becomes of an object that is put on level ground."""
 
-    STANDS = "stands"  # keeps the pose it came in
+    STANDS = "stands"  # keeps the pose it came in, or comes back to it, as a bowl with a round bottom does
     ROCKS = "rocks"  # leans over a little, and stands so
-    ROLLS = "rolls"  # has no pose of its own among many
+    ROLLS = "rolls"  # has no pose of its own among many, as a ball
     TIPS = "tips"  # ends in another pose
     MOVES = "moves"  # has not come to rest within the time limit
 
@@ -121,7 +123,7 @@ class StandResult:
     margin: float  # metres from where its weight acts to the nearest edge it would tip over; below 0 beyond it
     places: np.ndarray  # (P, 3) where the load was set, metres, the cloud's frame
     carries: np.ndarray  # (P,) bool: under the load it keeps the pose in which it stands alone
-    tipping_load: np.ndarray  # (P,) kg at which it tips by statics, infinite where no load does
+    tipping_load: np.ndarray  # (P,) kg at which it leaves its pose by statics, infinite where no load does
     notes: tuple[str, ...]
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
@@ -130,6 +132,20 @@ class StandResult:
     def share(self) -> float | None:
         """Share of the places that can carry the load; None where it was set on none."""
         return float(self.carries.mean()) if len(self.carries) else None
+
+    @property
+    def tips_from(self) -> float:
+        """The least load that tips it at any of the places, kg; infinite where none does."""
+        return float(self.tipping_load.min(initial=math.inf))
+
+    @property
+    def tipping_words(self) -> str:
+        """From which load on it tips, in words; none where it does not stand, or where no load was set on it."""
+        if self.stance not in (Stance.STANDS, Stance.ROCKS) or not len(self.places):
+            return ""
+        if self.tips_from >= min(OVERLOAD, OVERLOADED * self.mass):
+            return "no load tips it"
+        return f"tips from {format_mass(self.tips_from)}" if self.tips_from > 0 else "any load tips it"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -150,7 +150,8 @@ def stand_tile(cloud: Cloud, result: StandResult, load: float) -> Image.Image:
     colours = np.where(result.carries[:, None], CARRIES, TIPS)
     image = render_balls(cloud, result.places + [0, 0, radius], radius, colours, TILE)
     share = "" if result.share is None else f"{100 * result.share:.0f} % of places carry {load:g} kg"
-    return captioned(image, f"{cloud.name}: {result.stance}", share)
+    title = ", ".join(filter(None, [f"{cloud.name}: {result.stance}", result.tipping_words]))
+    return captioned(image, title, share)
 
 
 def carry_tile(cloud: Cloud, result: CarryResult) -> Image.Image:

@@ -10,8 +10,8 @@ from ...simulator.mechanics import Stance, StandSettings
 from ...simulator.statics.body import Body
 from ...simulator.statics.facets import Facets, facets_of
 from ...simulator.statics.poses import at_rest
-from ...simulator.statics.standing import Stand, stance_at
-from .yard import Rests, Yard, free_body
+from ...simulator.statics.standing import Stand, let_down, stance_at
+from .yard import ROLLING, Rests, Yard, free_body
 
 
 def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
@@ -22,11 +22,12 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
         return np.array([at_rest(facets[k], one[None])[0] for k, one in zip(left, down, strict=True)])
 
     with Yard(settings.matter) as yard:
-        turns = [free.world_rotation(np.eye(3)[None])[0] for free in frees]
-        numbers = [
-            yard.add(free, yard.hull(free), turn, 0.0, place)
-            for place, (free, turn) in enumerate(zip(frees, turns, strict=True))
-        ]
+        numbers = []
+        for place, (free, of_one) in enumerate(zip(frees, facets, strict=True)):
+            # Friction of rolling would hold what stands on an edge, its weight beyond it: only what is round has it.
+            rolling = 0.0 if let_down(of_one, settings).flat else ROLLING
+            turn = free.world_rotation(np.eye(3)[None])[0]
+            numbers.append(yard.add(free, yard.hull(free), turn, 0.0, place, rolling))
         rests = yard.until_rest(frees, numbers, settled, settings.time_limit)
     return [stand_of(rests, k, of_one, settings) for k, of_one in enumerate(facets)]
 
@@ -34,5 +35,5 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
 def stand_of(rests: Rests, k: int, facets: Facets, settings: StandSettings) -> Stand:
     """Return what became of one body."""
     if not rests.rested[k]:
-        return Stand(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan))
+        return Stand(stance=Stance.MOVES, tilt_deg=np.nan, down=np.full(3, np.nan), flat=False)
     return stance_at(facets, rests.down[k], settings)

@@ -14,12 +14,12 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Matter
 from ...simulator.statics.body import Body
-from ..engine import pybullet, quiet
+from ..engine import pybullet
 
 STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
 SUB_STEPS = 5  # between two looks
 ITERATIONS = 20  # of the engine's solver
-ROLLING = 0.01  # friction of rolling, in extents: without it what is round rolls for ever
+ROLLING = 0.01  # friction of rolling, in extents: without it what is round rolls for ever; it holds on an edge, too
 APART = 3.0  # extents between places
 REST_SPEED = 0.01  # of the centre, and of the surface through turning
 REST_TIME = 1.0  # for which it has to be as slow
@@ -63,8 +63,7 @@ class Yard:
 
     def __init__(self, matter: Matter):
         p = pybullet()
-        with quiet():
-            self.client = p.connect(p.DIRECT)
+        self.client = p.connect(p.DIRECT)
         self.engine, self.matter = {"physicsClientId": self.client}, matter
         p.setPhysicsEngineParameter(
             fixedTimeStep=STEP * SUB_STEPS,
@@ -92,8 +91,10 @@ class Yard:
             pybullet().GEOM_MESH, vertices=body.corners.tolist(), **self.engine
         )
 
-    def add(self, body: FreeBody, hull: int, turn: np.ndarray, clearance: float, place: int) -> int:
-        """Return a new body, turned by (3, 3), its lowest corner at a height over its place."""
+    def add(
+        self, body: FreeBody, hull: int, turn: np.ndarray, clearance: float, place: int, rolling: float = ROLLING
+    ) -> int:
+        """Return a new body, turned by (3, 3), its lowest corner at a height over its place; friction in extents."""
         p = pybullet()
         lowest = float((body.corners @ turn[2]).min())
         number = p.createMultiBody(
@@ -111,8 +112,8 @@ class Yard:
             mass=1.0,  # without it the engine takes the inertia for none
             localInertiaDiagonal=body.inertia.tolist(),
             lateralFriction=self.matter.friction,
-            rollingFriction=ROLLING,
-            spinningFriction=ROLLING,
+            rollingFriction=rolling,
+            spinningFriction=rolling,
             restitution=self.matter.restitution,
             linearDamping=0.0,
             angularDamping=0.0,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from scipy.ndimage import label
+
+from ...processes.compilation import njit
 
 CELLS = 4  # of the grid on which hulls are looked at, per reach
 MAX_CELLS = 4_000_000  # the grid is made coarser beyond

@@ -7,7 +7,8 @@ plane, which is fitted anew to what has grown.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ...processes.compilation import njit
 
 FREE = -1
 STEP = 0.25  # of the tolerance: faces that bend alike but for this are seeds in their own order

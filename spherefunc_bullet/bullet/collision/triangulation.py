@@ -12,7 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from ...processes.compilation import njit
 
 MAX_NEIGHBORS = 256  # of a point within twice the gap, the nearest; more are not looked at
 ROOM = 4 * MAX_NEIGHBORS  # for those that are found, before the nearest of them are kept

@@ -7,7 +7,8 @@ board, is represented by one point of each; one in which a surface bends keeps i
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from ...processes.compilation import njit
 
 RIM = 0.4  # of a voxel's side: how far the mean of its points lies from that of its surroundings at a rim
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import io
 import struct
-from pathlib import Path
 
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_counts, require_unpacked
+from ..sources import Source
 
 _RECORD, _LONG_RECORD = 54, 60  # bytes at least, of what the header counts beside the points
 
@@ -33,11 +33,12 @@ def _require_chunks(data: bytes, start: int) -> None:
         raise FormatError("expected as many chunks as its table says, the file is shorter; is it damaged?")
 
 
-def read_las(data: bytes, path: Path) -> Geometry:
+def read_las(source: Source) -> Geometry:
     """Return the points (N, 3), scaled and shifted as the file says."""
     import laspy
     import lazrs  # noqa: F401 - laspy does without it until it needs it
 
+    data = source.data
     _require_records(data)
     with laspy.open(io.BytesIO(data)) as file:
         header = file.header

@@ -7,13 +7,13 @@ import. The format's compression is LZF.
 from __future__ import annotations
 
 import io
-from pathlib import Path
 
 import numpy as np
 
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_counts, require_text_size, require_unpacked
+from ..sources import Source
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use
@@ -117,8 +117,9 @@ def _colors(columns: dict[str, np.ndarray] | np.ndarray) -> np.ndarray | None:
     return np.column_stack([packed >> 16 & 255, packed >> 8 & 255, packed & 255]).astype(np.uint8)
 
 
-def read_pcd(data: bytes, path: Path) -> Geometry:
+def read_pcd(source: Source) -> Geometry:
     """Return the points (N, 3), those a sensor did not see NaN, and their colours."""
+    data = source.data
     columns, count = point_columns(data)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:

@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import io
 import re
-from pathlib import Path
 
 import numpy as np
 
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_counts, require_text_size
+from ..sources import Source
 
 _COMMENT = re.compile(r"(?:#|//|%)[^\n]*")
 _NUMBER = re.compile(r"[-+.\d]|nan|inf", re.IGNORECASE)
 
 
-def read_xyz(data: bytes, path: Path) -> Geometry:
+def read_xyz(source: Source) -> Geometry:
     """Return the points (N, 3).
 
     Raises
@@ -27,6 +27,7 @@ def read_xyz(data: bytes, path: Path) -> Geometry:
     FormatError
         If there are none, or a CSV file names columns but not x, y and z.
     """
+    data = source.data
     require_text_size(data)
     require_counts(points=data.count(b"\n"))
     text = data.decode("utf-8-sig").strip()
@@ -38,7 +39,7 @@ def read_xyz(data: bytes, path: Path) -> Geometry:
     text = _COMMENT.sub("", text).strip()
     first, _, rest = text.partition("\n")
     words = _words(first)
-    if len(words) > 1 and not _NUMBER.match(words[0]) and path.suffix.lower() == ".csv":
+    if len(words) > 1 and not _NUMBER.match(words[0]) and source.kind == ".csv":
         raise FormatError(f"expected columns named x, y and z, got {', '.join(words)[:80]}; name them so")
     has_heading = len(words) == 1 or (words and not _NUMBER.match(words[0]))  # one word counts the points
     return Geometry(_numbers(re.sub("[,;]", " ", rest if has_heading else text), (0, 1, 2), None))

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
 from .. import FormatError
 from ..geometry import Geometry
-from .parts import joined, parts_of, require_few_instances, require_plain_xml, scene_of
+from ..sources import Source
+from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
 # To z up: the rows are what becomes x, y and z.
 _TURNS = {
@@ -20,12 +20,12 @@ _TURNS = {
 }
 
 
-def read_dae(data: bytes, path: Path) -> Geometry:
+def read_dae(source: Source) -> Geometry:
     """Return the vertices (N, 3), metres and z up by the file's own unit and axis, and triangles (M, 3)."""
     import collada  # noqa: F401 - trimesh does without it until it needs it
 
-    require_plain_xml(data)
-    tree = ElementTree.fromstring(data)
+    data = source.data
+    tree = plain_xml(data)
     require_few_instances(*_instances(tree))
     geometry = joined(parts_of(scene_of(data, "dae", resolver={}), "faces"))
     return Geometry(_metres(tree) * geometry.vertices @ _turn(tree).T, geometry.faces)

@@ -13,10 +13,11 @@ from urllib.parse import unquote
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
+from ..sources import Source, inside
 from .parts import joined, parts_of, scene_of
 
 Tree = dict[str, Any]  # a part of the file's JSON
-MAX_BYTES = MAX_FILE_BYTES  # of one buffer, and of all accessors together: a small file can declare any size
+MAX_BYTES = MAX_FILE_BYTES  # of all accessors together: a small file can declare any size
 MAX_CORNERS = 3 * MAX_TRIANGLES  # of all parts, each as often as the scene shows it
 _ITEM_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
@@ -59,28 +60,25 @@ def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
     return max(accessors[used]["count"], accessors[primitive.get("indices", used)]["count"])
 
 
-def _read_buffer(uri: str, folder: Path) -> bytes:
-    """Return the bytes of a buffer that stands beside the file or below it."""
-    target = (folder / unquote(uri)).resolve()
-    if "://" in uri or not target.is_relative_to(folder.resolve()):
+def named_buffers(source: Source) -> dict[str, Source]:
+    """Return all buffers that are files, by their name in the tree; they stand beside the file or below it."""
+    uris = {buffer["uri"] for buffer in _parse_tree(source.data).get("buffers", []) if "uri" in buffer}
+    return {uri: _buffer(uri, source.path.parent.resolve()) for uri in uris if not uri.startswith("data:")}
+
+
+def _buffer(uri: str, folder: Path) -> Source:
+    """Return the source of a buffer."""
+    target = None if "://" in uri else inside(folder / unquote(uri), [folder])
+    if target is None:
         raise FormatError(f"expected its buffers in its own folder, got {uri[:80]!r}; put them beside it")
-    if not target.is_file() or target.stat().st_size > MAX_BYTES:
-        raise FormatError(
-            f"expected the buffer {uri[:80]!r} beside it, of at most {MAX_BYTES >> 20} MiB; is it missing?"
-        )
-    return target.read_bytes()
+    return Source(target, "")
 
 
-def _buffers(tree: Tree, folder: Path) -> dict[str, bytes]:
-    """Return the bytes of all buffers that are files, by their name in the tree."""
-    uris = {buffer["uri"] for buffer in tree.get("buffers", []) if "uri" in buffer}
-    return {uri: _read_buffer(uri, folder) for uri in uris if not uri.startswith("data:")}
-
-
-def read_gltf(data: bytes, path: Path) -> Geometry:
+def read_gltf(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3) of all parts; if none has triangles, their points."""
-    tree = _parse_tree(data)
-    _require_sizes(tree)
+    data = source.data
+    _require_sizes(_parse_tree(data))
     file_type = "glb" if data.startswith(b"glTF") else "gltf"
-    scene = scene_of(data, file_type, resolver=_buffers(tree, path.parent), skip_materials=True)
+    buffers = {uri: buffer.data for uri, buffer in source.named.items()}
+    scene = scene_of(data, file_type, resolver=buffers, skip_materials=True)
     return joined(parts_of(scene, "faces") or parts_of(scene, "vertices"))

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -59,11 +60,17 @@ def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
     return trimesh.load_scene(io.BytesIO(data), file_type=file_type, process=False, **options)
 
 
-def require_plain_xml(data: bytes):
-    """Raise FormatError for more text than is read, and for XML that defines entities, which may unfold without end."""
-    require_text_size(data)
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+class _PlainTree(ElementTree.TreeBuilder):
+    """Refuses XML that defines entities, which may unfold without end; the parser finds that in any encoding."""
+
+    def doctype(self, name: str, pubid: str | None, system: str | None):
         raise FormatError("expected XML without a document type of its own, got one; is it from a source you trust?")
+
+
+def plain_xml(data: bytes) -> ElementTree.Element:
+    """Return the tree of well-formed XML; raise FormatError for a document type, and for more text than is read."""
+    require_text_size(data)
+    return ElementTree.fromstring(data, ElementTree.XMLParser(target=_PlainTree()))
 
 
 def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence[str]):

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 import io
 import zipfile
-from pathlib import Path
-from xml.etree import ElementTree
 
 from .. import FormatError
 from ..geometry import Geometry
 from ..limits import require_members
-from .parts import joined, parts_of, require_few_instances, require_plain_xml, scene_of
+from ..sources import Source
+from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
 _METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
 
 
-def read_3mf(data: bytes, path: Path) -> Geometry:
+def read_3mf(source: Source) -> Geometry:
     """Return the vertices (N, 3) in metres and triangles (M, 3) of all parts."""
     import lxml  # noqa: F401 - trimesh does without it until it needs it
 
+    data = source.data
     unit = _checked_unit(data)
     geometry = joined(parts_of(scene_of(data, "3mf"), "faces"))
     return Geometry(unit * geometry.vertices, geometry.faces)
@@ -34,9 +34,7 @@ def _checked_unit(data: bytes) -> float:
         for name in archive.namelist():
             if not name.lower().endswith(".model"):
                 continue
-            text = archive.read(name)
-            require_plain_xml(text)
-            tree = ElementTree.fromstring(text)
+            tree = plain_xml(archive.read(name))
             units += [tree.get("unit", "millimeter")] if "3d/3dmodel.model" in name.lower() else []
             for item in tree.findall(".//{*}object"):
                 shown = [component.get("objectid", "") for component in item.findall(".//{*}component")]

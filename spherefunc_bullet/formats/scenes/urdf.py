@@ -1,23 +1,23 @@
 """URDF, read by yourdfpy: a robot's or a thing's visible parts as one object, every joint at zero.
 
-Its meshes are read by the readers of their own formats, with their limits; a mesh outside the file's folder is refused.
+Its meshes are read by the readers of their own formats, with their limits; see `packages` for where they may lie.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import unquote
-from xml.etree import ElementTree
 
 import numpy as np
 
 from .. import FormatError
 from ..geometry import Geometry
-from .parts import Part, joined, require_plain_xml
+from ..sources import Source
+from .packages import PACKAGE_PATH, find_mesh
+from .parts import Part, joined, plain_xml
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -25,15 +25,14 @@ if TYPE_CHECKING:
 MAX_PARTS = 10_000
 
 
-def read_urdf(data: bytes, path: Path) -> Geometry:
+def read_urdf(source: Source) -> Geometry:
     """Return the vertices (N, 3) in the frame of the base link and triangles (M, 3) of all that is visible."""
     import yourdfpy
     from trimesh.transformations import transform_points
 
-    require_plain_xml(data)
-    ElementTree.fromstring(data)  # yourdfpy mends what is not well formed, and reads half a robot
-    robot = yourdfpy.URDF.load(io.BytesIO(data), load_meshes=False, build_collision_scene_graph=False)
-    parts, read = [], cache(lambda name: _mesh(name, path))
+    plain_xml(source.data)  # yourdfpy mends what is not well formed, and reads half a robot
+    robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
+    parts, read = [], cache(lambda name: _mesh(name, source.named))
     for link in robot.robot.links:
         pose = robot.get_transform(link.name)
         for visual in link.visuals:
@@ -45,17 +44,20 @@ def read_urdf(data: bytes, path: Path) -> Geometry:
     return joined(parts)
 
 
-def named_meshes(path: Path) -> list[Path]:
-    """Return the mesh files that a URDF file names, those that there are; none of a file that cannot be read."""
-    try:
-        tree = ElementTree.parse(path)
-    except (OSError, ElementTree.ParseError, ValueError):
-        return []
-    files = []
-    for mesh in tree.iter("mesh"):
-        target = _inside(mesh.get("filename", ""), path.parent)
-        files += [target] if target is not None and target.is_file() else []
-    return sorted(set(files))
+def named_meshes(source: Source) -> dict[str, Source]:
+    """Return the meshes of all visible parts, by the names that the file gives them."""
+    meshes = plain_xml(source.data).findall("link/visual/geometry/mesh")
+    names = {mesh.get("filename", "") for mesh in meshes}
+    return {name: _source(name, source.path.parent) for name in names}
+
+
+def _source(name: str, folder: Path) -> Source:
+    """Return the source of a mesh."""
+    target = find_mesh(name, folder)
+    if target is None or target.suffix.lower() == ".urdf":
+        places = f"put them beside it, or name their package's folder in {PACKAGE_PATH}"
+        raise FormatError(f"expected its meshes in its own folder or its package, got {name[:80]!r}; {places}")
+    return Source(target, target.suffix.lower())
 
 
 def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
@@ -76,36 +78,11 @@ def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
     return np.asarray(solid.vertices), np.asarray(solid.faces)
 
 
-def _mesh(name: str, path: Path) -> Part:
-    """Return the vertices and faces of a mesh that stands in the file's folder or below it, or beside that folder."""
+def _mesh(name: str, named: dict[str, Source]) -> Part:
+    """Return the vertices and faces of a mesh."""
     from ..reading import read_geometry
 
-    target = _inside(name, path.parent)
-    if target is None or target.suffix.lower() == ".urdf":
-        raise FormatError(f"expected its meshes in its own folder, got {name[:80]!r}; put them beside it")
-    geometry = read_geometry(target)
+    geometry = read_geometry(named[name])
     if not len(geometry.faces):
         raise FormatError(f"expected meshes, got the points of {name[:80]!r}")
     return geometry.vertices, geometry.faces
-
-
-def _inside(name: str, folder: Path) -> Path | None:
-    """Return where a mesh is: below the folder, or below the package that the folder is a part of; None: elsewhere."""
-    for root, relative in _places(unquote(name), folder.resolve()):
-        target = (root / relative).resolve()
-        if target.is_relative_to(root) and target.exists():
-            return target
-    return None
-
-
-def _places(name: str, folder: Path) -> Iterator[tuple[Path, str]]:
-    """Yield where a name may lead: ``package://`` names the package's folder, in which the file is somewhere."""
-    scheme, _, rest = name.rpartition("://")
-    if scheme in ("", "file"):
-        yield folder, rest
-    elif scheme == "package":
-        package, _, inner = rest.partition("/")
-        yield folder, inner
-        for parent in (folder, *folder.parents):
-            if parent.name == package:
-                yield parent, inner

@@ -6,7 +6,7 @@ facet, its outward normal points down, and the centre of mass is as high as the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from .body import Body
 TURN_DEG = 35.0  # between neighbouring poses of one way to lie: a prism of eleven sides is round
 SILL = 0.04  # of the height of the centre of mass: how much it may rise between them
 TOUCH = 1e-6  # of the extent: by how much a weight may act beyond an edge through rounding
+BUMP = 0.02  # of the extent: how much the centre of mass rises at most between neighbouring facets of a round bottom
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +46,35 @@ class Facets:
         return start, out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
 
     @cached_property
+    def faces(self) -> np.ndarray:
+        """The number of the flat face of the hull that each facet is a part of, (F,)."""
+        here, there = np.repeat(np.arange(len(self.heights)), 3), self.neighbors.ravel()
+        coplanar = np.abs(self.normals[here] - self.normals[there]).max(axis=1) < TOUCH
+        coplanar &= np.abs(self.heights[here] - self.heights[there]) < TOUCH
+        return self._joined(here[coplanar], there[coplanar])
+
+    @cached_property
+    def face_areas(self) -> np.ndarray:
+        """The area of each face, by its number."""
+        a, b, c = (self.corners[self.triangles[:, k]] for k in range(3))
+        return np.bincount(self.faces, weights=np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+
+    @cached_property
     def rests_on(self) -> np.ndarray:
-        """To which facet a body rolls from each, (F,); itself where it rests."""
+        """To which facet a body rolls from each, (F,); itself where it rests.
+
+        It rolls over the edges of a whole face. Within it, every facet is as good as another: a weight that acts beyond
+        one part of a square foot may act within the other part, and one that acts beyond the foot holds on neither.
+        """
         rows = np.arange(len(self.heights))
-        side = self.beyond.argmax(axis=1)
-        following = self.neighbors[rows, side]
-        rolls = (self.beyond[rows, side] > TOUCH) & (self.heights[following] < self.heights - 1e-12)
+        inner = self.faces[self.neighbors] == self.faces[:, None]
+        beyond = np.where(inner, -np.inf, self.beyond)
+        by_face = np.lexsort((-beyond.max(axis=1), self.faces))
+        _, first = np.unique(self.faces[by_face], return_index=True)
+        edge_of = by_face[first][self.faces]  # the facet at the edge of its face beyond which the weight acts farthest
+        side = beyond[edge_of].argmax(axis=1)
+        following = self.neighbors[edge_of, side]
+        rolls = (beyond[edge_of, side] > TOUCH) & (self.heights[following] < self.heights - 1e-12)
         target = np.where(rolls, following, rows)
         for _ in range(int(np.ceil(np.log2(len(rows) + 1)))):
             target = target[target]
@@ -81,16 +105,36 @@ class Facets:
     @cached_property
     def ways(self) -> np.ndarray:
         """The number of the way to lie that each facet leads to, (F,): facets between which it rolls at a touch."""
-        here = np.repeat(np.arange(len(self.heights)), 3)
-        there = self.neighbors.ravel()
+        one, other, rise, lower = self._steps
+        alike = rise < SILL * lower
+        return self._joined(one[alike], other[alike])[self.rests_on]
+
+    @cached_property
+    def bottoms(self) -> np.ndarray:
+        """The number of the round bottom that each facet leads to, (F,), if it is one: what a mesh makes facets of.
+
+        The bumps between facets of a round bottom are small against the whole object, however shallow it is.
+        """
+        one, other, rise, _ = self._steps
+        return self._joined(one[rise < BUMP], other[rise < BUMP])[self.rests_on]
+
+    @cached_property
+    def _steps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The pairs (E,) of resting facets that a small turn leads from and to, the rise on the way, the lower height.
+
+        The rise is from the lower one: no chain of ledges leads from upright to lying.
+        """
+        here, there = np.repeat(np.arange(len(self.heights)), 3), self.neighbors.ravel()
         one, other = self.rests_on[here], self.rests_on[there]
-        turn = np.einsum("ei,ei->e", self.normals[one], self.normals[other])
         lower = np.minimum(self.heights[one], self.heights[other])
-        rise = self.sills.ravel() - lower  # from the lower one: no chain of ledges leads from upright to lying
-        alike = (turn > np.cos(np.radians(TURN_DEG))) & (rise < SILL * lower)
+        near = np.einsum("ei,ei->e", self.normals[one], self.normals[other]) > np.cos(np.radians(TURN_DEG))
+        return one[near], other[near], (self.sills.ravel() - lower)[near], lower[near]
+
+    def _joined(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return in which group each facet is, (F,), when pairs (E,) of them are of one group."""
         count = len(self.heights)
-        links = coo_array((np.ones(alike.sum(), bool), (one[alike], other[alike])), shape=(count, count))
-        return connected_components(links, directed=False)[1][self.rests_on]
+        links = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
+        return connected_components(links, directed=False)[1]
 
     def lowest(self, way: int) -> int:
         """Return the facet of a way to lie on which the centre of mass is lowest, of equal ones the first."""
@@ -113,6 +157,11 @@ class Facets:
         ab, bc, ca = (np.einsum("fi,fi->f", *pair) for pair in ((a, b), (b, c), (c, a)))
         volume = np.abs(np.einsum("fi,fi->f", a, np.cross(b, c)))
         return 2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb) / (4 * np.pi)
+
+
+    def about(self, shift: np.ndarray) -> Facets:
+        """Return the facets of the same hull about a centre of mass that is shifted by (3,), in extents."""
+        return replace(self, corners=self.corners - shift, heights=self.heights - self.normals @ shift)
 
 
 def facets_of(body: Body) -> Facets:

@@ -1,7 +1,8 @@
 """Does it stand? The centre of mass against the polygon of its supports, with and without a load.
 
 Exact for a rigid body on level ground that is put down without speed: it keeps its pose while its weight acts within
-the support polygon, and rolls over an edge of it otherwise.
+the support polygon, and rolls over an edge of it otherwise. On a round bottom it leans until its weight acts over where
+it touches the ground.
 """
 
 from __future__ import annotations
@@ -18,9 +19,11 @@ from ..mechanics import LEVEL, Stance, StandResult, StandSettings
 from .body import Body
 from .facets import Facets, facets_of
 from .poses import turned_down
+from .round_bottoms import rest_at
 
 DOWN = np.array([[0.0, 0.0, -1.0]])
-ROLLING = 0.005  # of the height of the centre of mass: who rises no more than that on the way to another pose rolls
+HEAVIEST, LIGHTEST = 1e4, 1e-3  # masses of a body with a round bottom: loads between which the one is found it leans by
+FINE = 0.01  # of that load
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +33,27 @@ class Stand:
     stance: Stance
     tilt_deg: float
     down: np.ndarray  # (3,) direction of the body that points down in the end; unknown: NaN
+    flat: bool  # on a face of its hull, of which statics is exact
+
+    @property
+    def stays(self) -> bool:
+        """Whether it keeps the pose it came in, or leans a little."""
+        return self.stance in (Stance.STANDS, Stance.ROCKS)
+
+    @property
+    def surely_stands(self) -> bool:
+        """Whether no engine has to be asked."""
+        return self.flat and self.stance is Stance.STANDS
 
     @property
     def turn(self) -> np.ndarray:
         """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
-        return turned_down(self.down) if self.stance in (Stance.STANDS, Stance.ROCKS) else np.eye(3)
+        return turned_down(self.down) if self.stays else np.eye(3)
+
+    def or_by(self, engine: Stand) -> Stand:
+        """Return an engine's answer, unless that is none, or keeps what statics says to tip."""
+        overruled = engine.stance is Stance.MOVES or (self.stance is Stance.TIPS and engine.stays)
+        return self if overruled else engine
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,36 +70,21 @@ class Support:
 
 def stand(body: Body, settings: StandSettings) -> Stand:
     """Return what becomes of a body that is put on the ground as it came."""
-    facets = facets_of(body)
-    rest = int(facets.rests_on[facets.pierced(DOWN)][0])
-    return stance_at(facets, facets.normals[rest], settings)
+    return let_down(facets_of(body), settings)
+
+
+def let_down(facets: Facets, settings: StandSettings) -> Stand:
+    """Return what becomes of a body of which the facets are known."""
+    return stance_at(facets, facets.normals[facets.rests_on[facets.pierced(DOWN)][0]], settings)
 
 
 def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> Stand:
     """Return how a body stands that has come to rest with a direction (3,) down."""
-    tilt = float(np.degrees(np.arccos(np.clip(-down[2], -1, 1))))
-    rest = int(facets.nearest(down[None])[0])
-    down = facets.normals[rest]
-    if wanders(facets, rest, settings.rocking_deg):
-        return Stand(stance=Stance.ROLLS, tilt_deg=tilt, down=down)
+    rest = rest_at(facets, int(facets.nearest(down[None])[0]))
+    tilt = float(np.degrees(np.arccos(np.clip(-rest.down[2], -1, 1))))
     leans = tilt > settings.tilt_deg
     stance = Stance.TIPS if tilt > settings.rocking_deg else Stance.ROCKS if leans else Stance.STANDS
-    return Stand(stance=stance, tilt_deg=tilt, down=down)
-
-
-def wanders(facets: Facets, rest: int, far_deg: float) -> bool:
-    """Return whether a body rolls from the facet it rests on to one that is farther than an angle, at a touch."""
-    left, seen = [rest], {rest}
-    limit, level = facets.heights[rest] * (1 + ROLLING), facets.heights[rest] * (1 - ROLLING)
-    while left:
-        facet = left.pop()
-        if facets.normals[facets.rests_on[facet]] @ facets.normals[rest] < np.cos(np.radians(far_deg)):
-            return True
-        low = facets.neighbors[facet][facets.sills[facet] <= limit]
-        low = low[facets.heights[facets.rests_on[low]] >= level]  # what ends lower has tipped
-        left += [int(one) for one in low if one not in seen]
-        seen.update(int(one) for one in low)
-    return False
+    return Stand(stance=Stance.ROLLS if rest.rolls else stance, tilt_deg=tilt, down=rest.down, flat=rest.flat)
 
 
 def support_of(body: Body) -> Support | None:
@@ -110,8 +114,34 @@ def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
         return np.zeros(len(places))
     own, arms = -support.outside(body.center[None, :2])[0], support.outside(places[:, :2])
     with np.errstate(divide="ignore", invalid="ignore"):
-        loads = np.where(arms > 0, np.maximum(own, 0) * body.mass / arms, np.inf)
+        loads = np.where(arms > 1e-9, np.maximum(own, 0) * body.mass / arms, np.inf)
     return loads.min(axis=1) if own.min() > 0 else np.zeros(len(places))
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """A body as it stands, on which loads are set."""
+
+    body: Body
+    facets: Facets
+    settings: StandSettings
+
+    def stand(self, load: float, place: np.ndarray) -> Stand:
+        """Return what becomes of it under a load in kg at a place (3,)."""
+        shift = (self.body.loaded(load, place).center - self.body.center) / self.body.extent
+        return let_down(self.facets.about(shift), self.settings)
+
+    def bearable(self, place: np.ndarray) -> float:
+        """Return the load in kg up to which it keeps its pose, for a round bottom, which leans more and more."""
+        low, high = 0.0, HEAVIEST * self.body.mass
+        if self.stand(high, place).stance is Stance.STANDS:
+            return np.inf
+        while high - low > FINE * high:
+            middle = np.sqrt(high * max(low, FINE * high))
+            low, high = (middle, high) if self.stand(middle, place).stance is Stance.STANDS else (low, middle)
+            if high < LIGHTEST * self.body.mass:
+                return 0.0
+        return low
 
 
 def evenly_chosen(places: np.ndarray, most: int) -> np.ndarray:
@@ -123,30 +153,54 @@ LetGo = Callable[[Sequence[Body]], list[Stand]]  # what becomes of bodies that a
 
 
 def stood(
-    body: Body, places: np.ndarray, settings: StandSettings, let_go: LetGo, provenance: dict[str, Any]
+    body: Body, places: np.ndarray, settings: StandSettings, provenance: dict[str, Any], let_go: LetGo | None = None
 ) -> StandResult:
     """Return how a body stands alone, and then, in the pose in which it has come to rest, with a load at each place.
 
-    Who puts a chair with uneven legs down puts it on three of them; it is loaded as it then stands.
+    Who puts a chair with uneven legs down puts it on three of them; it is loaded as it then stands. Statics is the
+    judge: what it says to tip carries nothing.
 
     Parameters
     ----------
     places : (P, 3) float64, metres, the body's frame as it came
+    let_go : callable, optional
+        An engine, asked where statics is not exact: of what does not stand on a face of its hull.
     """
     started, places = time.perf_counter(), evenly_chosen(places, settings.most_places)
-    [alone] = let_go([body])
+    alone = stand(body, settings)
+    if let_go is not None and not alone.surely_stands:
+        alone = alone.or_by(let_go([body])[0])
     resting, at = body.turned(alone.turn), places @ alone.turn.T
-    loaded = let_go([resting.loaded(settings.load, place) for place in at]) if len(at) else []
-    stays = alone.stance in (Stance.STANDS, Stance.ROCKS)
+    carries, tipping = carried(resting, at, alone, settings, let_go)
     return StandResult(
         stance=alone.stance,
         tilt_deg=alone.tilt_deg,
         mass=body.mass,
-        margin=margin(resting),
+        margin=margin(resting) if alone.flat else -np.inf,
         places=places,
-        carries=np.array([stays and one.stance is Stance.STANDS for one in loaded], bool),
-        tipping_load=tipping_loads(resting, at),
+        carries=carries,
+        tipping_load=tipping,
         notes=body.notes,
         seconds=time.perf_counter() - started,
         provenance=provenance,
     )
+
+
+def carried(
+    resting: Body, places: np.ndarray, alone: Stand, settings: StandSettings, let_go: LetGo | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return at which places (P, 3) a body carries the load, (P,) bool, and from which load on it tips, (P,) kg."""
+    if not alone.stays or not len(places):
+        return np.zeros(len(places), bool), np.zeros(len(places))
+    loaded = Loaded(resting, facets_of(resting), settings)
+    under = [loaded.stand(settings.load, place) for place in places]
+    if alone.flat:
+        tipping = tipping_loads(resting, places)
+    else:
+        tipping = np.array([loaded.bearable(place) for place in places])
+    carries = np.array([one.stance is Stance.STANDS for one in under]) & (settings.load <= tipping)
+    asked = [k for k, one in enumerate(under) if carries[k] and not one.flat]
+    if let_go is not None and asked:
+        engine = let_go([resting.loaded(settings.load, places[k]) for k in asked])
+        carries[asked] = [one.stance is Stance.STANDS for one in engine]
+    return carries, tipping

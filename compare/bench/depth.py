@@ -1,0 +1,123 @@
+"""How deep spheres settle inside the true surface, and how much of that is due to sampling.
+
+    python -m spherefunc_bullet.compare.bench.depth DATA [--backends fast,bullet] [--radii 5mm,1cm,2cm] [--count 2]
+
+The meshes of DATA are the truth; the simulators get their points alone, except the shape `mesh`. Each row changes one
+step. Samples 0.3 radii apart instead of 5 mm show what sampling adds, all samples kept what voxels leave
+out, and runs of few drops what `fast` leaves out of a cloud for them. The depth of a sphere that touches the object is
+the share of its radius by which its centre is nearer to the mesh than that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, load_cloud
+from spherefunc_bullet.console import print_table, progress, run
+from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import format_length, parse_length
+from spherefunc_bullet.settling.drops import DROPS
+from spherefunc_bullet.simulator import DropSettings, make_simulator
+
+from ..machine import usable_backends
+from .peers import mesh_distances
+
+DEEP = 0.1  # radii
+FINE = 0.3  # radii between a surface and its nearest sample, between which a sphere sinks by 5 % at most
+SPHERES = 300  # on each object, at most
+KINDS = "plate,tray,mug,glass,cup,bowl,chair,table,desk"
+HEAD = ["what spheres meet", "radius", "spheres", "median", "95 %", "deepest", "deeper than 0.1"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """One way from a mesh to settled spheres."""
+
+    title: str
+    shape: str | None = None  # of `bullet`
+    voxel_size: float | None = None  # metres
+    fine: bool = False  # with samples 0.3 radii apart
+    drops: int | None = None
+
+    def options(self) -> dict[str, object]:
+        """Return the simulator's options."""
+        return {} if self.shape is None else {"shape": self.shape, "voxel_size": self.voxel_size}
+
+
+WAYS = {
+    "fast": (
+        Way(title="fast: samples"),
+        Way(title="fast: samples 0.3 r apart", fine=True),
+        Way(title="fast: samples, few drops", drops=DROPS),
+        Way(title="fast: samples 0.3 r apart, few drops", fine=True, drops=DROPS),
+    ),
+    "bullet": (
+        Way(title="bullet: voxel", shape="voxel"),
+        Way(title="bullet: voxel, all samples kept", shape="voxel", voxel_size=1e-5),
+        Way(title="bullet: voxel, samples 0.3 r apart", shape="voxel", fine=True),
+        Way(title="bullet: compound", shape="compound"),
+        Way(title="bullet: mesh", shape="mesh"),
+    ),
+}
+
+
+def settled_depths(path: Path, backend: str, way: Way, radius: float) -> np.ndarray:
+    """Return how deep the settled spheres that touch an object lie in its mesh, (S,) radii; none if it is too small."""
+    whole = load_cloud(path, max_gap=min(MAX_GAP, FINE * radius) if way.fine else MAX_GAP)
+    cloud = whole if way.shape == "mesh" else Cloud(whole.points, whole.name)
+    misses = {} if way.drops is None else {"max_drops": way.drops, "miss_limit": way.drops}
+    settings = DropSettings(radius=radius, max_spheres=SPHERES, **misses)
+    try:
+        result = make_simulator(backend, **way.options()).drop(cloud, settings, 0)
+    except InputError:
+        return np.empty(0)
+    return 1 - mesh_distances(whole.mesh, result.centers[result.on_object]) / radius
+
+
+def row(title: str, radius: float, depths: np.ndarray) -> list[str]:
+    """Return the printed numbers of depths (S,) in radii."""
+    shares = [np.median(depths), np.quantile(depths, 0.95), depths.max()] if len(depths) else [np.nan] * 3
+    deep = f"{np.mean(depths > DEEP):.3f}" if len(depths) else ""
+    return [title, format_length(radius), f"{len(depths):,}", *(f"{max(share, 0):.3f}" for share in shares), deep]
+
+
+def chosen(objects: Iterable[DatasetObject], kinds: Sequence[str], count: int) -> list[Path]:
+    """Return the files of the first so many objects of each kind that came as meshes."""
+    of_kind: dict[str, list[Path]] = {kind: [] for kind in kinds}
+    for one in objects:
+        for kind in of_kind.keys() & set(one.category.split("_")):
+            if len(of_kind[kind]) < count and load_cloud(one.path).mesh is not None:
+                of_kind[kind].append(one.path)
+                break
+    return [path for paths in of_kind.values() for path in paths]
+
+
+def main(
+    data: Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")],
+    backends: Annotated[str, typer.Option(help="Which simulators are measured.")] = "fast,bullet",
+    radii: Annotated[str, typer.Option(help="Of the spheres.")] = "5mm,1cm,2cm",
+    kinds: Annotated[str, typer.Option(help="Words of objects' categories.")] = KINDS,
+    count: Annotated[int, typer.Option(min=1, help="Objects of each kind.")] = 2,
+):
+    """Print how deep spheres lie, of all objects together."""
+    paths = chosen(open_dataset(data).objects, kinds.split(","), count)
+    if not paths:
+        raise InputError(f"{data}: expected meshes of one of the categories {kinds}, got none")
+    for backend in usable_backends(backends.split(",")):
+        ways = [(way, parse_length(radius)) for way in WAYS[backend] for radius in radii.split(",")]
+        rows = []
+        for way, radius in progress(ways, len(ways), f"dropping by {backend}"):
+            depths = np.concatenate([settled_depths(path, backend, way, radius) for path in paths])
+            rows.append(row(way.title, radius, depths))
+        print_table(f"\nHow deep spheres lie in {len(paths)} meshes of {data}, radii", HEAD, rows)
+
+
+if __name__ == "__main__":
+    run(lambda: typer.run(main))

@@ -1,0 +1,1 @@
+"""Measured tables of README and docs, each written from saved results of the command beside it."""

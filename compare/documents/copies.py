@@ -1,0 +1,71 @@
+"""Tables of what is said of impaired copies, from the JSON of `spherefunc evaluate --impaired`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows
+from .labels import SPHERES, Evaluated
+from .markdown import FUNCTIONS, table
+
+BY_BULLET = f"{SPHERES} by `bullet`"
+LATER = (COPIES_LEARNT, COPIES_LEARNT + UNSEEN_KIND, HELD)  # behind the spheres, in this order
+
+
+def both_backends(fast: Evaluated, bullet: Evaluated) -> Shares:
+    """Return the shares of all features, the spheres of `bullet` after those of `fast`."""
+    return {
+        function: {
+            kind: row | {"share": joined(row["share"], shares_in(bullet, function, kind))}
+            for kind, row in kinds.items()
+        }
+        for function, kinds in fast["impaired"].items()
+    }
+
+
+def shares_in(evaluated: Evaluated, function: str, kind: str) -> Mapping[str, float]:
+    """Return what each feature says of one kind of copy."""
+    return evaluated["impaired"][function][kind]["share"]
+
+
+def joined(fast: Mapping[str, float], bullet: Mapping[str, float]) -> dict[str, float]:
+    """Return the shares of one kind: spheres first, by either backend, then all that needs none."""
+    own = {SPHERES + behind: SPHERES + behind for behind in ("", *LATER)}
+    other = {SPHERES + behind: BY_BULLET + behind for behind in ("", *LATER)}
+    shares = {new: fast[old] for old, new in own.items()} | {new: bullet[old] for old, new in other.items()}
+    return shares | {name: share for name, share in fast.items() if name not in shares}
+
+
+def means(fast: Evaluated, bullet: Evaluated) -> list[str]:
+    """Return a row for each feature: the share of useless and harmless copies that are still called by the function."""
+    shares, cells = both_backends(fast, bullet), {}
+    for function in FUNCTIONS:
+        features = list(next(iter(shares[function].values()))["share"])
+        rows = dict(mean_rows(shares[function], features))
+        for feature in features:
+            useless, harmless = (rows[which]["share"][feature] for which in (USELESS, HARMLESS))
+            cells.setdefault(feature, []).append(f"{useless:.2f} / {harmless:.2f}")
+    return table(["", *FUNCTIONS], [[name.replace("_", " "), *row] for name, row in cells.items()])
+
+
+def kinds(fast: Evaluated, bullet: Evaluated) -> list[str]:
+    """Return a row for each kind of copy."""
+    shares = both_backends(fast, bullet)
+    features = list(next(iter(next(iter(shares.values())).values()))["share"])
+    rows: list[list[str]] = []
+    for function, own in shares.items():
+        for kind, row in [*own.items(), *mean_rows(own, features)]:
+            rows.append(kind_row(f"{function}, {kind.replace('_', ' ')}", row, features))
+    return table(["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows)
+
+
+def kind_row(name: str, row: Mapping[str, Any], features: list[str]) -> list[str]:
+    """Return one row; means stand out."""
+    bold = f"**{name}**" if name.endswith("mean") else name
+    return [
+        bold,
+        "yes" if row["works"] else "no",
+        str(row["copies"]),
+        *(f"{row['share'][name]:.2f}" for name in features),
+    ]

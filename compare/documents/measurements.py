@@ -1,0 +1,117 @@
+"""The commands behind the tables of labels, and what each depends on."""
+
+from __future__ import annotations
+
+from .saved import Measurement
+
+MODELS, CUBES = "../shared/data/models", "--method cubes"
+SIX = "household build/impaired build/household-{1,2,3,4,5}"
+
+EVALUATION = ("compare/evaluation/results.py", "spherefunc_bullet/formats/ply.py")
+COPIES = ("compare/evaluation/impaired.py",)
+HOUSEHOLD = ("scenes/household/household.py",)
+BACKENDS = {"fast": "fast_sim/backend.py", "bullet": "spherefunc_bullet/bullet/backend.py"}
+WITHOUT_BODIES = ("spherefunc_bullet/bullet/bodies/",)  # objects that are free to move: of mechanics, not of labels
+
+
+def labels(name: str, command: str, *modules: str, backend: str = "fast") -> Measurement:
+    """Return the measurement of one `spherefunc evaluate`."""
+    return Measurement(
+        name=f"{name}-{backend}",
+        command=f"spherefunc evaluate {command}" + ("" if backend == "fast" else f" --backend {backend}"),
+        modules=(*EVALUATION, BACKENDS[backend], *modules),
+        without=WITHOUT_BODIES,
+    )
+
+
+ON_MODELS = {
+    backend: labels(
+        "models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES, backend=backend
+    )
+    for backend in BACKENDS
+}
+FROM_HOUSEHOLD = {
+    backend: labels("household-to-models", f"household --test {MODELS}", *HOUSEHOLD, backend=backend)
+    for backend in BACKENDS
+}
+FROM_SIX = {
+    backend: labels(
+        "six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py", backend=backend
+    )
+    for backend in BACKENDS
+}
+CUBES_ON_MODELS = {
+    backend: labels(
+        "models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups", backend=backend
+    )
+    for backend in BACKENDS
+}
+CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
+CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
+PAPER_ON_HOUSEHOLD = labels(
+    "household-paper",
+    "household --method paper --train-sizes 20,45,85,half --leave-one-out --confusion",
+    *HOUSEHOLD,
+)
+PAPER_ON_MODELS = labels(
+    "models-paper",
+    f"{MODELS} --method paper --train-sizes 20,45,85,100,half --leave-one-out --groups --confusion",
+)
+RADII = ("5mm", "1cm", "2cm", "3cm", "5cm")
+ONE_RADIUS = tuple(
+    labels(f"{name}-paper-{radius}", f"{data} --method paper --radii {radius} --train-sizes half", *modules)
+    for name, data, modules in (("household", "household", HOUSEHOLD), ("models", MODELS, ()))
+    for radius in RADII
+)
+ALTERNATIVES = ("compare/evaluation/alternatives.py",)
+ALL_BUT_HOURS = (
+    '--only "paper,columns,whole sphere,at most,III-B,III-C,cubes"'  # all rows but that without a stall rule
+)
+ALTERNATIVES_ON_HOUSEHOLD = labels("household-alternatives", "household --alternatives", *ALTERNATIVES, *HOUSEHOLD)
+ALTERNATIVES_ON_MODELS = labels("models-alternatives", f"{MODELS} --alternatives {ALL_BUT_HOURS}", *ALTERNATIVES)
+LIMITS = '--alternatives --radii 5mm --only "paper,at most,to the end,cubes"'
+LIMITS_ON_HOUSEHOLD = labels("household-limits", f"household {LIMITS}", *ALTERNATIVES, *HOUSEHOLD)
+LIMITS_ON_MODELS = labels("models-limits", f"{MODELS} {LIMITS}", *ALTERNATIVES)
+
+
+def script(
+    name: str,
+    module: str,
+    arguments: str,
+    *modules: str,
+    backend: str = "fast",
+    files: tuple[str, ...] = (),
+    json: bool = True,
+    timed: bool = False,
+) -> Measurement:
+    """Return the measurement of one module that is run as a program."""
+    path = f"compare/{module.replace('.', '/')}.py"
+    return Measurement(
+        name=name,
+        command=f"python -m spherefunc_bullet.compare.{module} {arguments}".strip(),
+        modules=(path, *EVALUATION, BACKENDS[backend], *modules),
+        without=WITHOUT_BODIES,
+        files=files,
+        json=json,
+        timed=timed,
+    )
+
+
+PROFILES = script("profiles", "evaluation.profiles", f"{MODELS} --trials 2 --train-sizes 45")
+SEEDS = {
+    backend: script(
+        f"seeds-{backend}",
+        "evaluation.profiles",
+        f"{MODELS} --seeds 4" + ("" if backend == "fast" else f" --backend {backend}"),
+        backend=backend,
+    )
+    for backend in BACKENDS
+}
+STOPPING = script("stopping", "evaluation.stopping", f"{MODELS} --copied 14 --counts 20,40,80", *COPIES)
+BUDGET = script(
+    "budget",
+    "figures.budget",
+    f"{MODELS} --out docs/images --counts 10,40,80,200",
+    *BACKENDS.values(),
+    timed=True,
+)

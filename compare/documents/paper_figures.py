@@ -1,0 +1,87 @@
+"""The paper's Figs. 3 and 4 beside ours, from the JSON of `spherefunc evaluate --method paper`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from spherefunc_bullet.formats.units import format_length
+
+from .labels import Evaluated, result_of
+from .markdown import FUNCTIONS, figures, table
+
+# Fig. 3 on its authors' 200 models: radius, F-measure, accuracy.
+FIG_3 = {"cup": ("0.5 cm", "0.80", "0.96"), "table": ("1 cm", "0.85", "0.94"), "sittable": ("0.5 cm", "0.74", "0.92")}
+COLUMNS = ("cup", "table", "sittable", "none")  # of Fig. 4, its rows likewise
+SIZES = (20, 45, 85)
+# Fig. 4, one trial of 100 objects: label -> who was said to have what, by training size.
+FIG_4 = {
+    20: ("10, 0, 0, 6", "0, 20, 0, 2", "1, 0, 6, 15", "2, 8, 0, 33"),
+    45: ("11, 0, 0, 5", "0, 18, 0, 4", "1, 3, 13, 6", "1, 2, 3, 34"),
+    85: ("12, 0, 0, 4", "0, 21, 0, 1", "1, 2, 18, 1", "2, 3, 6, 29"),
+}
+# Worked out from Fig. 4: F-measures of cup, sittable, table; the column "none"; by how much a matrix exceeds 100.
+F_OF_FIG_4 = {20: "0.69, 0.43, 0.80", 45: "0.76, 0.68, 0.80", 85: "0.77, 0.78, 0.88"}
+NONE_OF_FIG_4, SEVERAL_OF_FIG_4 = "56, 49, 35 of 100", "3, 1, 0 of 100"
+
+
+def fig_3(household: Evaluated, models: Evaluated) -> list[str]:
+    """Return Fig. 3: how well each function is told, with the radius that most trials chose."""
+    rows = []
+    for name, (radius, f_measure, accuracy) in FIG_3.items():
+        rows.append([name, "the paper", radius, f_measure, accuracy, "", ""])
+        for data, evaluated in (("`household`", household), ("real models", models)):
+            row = result_of(evaluated, "random_splits")["functions"][name]
+            shown = [f"{row[key]:.3f}" for key in ("f_measure", "accuracy", "precision", "recall")]
+            rows.append(["", data, format_length(row["radius"]), *shown])
+    return table(["", "data", "radius", "F-measure", "accuracy", "precision", "recall"], rows)
+
+
+def fig_4(household: Evaluated, models: Evaluated) -> list[str]:
+    """Return Fig. 4: who was said to have what, means of ten trials."""
+    rows = [
+        [
+            str(size) if label == "cup" else "",
+            label,
+            matrix,
+            *(confusion_row(one, size, label) for one in (household, models)),
+        ]
+        for size in SIZES
+        for label, matrix in zip(COLUMNS, FIG_4[size], strict=True)
+    ]
+    return table(["training", "labelled", f"the paper: {', '.join(COLUMNS)}", "`household`", "real models"], rows)
+
+
+def confusion_row(evaluated: Evaluated, size: int, label: str) -> str:
+    """Return who of one label was said to have what, the mean of the trials."""
+    result = result_of(evaluated, "random_splits", size)
+    row = result["said"]["confusion"][label]
+    return ", ".join(f"{row[name] / result['trials']:.1f}" for name in COLUMNS)
+
+
+def memberships(household: Evaluated, models: Evaluated) -> list[str]:
+    """Return what Fig. 4 says in numbers."""
+    both, rows = (household, models), []
+    for size in SIZES:
+        own = [figures(result_of(one, "random_splits", size)["functions"], between=", ") for one in both]
+        rows.append([f"{size}: F of {', '.join(FUNCTIONS)}" if size == SIZES[0] else str(size), F_OF_FIG_4[size], *own])
+    for name, paper, words in (
+        ("none", NONE_OF_FIG_4, "no predicted memberships at 20, 45, 85, of those tested"),
+        ("several", SEVERAL_OF_FIG_4, "several memberships"),
+    ):
+        rows.append([words, paper, *(counts(one, name) for one in both)])
+    left = [left_out(result_of(one, "leave_one_out")["said"]) for one in both]
+    rows.append(["left out one by one: no membership, several", "not given", *left])
+    return table(["", "the paper", "`household`", "real models"], rows)
+
+
+def counts(evaluated: Evaluated, name: str) -> str:
+    """Return how many objects had no membership, or several, by training size."""
+    results = [result_of(evaluated, "random_splits", size) for size in SIZES]
+    means = ", ".join(f"{one['said']['memberships'][name] / one['trials']:.1f}" for one in results)
+    return f"{means} of {results[0]['said']['tested'] / results[0]['trials']:g}"
+
+
+def left_out(said: Mapping[str, Any]) -> str:
+    """Return how many objects had no membership, and how many several, each left out once."""
+    return f"{said['memberships']['none']}, {said['memberships']['several']} of {said['tested']}"

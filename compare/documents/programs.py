@@ -1,0 +1,142 @@
+"""Blocks that show what a program printed: speed, mechanics, scans, rooms, comparisons."""
+
+from __future__ import annotations
+
+from .measurements import BACKENDS, EVALUATION, HOUSEHOLD, MODELS, script
+from .plain import part, whole
+from .saved import Measurement
+from .tables import Table
+
+SPEED, SCENES, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "scenes", "rooms", "mechanics"))
+COMPARISON, BULLET, OTHERS = (f"docs/{name}.md" for name in ("comparison", "bullet", "backends"))
+LIBRARY = "spherefunc_bullet/learning/models"
+SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
+FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
+BOTH = tuple(BACKENDS.values())
+
+
+def timed(name: str, arguments: str = "", files: tuple[str, ...] = ()) -> Measurement:
+    """Return one of the programs of ``compare/bench``, which take times."""
+    modules = (*BOTH, *HOUSEHOLD)
+    return script(f"bench-{name}", f"bench.{name}", arguments, *modules, files=files, json=False, timed=True)
+
+
+BENCH = {
+    backend: Measurement(
+        name=f"bench-{backend}",
+        command=f"python -m spherefunc_bullet.compare.bench --backends {backend}",
+        modules=("compare/bench/bench.py", path, *HOUSEHOLD),
+        without=("spherefunc_bullet/bullet/bodies/",),
+        json=False,
+        timed=True,
+    )
+    for backend, path in BACKENDS.items()
+}
+LABELS = timed("labels", MODELS, files=SHIPPED)
+SCANS = "python -m spherefunc_bullet.compare.rooms.real_scans ../shared/data/scenes"
+
+
+def on_scans(name: str, options: str = "", takes_time: bool = False) -> Measurement:
+    """Return the measurement of real scans with some options."""
+    return Measurement(
+        name=name,
+        command=f"{SCANS}{options}",
+        modules=("compare/rooms/real_scans.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py"),
+        without=("scenes/virtual_rooms/", "scenes/household/", "scenes/report/", "compare/rooms/lessons/"),
+        files=(FOR_SCANS,),
+        json=False,
+        timed=takes_time,
+    )
+
+
+ON_SCANS = on_scans("scans", takes_time=True)
+PROPOSALS = tuple(on_scans(f"scans-{kind}", f" --proposals {kind}") for kind in ("clusters", "pools"))
+BASELINES = on_scans("scans-baselines", " --learnt household,build/scan-rooms")
+
+IN_ROOMS = ("compare/rooms/trials.py", "compare/rooms/scores.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py")
+
+
+def rooms(name: str, options: str) -> Measurement:
+    """Return the measurement of virtual rooms of the real models, by the model for scans."""
+    return Measurement(
+        name=name,
+        command=f"spherefunc rooms {MODELS} --model {FOR_SCANS} {options}",
+        modules=IN_ROOMS,
+        files=(FOR_SCANS,),
+        json=False,
+    )
+
+
+VIEWS = rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")
+NOISE = rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")
+PARTIAL = tuple(
+    Measurement(
+        name=f"rooms-learnt-{name}",
+        command=f"spherefunc train {learnt} --method cubes --out build/{name}.npz && spherefunc rooms {MODELS} "
+        f"--model build/{name}.npz --rooms 24 --views 1,3 --cut-out",
+        modules=IN_ROOMS,
+        json=False,
+    )
+    for name, learnt in (
+        ("whole", "household"),
+        ("large", "household build/large-1 build/large-3"),
+        ("seen", "household build/seen-1/objects build/seen-3/objects"),
+    )
+)
+COMPARED = Measurement(
+    name="compare-cubes",
+    command=f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
+    modules=("compare/comparison/comparison.py", *EVALUATION, *BOTH),
+    without=("compare/mechanics/", "spherefunc_bullet/bullet/bodies/", "compare/evaluation/impaired.py"),
+    json=False,
+    timed=True,
+)
+TASKS = Measurement(
+    name="mechanics",
+    command=f"spherefunc mechanics {MODELS}",
+    modules=("compare/mechanics/measures.py", "spherefunc_bullet/formats/ply.py", *BOTH),
+    files=(SHIPPED[0],),
+    json=False,
+    timed=True,
+)
+COLUMNS = script("mechanics-columns", "mechanics.columns", MODELS, BACKENDS["bullet"], json=False)
+ENGINES = script(
+    "bench-backends",
+    "bench.backends",
+    "household --backends fast,bullet,mujoco --count 40",
+    *BOTH,
+    *HOUSEHOLD,
+    files=("examples/mujoco_backend/spherefunc_mujoco.py",),
+    json=False,
+    timed=True,
+)
+
+
+def shown(name: str, document: str, *measurements: Measurement, first: str = "", before: str = "") -> Table:
+    """Return the block of what programs printed, of one alone a part."""
+    return Table(
+        name=name, document=document, measurements=measurements, render=part(first, before) if first else whole
+    )
+
+
+TABLES = (
+    shown("bench", SPEED, *BENCH.values()),
+    shown("peers", SPEED, timed("peers", "--drops 870")),
+    shown("engine-share", SPEED, timed("engine_share")),
+    shown("strips", SPEED, timed("strips")),
+    shown("labels", SPEED, LABELS),
+    shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
+    shown("growth", SPEED, timed("growth", "--picture docs/images/growth.svg")),
+    shown("bench-bullet", BULLET, BENCH["bullet"]),
+    shown("scans", SCENES, ON_SCANS, first="Each scan", before="Missed"),
+    shown("scans-baselines", SCENES, BASELINES, first="told by", before="counted apart"),
+    shown("scans-proposals", SCENES, *PROPOSALS, ON_SCANS),
+    shown("scans-misses", SCENES, ON_SCANS, first="Missed"),
+    shown("rooms-views", ROOMS, VIEWS),
+    shown("rooms-noise", ROOMS, NOISE),
+    shown("rooms-learnt", ROOMS, *PARTIAL),
+    shown("compared", COMPARISON, COMPARED),
+    shown("mechanics", MECHANICS, TASKS),
+    shown("mechanics-columns", MECHANICS, COLUMNS),
+    shown("engines", OTHERS, ENGINES),
+)

@@ -1,0 +1,90 @@
+"""A measured table: a block of a document, and whether it still says what the code does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .blocks import blocks_of
+from .saved import RESULTS, Measurement, commands_of, quoted
+
+OLDER = "*Older than the code:"  # how the line begins that a kept table has to show
+Lines = list[str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """One block of a document."""
+
+    name: str
+    document: str  # from the repository's root
+    measurements: tuple[Measurement, ...]
+    render: Callable[..., Lines]  # is given the result of each measurement
+    commands: str = ""  # what is said in place of the commands, where they differ in one word only
+
+    def text(self, root: Path) -> str:
+        """Return what the document has to say in this block: what was measured, or what was kept in its place."""
+        return self.measured_text(root) if self.is_measured(root) else self.kept(root).read_text(encoding="utf-8")
+
+    def measured_text(self, root: Path) -> str:
+        """Return what the saved results say."""
+        results: Sequence[Any] = [measurement.saved(root)["result"] for measurement in self.measurements]
+        lines = [*self.render(*results), "", f"Measured by {commands_of(self.measurements, root, self.commands)}."]
+        return "".join(f"{line}\n" for line in lines)
+
+    def is_measured(self, root: Path) -> bool:
+        """Return whether the saved results are used: where they are as old as the code, or nothing is kept instead."""
+        return not self.kept(root).is_file() or not any(one.changed(root) for one in self.measurements)
+
+    def kept(self, root: Path) -> Path:
+        """Return the file that holds the block's text where that is older than the code, and says so."""
+        return root / RESULTS / "kept" / f"{self.name}.md"
+
+    def keep(self, root: Path, why: str):
+        """Keep the block as its document has it, with a visible line that it is older than the code, and why."""
+        lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
+        text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
+        asked = self.commands or quoted([one.command for one in self.measurements])
+        why += "" if "\nMeasured by " in text else f" The command is {asked}."
+        self.kept(root).parent.mkdir(parents=True, exist_ok=True)
+        self.kept(root).write_text(f"{text}\n\n{OLDER} {why}*\n", encoding="utf-8")
+
+
+def read_blocks(root: Path, document: str) -> dict[str, str]:
+    """Return the text of each block of a document of the repository."""
+    return blocks_of((root / document).read_text(encoding="utf-8"), document)
+
+
+def complaints(root: Path, tables: Iterable[Table]) -> Lines:
+    """Return a line for each block that is older than its code, or is not what its saved results say."""
+    own: dict[str, dict[str, Table]] = {}
+    for table in tables:
+        own.setdefault(table.document, {})[table.name] = table
+    return [line for name, some in own.items() for line in complaints_of(root, name, some)]
+
+
+def complaints_of(root: Path, document: str, tables: Mapping[str, Table]) -> Lines:
+    """Return what is wrong with the blocks of one document."""
+    blocks = read_blocks(root, document)
+    found = [f"{document}: table {name}: expected an entry in the registry" for name in blocks.keys() - tables.keys()]
+    for name, table in tables.items():
+        if name not in blocks:
+            found.append(f"{document}: table {name}: expected its markers")
+        elif line := complaint_of(root, table, blocks[name]):
+            found.append(f"{document}: table {name}: {line}")
+    return found
+
+
+def complaint_of(root: Path, table: Table, block: str) -> str | None:
+    """Return what is wrong with one block, None where nothing is."""
+    changed = [file for measurement in table.measurements for file in measurement.changed(root)]
+    if changed and table.is_measured(root):
+        more = f" and {len(changed) - 2} more" if len(changed) > 2 else ""
+        return f"older than {', '.join(changed[:2])}{more}; `make tables ONLY={table.name}` measures it again"
+    if block != table.text(root):
+        return "expected what the saved results say; `make tables` writes it"
+    if changed and not block.splitlines()[-1].startswith(OLDER):
+        return f"expected a last line that begins with {OLDER!r}"
+    return None

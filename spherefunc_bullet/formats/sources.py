@@ -1,0 +1,115 @@
+"""The one way to an object's files: every file that a reader gets comes from here, and is hashed here as well.
+
+A reader is given a source and opens nothing itself. The files that a file names (a URDF's meshes, the buffers of a
+glTF) are sources again, so what names an entry of the cache covers all that was read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from ..errors import InputError, one_line
+from .damage import refusing
+from .limits import MAX_FILE_BYTES, require_file
+
+# By ending: the module in ``formats`` and its function that gives the sources which a file names, by those names.
+NAMING = {
+    ".gltf": ("scenes.gltf", "named_buffers"),
+    ".glb": ("scenes.gltf", "named_buffers"),
+    ".urdf": ("scenes.urdf", "named_meshes"),
+}
+# First bytes that no reader but the one for the named ending takes.
+_SIGNATURES = {
+    b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
+    b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
+    b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A file that is read: its bytes, once, and the files that it names."""
+
+    path: Path
+    kind: str  # the ending of the format that it is read as, in lower case; empty: bytes alone
+
+    @cached_property
+    def data(self) -> bytes:
+        """The bytes; InputError if there are none to be had, or they are another format's."""
+        shown = one_line(self.path)
+        require_file(self.path)
+        try:
+            data = self.path.read_bytes()
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InputError(f"{shown}: cannot be read: {reason}; check the path and its permissions") from error
+        if not data:
+            raise InputError(f"{shown}: expected a mesh or a cloud, got an empty file; was its download cut off?")
+        if self.kind:
+            _require_own_signature(data, self.kind, one_line(self.path.name))
+        return data
+
+    @cached_property
+    def named(self) -> dict[str, Source]:
+        """The sources that it names, by those names; InputError if one is not there, or may not be read."""
+        if self.kind not in NAMING:
+            return {}
+        module, name = NAMING[self.kind]
+        with refusing(self.path):
+            named = getattr(importlib.import_module(f".{module}", __package__), name)(self)
+            _require_total_size(self.path, named)
+        return named
+
+    def parts(self) -> Iterator[Source]:
+        """Yield itself, the sources that it names, and those that they name, in the same order every time."""
+        yield self
+        for name in sorted(self.named):
+            yield from self.named[name].parts()
+
+    def digests(self) -> Iterator[bytes]:
+        """Yield what tells it from all others: the hash of its bytes, then the name and digests of each it names."""
+        yield hashlib.sha256(self.data).digest()
+        for name in sorted(self.named):
+            yield f"[{name!r}".encode()
+            yield from self.named[name].digests()
+            yield b"]"
+
+
+def as_source(file: str | Path | Source) -> Source:
+    """Return the source of a file that is read as its ending says."""
+    return file if isinstance(file, Source) else Source(Path(file), Path(file).suffix.lower())
+
+
+def inside(place: Path, trees: Sequence[Path]) -> Path | None:
+    """Return where a path leads, all links followed; None if nothing is there, or it is in none of the folders."""
+    try:
+        target = place.resolve()
+    except (OSError, ValueError, RuntimeError):  # too long, a null byte, links in a circle
+        return None
+    return target if os.path.exists(target) and any(target.is_relative_to(tree) for tree in trees) else None
+
+
+def _require_total_size(path: Path, named: dict[str, Source]) -> None:
+    """Raise InputError for files that are no ordinary ones, or too large together; nothing of them is read."""
+    files = {source.path for source in named.values()}
+    for file in files:
+        require_file(file)
+    total = sum(file.stat().st_size for file in files)
+    if total > MAX_FILE_BYTES:
+        limit = f"expected at most {MAX_FILE_BYTES >> 20} MiB with the files that it names, got {total >> 20} MiB"
+        raise InputError(f"{one_line(path.name)}: {limit}; simplify it")
+
+
+def _require_own_signature(data: bytes, kind: str, name: str) -> None:
+    """Raise InputError for a file whose first bytes are another format's than its ending's."""
+    found = next((found for magic, found in _SIGNATURES.items() if data.startswith(magic)), None)
+    expected = kind[1:].upper()
+    is_binary_stl = expected == "STL" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    if found and expected not in found and not is_binary_stl:  # a binary STL may begin with any 80 bytes
+        raise InputError(f"{name}: expected {expected}, got a {found} file; give it the ending of what it is")

@@ -1,0 +1,1 @@
+"""The models that ship with the package, made by ``make model`` and ``make scan-model``."""

@@ -1,0 +1,77 @@
+"""Whatever file a command is given, it is looked at before it is opened: none hangs it, none ends it in a traceback."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from cloud_files import mesh_bytes, mug
+
+CODE = "from spherefunc_bullet.commands.command_line import main; main()"
+LONG = "a" * 5000
+HUNG = 120  # seconds after which a command waits for ever
+
+
+def refused(folder: Path, *arguments: str, text: str = "") -> str:
+    """Return the one line with which a command refuses a file."""
+    command = [sys.executable, "-c", CODE, *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=HUNG, input=text)
+    assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+    return done.stderr
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    for name in ("pipe.ply", "pipe.png", "pipe.npy", "pipe.json", "pipe.npz", "pipe.urdf", "pipe.xyz", "pipe.gltf"):
+        os.mkfifo(tmp_path / name)
+    (tmp_path / "mug.ply").write_bytes(mesh_bytes("ply", *mug()))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        *[[command, "pipe.urdf"] for command in ("classify", "poses", "stand", "carry", "view")],
+        ["together", "pipe.urdf", "mug.ply"],
+        ["simulate", "pipe.gltf", "--radius", "1cm"],
+        ["classify", "mug.ply", "--model", "pipe.npz"],
+        *[["scene", name] for name in ("pipe.xyz", "pipe.png", "pipe.npy", "pipe.urdf")],
+    ],
+    ids=" ".join,
+)
+def test_a_pipe_is_not_waited_for(folder, arguments):
+    lines = refused(folder, *arguments).splitlines()
+    assert any("expected an ordinary file" in line for line in lines) and len(lines) <= 2, lines
+
+
+def test_a_camera_s_file_is_looked_at_as_well(folder):
+    image = pytest.importorskip("PIL.Image")
+    image.new("I;16", (64, 48), 1000).save(folder / "depth.png")
+    for option in (["--intrinsics", "pipe.json"], ["--color", "pipe.png"]):
+        assert "expected an ordinary file" in refused(folder, "scene", "depth.png", *option)
+
+
+@pytest.mark.parametrize("command", ["classify", "scene", "view"])
+def test_a_name_that_no_file_can_have(folder, command):
+    line = refused(folder, command, f"{LONG}.ply")
+    assert "File name too long" in line and len(line) < 500
+
+
+def test_names_on_stdin_may_hold_anything(folder):
+    lines = refused(folder, "classify", "-", text=f"a\0b.ply\n{LONG}.ply\npipe.urdf\nmug.ply\n").splitlines()
+    assert sum(line.startswith("spherefunc: ") for line in lines) == 3, lines
+
+
+@pytest.mark.parametrize("data", [LONG, f"{LONG}.csv"])
+def test_data_of_a_name_that_no_folder_can_have(folder, data):
+    refused(folder, "evaluate", data)
+
+
+def test_a_manifest_may_name_what_it_likes(folder):
+    (folder / "data").mkdir()
+    (folder / "data" / "manifest.csv").write_text(f"file,label\na\0b.ply,cup\n{LONG}.ply,none\n")
+    line = refused(folder, "train", "data", "--out", "model.npz", "--radii", "2cm")
+    assert "manifest.csv" in line

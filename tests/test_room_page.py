@@ -1,0 +1,75 @@
+"""The page of a room says what each object is for, legibly, and what its score had to pass."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+
+import numpy as np
+from browser import CHROMIUM, FLAGS, needs_browser
+
+from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.scenes.recognition.choosing import BARS
+from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
+from spherefunc_bullet.scenes.report.files import room_json
+from spherefunc_bullet.scenes.report.page import room_page
+from spherefunc_bullet.scenes.scans.levelling import Levelling
+from spherefunc_bullet.scenes.scans.scan import Scan
+from spherefunc_bullet.scenes.segmentation.box import bounding_box
+
+# Keeps where each text is written, without a look at how the page chooses that.
+RECORD = """<script>
+const written = new Map();
+const write = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+  written.set(text, [x, y, this.measureText(text).width, parseInt(this.font.match(/[0-9]+px/))]);
+  document.body.dataset.written = JSON.stringify([...written]);
+  write.call(this, text, x, y);
+};
+</script></head>"""
+
+
+def crowded() -> tuple[Scan, Room]:
+    """Return a scan with boxes of cups that lie within each other, each with a score of its own."""
+    rng = np.random.default_rng(0)
+    objects = []
+    for number in range(12):
+        points = rng.random((200, 3)) * [0.08, 0.08, 0.1] + [0.04 * (number % 4), 0.04 * (number // 4), 0]
+        told = {"cup": Membership(member=True, score=0.6 + number / 100, radius=0.01)}
+        told |= {"sittable": Membership(member=False, score=0.1, radius=0.03)}
+        by = "pools" if number % 2 else "clusters"
+        objects.append(
+            SceneObject(
+                id=number, points=points, support=0.0, box=bounding_box(points), fragment=False, functions=told,
+                proposed_by=by,
+            )  # fmt: skip
+        )
+    points = np.vstack([item.points for item in objects])
+    labels = np.repeat(np.arange(12, dtype=np.int32), 200)
+    levelling = Levelling(T_level_scan=np.eye(4), source="floor", floor_seen=True, noise=0.001)
+    return Scan(name="shelf", points=points), Room(levelling=levelling, labels=labels, objects=objects, bars=BARS)
+
+
+@needs_browser
+def test_no_name_in_the_page_lies_over_another(tmp_path):
+    page = tmp_path / "room.html"
+    page.write_text(room_page(*crowded()).replace("</head>", RECORD, 1))
+    flags = [*FLAGS, "--virtual-time-budget=5000", "--window-size=900,700", f"--user-data-dir={tmp_path}/profile"]
+    shown = subprocess.run([CHROMIUM, *flags, "--dump-dom", page.as_uri()], capture_output=True, text=True, check=False)
+    found = re.search(r'data-written="([^"]*)"', shown.stdout)
+    assert found, shown.stderr[-500:]
+    texts = re.findall(r"&quot;(cup [\d.]+)&quot;,\[([\d.,-]+)\]", found[1])
+    places = [tuple(float(number) for number in numbers.split(",")) for _, numbers in texts]
+    assert len(places) == 12
+    for k, (x, y, width, size) in enumerate(places):
+        for other_x, other_y, other_width, _ in places[:k]:
+            assert abs(x - other_x) >= (width + other_width) / 2 or abs(y - other_y) >= size
+
+
+def test_the_bar_of_each_function_stands_beside_its_score():
+    scan, room = crowded()
+    first, second = room_json(scan, room)["objects"][:2]
+    assert [one["functions"]["sittable"]["bar"] for one in (first, second)] == [0.25, 0.4]
+    assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.55}
+    page = room_page(scan, room)
+    assert "0.60 (0.55)" in page and "0.10 (0.25)" in page and "0.10 (0.40)" in page
