@@ -142,6 +142,32 @@ def test_a_full_cup_lets_spheres_go_late_and_not_early():
     assert found["stays"] < 0.4 and found["stays_early"] == found["middle_stays"] == 1
 
 
+def test_early_is_until_half_of_all_that_settled_had_settled():
+    """What is lost between the first half and the second counts as late, and before the first half as early."""
+    drops = dropped(layer(8, 8, 0.4), lost=np.full((36, 2), 3.5 * DIAMETER))  # over the middle of the plate
+    first, second, lost = drops[:32], drops[32:64], drops[64:]
+    between = quantities_of(np.concatenate([first, second[:1], lost, second[1:]]))
+    assert between["stays_early"] == between["middle_stays"] == between["level_stays"] == 1
+    assert between["stays"] == pytest.approx(64 / 100)
+    before = quantities_of(np.concatenate([lost, drops[:64]]))
+    assert before["stays_early"] == pytest.approx(33 / 69) and before["stays"] == between["stays"]
+
+
+@pytest.mark.parametrize(("steep_deg", "rests"), [(10, 0), (20, 1), (45, 1), (90, 1)])
+def test_a_sphere_rests_on_one_that_it_touches_a_quarter_lower(steep_deg, rests):
+    """Side by side on a floor that is not quite even is not one on the other; leaning on it, as in a pile, is."""
+    steep = np.radians(steep_deg)
+    pair = np.array([[0, 0, 0.4], [DIAMETER * np.cos(steep), 0, 0.4 + DIAMETER * np.sin(steep)]])
+    assert quantities(pair)["on_spheres"] == rests / 2
+    apart = pair + [[0, 0, 0], [0, 0.1 * DIAMETER + DIAMETER, 0]]  # which touch nothing
+    assert quantities(apart)["on_spheres"] == 0
+
+
+def test_a_sphere_in_the_dip_between_four_rests_on_them():
+    dip = np.array([[RADIUS, RADIUS, 0.4 + RADIUS + np.sqrt(2) * RADIUS]])
+    assert quantities(np.concatenate([layer(2, 2, 0.4), dip]))["on_spheres"] == pytest.approx(1 / 5)
+
+
 def test_the_way_from_fall_to_rest_is_in_radii():
     drops = dropped(layer(8, 8, 0.4))
     drops[:, 0] += 3 * RADIUS
