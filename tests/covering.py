@@ -28,9 +28,23 @@ BUILD = HERE.parent / "build" / "mutants"
 KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder
     "fast_sim": ("test_roller", "test_strips", "test_kept_with_clouds"),
-    "bullet": ("test_bullet_world", "test_bullet_physics", "test_bullet_shapes", "test_pieces"),
+    "bullet": (
+        "test_flights",
+        "test_bullet_columns",
+        "test_bullet_world",
+        "test_bullet_physics",
+        "test_bullet_shapes",
+        "test_pieces",
+    ),
     "settling": ("test_enclosure", "test_drops", "test_simulation_cache", "test_early_answers"),
-    "learning": ("test_copies", "test_resting_profile", "test_classifier", "test_histogram", "test_model_file"),
+    "learning": (
+        "test_copies",
+        "test_doubts",
+        "test_resting_profile",
+        "test_classifier",
+        "test_histogram",
+        "test_model_file",
+    ),
 }
 OTHERS = (
     *("test_conformance", "test_conformance_mechanics", "test_one_view", "test_choosing", "test_judging"),
