@@ -27,7 +27,7 @@ HERE = Path(__file__).resolve().parent
 BUILD = HERE.parent / "build" / "mutants"
 KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder
-    "fast_sim": ("test_roller", "test_strips", "test_kept_with_clouds"),
+    "fast_sim": ("test_roller", "test_nearby", "test_strips", "test_kept_with_clouds"),
     "bullet": (
         "test_flights",
         "test_bullet_columns",
