@@ -27,36 +27,18 @@ HERE = Path(__file__).resolve().parent
 BUILD = HERE.parent / "build" / "mutants"
 KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder
-    "fast_sim": ("test_roller", "test_nearby", "test_strips", "test_kept_with_clouds"),
-    "bullet": (
-        "test_flights",
-        "test_bullet_columns",
-        "test_bullet_world",
-        "test_bullet_physics",
-        "test_bullet_shapes",
-        "test_pieces",
-    ),
-    "settling": ("test_enclosure", "test_drops", "test_simulation_cache", "test_early_answers"),
-    "learning": (
-        "test_copies",
-        "test_doubts",
-        "test_resting_profile",
-        "test_classifier",
-        "test_histogram",
-        "test_model_file",
-    ),
+    "fast_sim": "roller nearby strips kept_with_clouds conformance",
+    "bullet": "flights bullet_columns bullet_world bullet_physics bullet_shapes pieces poses standing conformance",
+    "settling": "enclosure drops simulation_cache early_answers",
+    "learning": "copies doubts resting_profile classifier histogram model_file early_answers drops one_view judging",
 }
-OTHERS = (
-    *("test_conformance", "test_conformance_mechanics", "test_one_view", "test_choosing", "test_judging"),
-    *("test_poses", "test_standing", "test_carrying", "test_limits"),
-)
 SECONDS = 20.0  # of tests that one change is tried by, at most
 
 
 class Copy:
     """A copy of the package as it is installed, to be changed, and what its tests run and take."""
 
-    def __init__(self):
+    def __init__(self, folders: Sequence[str]):
         self.tree, self.package = BUILD / "tree", BUILD / "tree" / "spherefunc_bullet"
         shutil.rmtree(self.tree, ignore_errors=True)
         for folder in ("spherefunc_bullet", "fast_sim", "scenes", "compare"):
@@ -65,9 +47,9 @@ class Copy:
         of_package = b"".join(path.read_bytes() for path in sorted(self.package.rglob("*.py")))
         self.seconds: dict[str, float] = {}
         self.covered: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
-        for name in dict.fromkeys([*sum(OWN.values(), ()), *OTHERS]):
-            path = HERE / f"{name}.py"
-            known = BUILD / f"{name}-{hashlib.sha256(of_package + path.read_bytes()).hexdigest()[:16]}.json"
+        for name in dict.fromkeys(name for folder in folders for name in OWN[folder].split()):
+            path = HERE / f"test_{name}.py"
+            known = BUILD / f"test_{name}-{hashlib.sha256(of_package + path.read_bytes()).hexdigest()[:16]}.json"
             if not known.exists():
                 self.run([str(path)], math.inf, known)
             self.take_in(json.loads(known.read_text()))
@@ -85,8 +67,8 @@ class Copy:
         nearest = max((int(other) for other in lines if int(other) <= line), default=0)
         ranked = [lines.get(str(nearest), [])]
         if not ranked[0] or self.is_compiled(file):
-            own = OWN[file.split("/")[0]]
-            ranked += [[test for test in self.seconds if test.split(".py")[0] in own]]
+            own = {f"test_{name}.py" for name in OWN[file.split("/")[0]].split()}
+            ranked += [[test for test in self.seconds if test.split("::")[0] in own]]
             ranked += [[test for tests in lines.values() for test in tests]]
         ordered = dict.fromkeys(test for some in ranked for test in sorted(some, key=self.seconds.get))
         chosen, spent = [], 0.0

@@ -123,7 +123,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("folders", nargs="*", default=["fast_sim", "bullet", "settling", "learning"])
     given = parser.parse_args()
-    copy = Copy()
+    copy = Copy(given.folders)
     same = {tuple(row[:3]) for row in csv.reader(SAME.open())} if SAME.exists() else set()
     killed = set(KILLED.read_text().split()) if KILLED.exists() else set()
     found = defaultdict(Counter)
