@@ -46,10 +46,12 @@ class Copy:
             shutil.copytree(HERE.parent / folder, target, ignore=shutil.ignore_patterns("__pycache__"))
         of_package = b"".join(path.read_bytes() for path in sorted(self.package.rglob("*.py")))
         self.seconds: dict[str, float] = {}
+        self.tests: list[str] = []  # names of their files and contents
         self.covered: dict[str, dict[str, list[str]]] = defaultdict(lambda: defaultdict(list))
         for name in dict.fromkeys(name for folder in folders for name in OWN[folder].split()):
             path = HERE / f"test_{name}.py"
             known = BUILD / f"test_{name}-{hashlib.sha256(of_package + path.read_bytes()).hexdigest()[:16]}.json"
+            self.tests.append(known.stem)
             if not known.exists():
                 self.run([str(path)], math.inf, known)
             self.take_in(json.loads(known.read_text()))
@@ -110,10 +112,12 @@ class Copy:
                 shutil.rmtree(old)
         child = get_context("fork").Process(target=run_tests, args=(self.tree, tests, kernels, covered))
         child.start()
-        child.join(None if limit == math.inf else limit)
-        with suppress(ProcessLookupError):
-            os.killpg(child.pid, signal.SIGKILL)  # with what its tests have left running
-        child.join()
+        try:
+            child.join(None if limit == math.inf else limit)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(child.pid, signal.SIGKILL)  # with what its tests have left running
+            child.join()
         return child.exitcode
 
 

@@ -33,7 +33,7 @@ OPERATORS = (
     *OTHERS.split(),
     *("ReplaceOrWithAnd", "ReplaceBreakWithContinue", "ReplaceContinueWithBreak"),
 )
-KILLED, SAME = BUILD / "killed.txt", HERE / "equivalent_mutants.csv"
+KNOWN, SAME = BUILD / "known.txt", HERE / "equivalent_mutants.csv"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +48,7 @@ class Mutant:
 
     @property
     def key(self) -> str:
-        return hashlib.sha256(f"{self.file} {self.source}".encode()).hexdigest()
+        return hash_of(self.file, self.source)
 
 
 def places_of(path: Path) -> Iterator[list[tuple[str, int, int]]]:
@@ -85,16 +85,20 @@ def made(package: Path, path: Path, name: str, occurrence: int, line: int) -> Mu
     return Mutant(file=path.relative_to(package).as_posix(), line=line, before=a, after=b, source=after)
 
 
-def verdict(copy: Copy, mutant: Mutant, killed: set[str], same: set[tuple[str, ...]]) -> str:
-    """Return what becomes of a change: same, killed or survived."""
+def verdict(copy: Copy, mutant: Mutant, known: set[str], same: set[tuple[str, ...]]) -> str:
+    """Return what becomes of a change: same, killed or survived; what is not yet known is tried."""
     if (mutant.file, mutant.before, mutant.after) in same:
         return "same"
-    if mutant.key not in killed:
-        if not copy.fails_with(mutant.file, mutant.line, mutant.source):
-            return "survived"
-        with KILLED.open("a") as file:
-            file.write(mutant.key + "\n")
-    return "killed"
+    killed, survived = f"{mutant.key} killed", f"{mutant.key} survived {hash_of(*copy.tests)}"
+    if killed not in known and survived not in known:
+        known.add(killed if copy.fails_with(mutant.file, mutant.line, mutant.source) else survived)
+        KNOWN.write_text("\n".join(sorted(known)))
+    return "killed" if killed in known else "survived"
+
+
+def hash_of(*texts: str) -> str:
+    """Return the hash of some texts."""
+    return hashlib.sha256(" ".join(texts).encode()).hexdigest()[:32]
 
 
 def interval(hits: int, count: int) -> tuple[float, float]:
@@ -125,11 +129,11 @@ def main():
     given = parser.parse_args()
     copy = Copy(given.folders)
     same = {tuple(row[:3]) for row in csv.reader(SAME.open())} if SAME.exists() else set()
-    killed = set(KILLED.read_text().split()) if KILLED.exists() else set()
+    known = set(KNOWN.read_text().splitlines()) if KNOWN.exists() else set()
     found = defaultdict(Counter)
     with suppress(KeyboardInterrupt):  # what was tried by then is a sample too
         for mutant in sampled(copy, given.folders, given.sample, given.seed):
-            said = verdict(copy, mutant, killed, same)
+            said = verdict(copy, mutant, known, same)
             found[mutant.file][said] += 1
             if said == "survived":
                 print(f"{mutant.file}:{mutant.line}\n    - {mutant.before}\n    + {mutant.after}", flush=True)
