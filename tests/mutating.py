@@ -54,7 +54,8 @@ class Mutant:
 def places_of(path: Path) -> Iterator[list[tuple[str, int, int]]]:
     """Yield the changes that can be made at each place: operator, which occurrence, line.
 
-    Decorators are left out, which decide how code is compiled or declared, and what only type checkers read.
+    Decorators are left out, which decide how code is compiled or declared, what only type checkers read, and whether
+    `zip` makes sure of what its callers promise.
     """
     source, places = path.read_text(), defaultdict(list)
     nodes, lines = list(ast_nodes(get_ast(source))), source.splitlines()
@@ -62,8 +63,9 @@ def places_of(path: Path) -> Iterator[list[tuple[str, int, int]]]:
         operator = get_operator(f"core/{name}")()
         for occurrence, (start, _) in enumerate(span for node in nodes for span in operator.mutation_positions(node)):
             places[start].append((name, occurrence, start[0]))
-    for (line, _), changes in places.items():
-        if not lines[line - 1].lstrip().startswith("@") and "TYPE_CHECKING" not in lines[line - 1]:
+    for (line, column), changes in places.items():
+        text, before = lines[line - 1], lines[line - 1][:column]
+        if not text.lstrip().startswith("@") and "TYPE_CHECKING" not in text and not before.endswith("strict="):
             yield changes
 
 
