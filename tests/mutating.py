@@ -64,8 +64,9 @@ def places_of(path: Path) -> Iterator[list[tuple[str, int, int]]]:
         for occurrence, (start, _) in enumerate(span for node in nodes for span in operator.mutation_positions(node)):
             places[start].append((name, occurrence, start[0]))
     for (line, column), changes in places.items():
-        text, before = lines[line - 1], lines[line - 1][:column]
-        if not text.lstrip().startswith("@") and "TYPE_CHECKING" not in text and not before.endswith("strict="):
+        text, before = lines[line - 1], lines[line - 1][:column].rstrip()
+        no_product = text[column] == "*" and (before[-1:] or "(") in "([{,="  # but a list's or a call's star
+        if not (text.lstrip().startswith("@") or "TYPE_CHECKING" in text or before.endswith("strict=") or no_product):
             yield changes
 
 
