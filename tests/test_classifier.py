@@ -19,7 +19,7 @@ from spherefunc_bullet.learning.inverse_distance import (
 )
 from spherefunc_bullet.learning.labels import as_sets
 from spherefunc_bullet.learning.method import CUBES, PAPER
-from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
+from spherefunc_bullet.learning.validation import quality, radius_weights, remaining_weights, validation_splits
 
 BY_CUBES = (CUBES, PAPER)
 RADII = (0.01, 0.02)
@@ -254,3 +254,24 @@ def test_validation_is_three_in_ten_with_both_sides():
     for train, held_out in validation_splits(members, 20, 0):
         assert len(held_out) == 15 and not set(train) & set(held_out)
         assert members[held_out].any() and members[train].any()
+
+
+def test_three_objects_are_enough_to_choose_a_radius():
+    members, far = np.array([True, True, False]), np.array([[0, 1, 5], [1, 0, 5], [5, 5, 0.0]])
+    wrong = np.array([[0, 5, 1], [5, 0, 1], [1, 1, 0.0]])
+    assert radius_weights({0.01: far, 0.02: wrong}, members, replace(CUBES, vote=False)) == {0.01: 1.0}
+    assert radius_weights({0.01: far[:2, :2], 0.02: wrong[:2, :2]}, members[1:], CUBES) == {0.02: 1.0}  # two are not
+
+
+def test_radii_that_are_left_share_all_of_the_weight():
+    weights = {0.01: 0.2, 0.02: 0.3, 0.03: 0.5}
+    assert remaining_weights(weights, (0.03, 0.02, 0.01, 0.5)) == weights
+    assert remaining_weights(weights, (0.01, 0.02)) == pytest.approx({0.01: 0.4, 0.02: 0.6})
+    assert remaining_weights(weights, (0.05,)) == {}
+
+
+def test_two_members_are_on_either_side_of_every_split():
+    members = np.array([True, False, False, True, False, False])
+    for some in (members, ~members):
+        for train, held_out in validation_splits(some, 20, 0):
+            assert len(held_out) == 2 and members[train].sum() == members[held_out].sum() == 1

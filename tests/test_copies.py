@@ -9,7 +9,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.tree import DecisionTreeClassifier
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import grown_on, held_out_votes, kin_of
+from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, Kin, grown_on, held_out_votes, kin_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
 
@@ -77,3 +77,20 @@ def test_copies_do_not_decide_what_a_vote_means(contrary):
     )
     assert both.lines_ == lines and both.held_out_f_measures() == measured
     assert 0.6 < measured["cup"] < 0.9  # of votes that are probabilities, and so not always right
+
+
+def test_where_all_that_is_left_to_learn_from_agrees_that_is_the_vote():
+    """Without the first group's four objects and the one beside them, only a member is left."""
+    members, groups = np.array([True, True, False, False, False, True]), np.array([1, 1, 1, 1, 3, 2])
+    kin = Kin(weights=np.ones(6), groups=groups)
+    votes = held_out_votes(DecisionTreeClassifier(random_state=0), np.arange(6.0)[:, None], members, kin, 0)
+    assert np.isin(votes, (0, 1)).all() and votes[:5].tolist() == [1] * 5
+
+
+def test_one_example_of_a_function_is_too_few_to_say_how_sure_to_be():
+    profiles = np.zeros((3, len(NAMES)))
+    profiles[:, 0] = [0.9, 0.2, 0.1]
+    for members in ([True, False, False], [True, True, False]):
+        model = FunctionClassifier(radii=(0.02,), estimator=Seer())
+        model.fit_profiles(profiles, np.array(members)[:, None], ["cup"], ["a", "b", "c"])
+        assert model.held_out_f_measures() == {"cup": None} and model.lines_ == [AS_VOTED]
