@@ -32,7 +32,8 @@ OWN = {  # the tests of each folder
     "fast_sim": "roller nearby strips kept_with_clouds conformance",
     "bullet": "flights bullet_columns bullet_world bullet_physics bullet_shapes pieces poses standing conformance",
     "settling": "enclosure settling drops simulation_cache early_answers",
-    "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file early_answers one_view view",
+    "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
+    " early_answers one_view view",
 }
 SECONDS = 20.0  # of tests that one change is tried by, at most
 

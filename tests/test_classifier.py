@@ -19,7 +19,13 @@ from spherefunc_bullet.learning.inverse_distance import (
 )
 from spherefunc_bullet.learning.labels import as_sets
 from spherefunc_bullet.learning.method import CUBES, PAPER
-from spherefunc_bullet.learning.validation import quality, radius_weights, remaining_weights, validation_splits
+from spherefunc_bullet.learning.validation import (
+    quality,
+    radius_weights,
+    remaining_weights,
+    validated_f_measure,
+    validation_splits,
+)
 
 BY_CUBES = (CUBES, PAPER)
 RADII = (0.01, 0.02)
@@ -275,3 +281,11 @@ def test_two_members_are_on_either_side_of_every_split():
     for some in (members, ~members):
         for train, held_out in validation_splits(some, 20, 0):
             assert len(held_out) == 2 and members[train].sum() == members[held_out].sum() == 1
+
+
+def test_the_f_measure_over_splits_is_one_where_all_is_right():
+    distances = np.array([[0, 9, 1, 5], [9, 0, 5, 1], [1, 5, 0, 9], [5, 1, 9, 0.0]])
+    members = np.array([True, False, True, False])
+    every = [(np.delete(np.arange(4), k), np.array([k])) for k in range(4)]
+    assert validated_f_measure(distances, members, every, CUBES) == 1.0
+    assert validated_f_measure(9 - distances, members, every, CUBES) == 0.0

@@ -72,7 +72,8 @@ def test_half_of_the_ground_below_is_an_underside(share, is_view, size, low):
     """Within a tenth of the height, or 15 mm, above the lowest point; what lies higher is not of it."""
     foot = np.array([[0.0, 0.0, 0.0]])
     top = square(0.2, size)
-    assert looks_like_one_view(Cloud(np.concatenate([foot, top, square(0.2 * share**0.5, low)]))) == is_view
+    points = np.concatenate([foot, top, square(0.2 * share**0.5, low)])
+    assert looks_like_one_view(Cloud(points)) == looks_like_one_view(Cloud(points + [0, 0, 0.7])) == is_view
     assert looks_like_one_view(Cloud(np.concatenate([foot, top, square(0.2 * share**0.5, max(0.15 * size, 0.02))])))
 
 

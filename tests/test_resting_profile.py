@@ -168,6 +168,11 @@ def test_a_sphere_in_the_dip_between_four_rests_on_them():
     assert quantities(np.concatenate([layer(2, 2, 0.4), dip]))["on_spheres"] == pytest.approx(1 / 5)
 
 
+def test_of_two_levels_that_carry_as_much_the_upper_one_is_the_level():
+    shelves = np.concatenate([layer(4, 4, 0.4), layer(4, 4, 0.8, corner=(0.5, 0)), layer(3, 3, 1.2, corner=(1, 0))])
+    assert quantities(shelves)["level_height"] == pytest.approx(0.8)
+
+
 def test_the_way_from_fall_to_rest_is_in_radii():
     drops = dropped(layer(8, 8, 0.4))
     drops[:, 0] += 3 * RADIUS
