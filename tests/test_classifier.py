@@ -289,3 +289,13 @@ def test_the_f_measure_over_splits_is_one_where_all_is_right():
     every = [(np.delete(np.arange(4), k), np.array([k])) for k in range(4)]
     assert validated_f_measure(distances, members, every, CUBES) == 1.0
     assert validated_f_measure(9 - distances, members, every, CUBES) == 0.0
+
+
+def test_quality_by_hand():
+    """Of three members two are found, and one of the five others is claimed."""
+    members, claimed = np.array([1, 1, 1, 0, 0, 0, 0, 0], bool), np.array([1, 1, 0, 1, 0, 0, 0, 0], bool)
+    found = quality(members, claimed)
+    assert (found.precision, found.recall, found.accuracy) == pytest.approx((2 / 3, 2 / 3, 6 / 8))
+    assert found.f_measure == pytest.approx(2 / 3)
+    some = quality(members, claimed, np.arange(8) < 3)
+    assert (some.precision, some.recall, some.accuracy) == pytest.approx((1, 2 / 3, 2 / 3))
