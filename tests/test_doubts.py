@@ -58,6 +58,12 @@ def test_but_for_one_in_a_hundred_training_objects_are_like_others(model):
     assert "unlike all 40 training objects" in model.doubts(dropped(0.555, stays=12), [1.0])[0]
 
 
+def test_quantities_of_several_objects_are_those_of_each(model):
+    some = [dropped(0.3), dropped(0.9), dropped(0.9, stays=7)]
+    alone = [model.profiles([one])[0] for one in some]
+    assert np.array_equal(model.profiles(some), alone) and model.profiles([]).shape == (0, len(alone[0]))
+
+
 def test_the_nearest_are_named_and_no_copy_among_them(model):
     between = dropped(0.2 + 0.8 / 39 * 7)
     names = [near["name"] for near in nearest(model, between)]

@@ -24,7 +24,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile
-from spherefunc_bullet.settling.drops import WIDTH
+from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH
 
 RADIUS = 0.02
 DIAMETER = 2 * RADIUS
@@ -194,6 +194,11 @@ ODD = {
 def test_every_quantity_is_finite(name):
     row = RestingProfile(RADIUS).transform([dropped(ODD[name])])
     assert row.shape == (1, len(NAMES)) and np.isfinite(row).all()
+
+
+def test_where_nothing_settled_every_quantity_is_none():
+    rows = RestingProfile(RADIUS).transform([dropped(np.empty((0, 3)), lost=[(0, 0), (1, 1)]), NO_DROPS])
+    assert not rows.any() and rows.shape == (2, len(NAMES))
 
 
 def test_no_objects_have_no_rows():
