@@ -33,7 +33,7 @@ OWN = {  # the tests of each folder
     "bullet": "flights bullet_columns bullet_world bullet_physics bullet_shapes pieces poses standing conformance",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
-    " early_answers one_view view",
+    " early_answers one_view view drops",
 }
 SECONDS = 20.0  # of tests that one change is tried by, at most
 
