@@ -111,6 +111,13 @@ def test_a_forest_that_was_tampered_with_is_refused(grown, name):
         type(forest)(**forest.arrays() | {name: broken}).require_whole(7)
 
 
+def test_a_tree_that_begins_after_the_last_node_is_refused(grown):
+    forest = forest_of(grown[1])
+    broken = np.append(forest.roots[:-1], len(forest.feature)).astype(forest.roots.dtype)
+    with pytest.raises(InputError, match="expected trees"):
+        type(forest)(**forest.arrays() | {"roots": broken}).require_whole(7)
+
+
 @pytest.fixture(scope="module")
 def model():
     shapes = [clouds.mug, clouds.bin_, clouds.plate, clouds.chair, clouds.table, clouds.groove]
