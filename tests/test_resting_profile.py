@@ -390,6 +390,13 @@ def test_rank_distances_know_no_units():
     assert rank_distances(learnt, learnt).diagonal().tolist() == [0] * 30
 
 
+def test_ranks_run_from_none_to_one():
+    """Above all of ten is 1 and below all 0; of one of the ten half of itself is below it."""
+    learnt = np.arange(10.0)[:, None]
+    ranks = (np.arange(10) + 0.5) / 10
+    assert rank_distances(np.array([[99.0], [-99.0]]), learnt) == pytest.approx(np.array([1 - ranks, ranks]))
+
+
 def test_short_thresholds_change_no_vote():
     from sklearn.ensemble import ExtraTreesClassifier
 
