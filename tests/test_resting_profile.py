@@ -173,6 +173,12 @@ def test_of_two_levels_that_carry_as_much_the_upper_one_is_the_level():
     assert quantities(shelves)["level_height"] == pytest.approx(0.8)
 
 
+def test_a_level_is_what_begins_within_a_radius_of_it():
+    for above, share in ((0.9, 1.0), (1.5, 25 / 29)):
+        other = layer(2, 2, 0.4 + above * RADIUS, corner=(0.5, 0))
+        assert quantities(np.concatenate([layer(5, 5, 0.4), other]))["level_share"] == pytest.approx(share)
+
+
 def test_the_way_from_fall_to_rest_is_in_radii():
     drops = dropped(layer(8, 8, 0.4))
     drops[:, 0] += 3 * RADIUS

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from sklearn.tree import DecisionTreeClassifier
 
+import spherefunc_bullet as sf
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import profiles_at
@@ -88,6 +89,12 @@ LEARNERS = {
 def test_spheres_are_kept_where_that_is_asked_for(home, name, cache):
     LEARNERS[name]([clouds.mug(), clouds.plate()], cache)
     assert len(list(home.rglob("*.npz"))) == 2 * cache
+
+
+@pytest.mark.parametrize("cache", [True, False])
+def test_one_call_keeps_spheres_where_that_is_asked_for(home, cache):
+    sf.classify(clouds.mug(), cache=cache)
+    assert any(home.rglob("*.npz")) == cache
 
 
 def test_a_sphere_that_cannot_settle_takes_no_time_and_no_drop():
