@@ -10,13 +10,14 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import profiles_at
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
 from spherefunc_bullet.settling.drops import LIMITED, Length
-from spherefunc_bullet.settling.records import Dropping, KeptFile, Loading
+from spherefunc_bullet.settling.records import VOXEL, Dropping, KeptFile, Loading, shape_of
 from spherefunc_bullet.simulator import make_simulator
 
 
@@ -111,3 +112,11 @@ def test_the_transformer_reads_what_the_classifier_reads():
     assert np.array_equal(read, model.profiles_)
     drops = [settling.settle(cloud, "fast", [0.01], 0, Length(drops=30))[0.01] for cloud in objects]
     assert np.array_equal(profiles_at(drops, 0.01), read[:, : read.shape[1] // 2])
+
+
+def test_the_cubes_of_a_cloud_are_those_that_hold_a_point():
+    points = np.random.default_rng(0).uniform([-1, -2, 0], [2, 1, 3], (500, 3))
+    shape = shape_of(Cloud(np.concatenate([points, points[:50]])))
+    expected = np.unique(np.floor(points / VOXEL).astype(int), axis=0)
+    assert np.array_equal(shape["voxels"], expected) and shape["voxels"].dtype == np.int16
+    assert np.allclose(shape["size"], np.ptp(points, axis=0))
