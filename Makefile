@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test lint fuzz bench tables site figures model scan-model clean
+.PHONY: setup tools demo test lint fuzz mutants bench tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -25,6 +25,13 @@ FILES := 10000
 
 fuzz: tools  ## damaged files of every format, FILES of them, for every reader
 	@$(BIN)/python tests/fuzzing.py --files $(FILES)
+
+SAMPLE := 400
+
+mutants: tools  ## small changes to the code, SAMPLE of them, and which the tests notice: an hour or two; not in CI
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -e ".[mutation]"
+	@mkdir -p build/mutants
+	@$(BIN)/python tests/mutating.py --sample $(SAMPLE) | tee build/mutants/table.txt
 
 bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench

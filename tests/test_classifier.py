@@ -19,7 +19,13 @@ from spherefunc_bullet.learning.inverse_distance import (
 )
 from spherefunc_bullet.learning.labels import as_sets
 from spherefunc_bullet.learning.method import CUBES, PAPER
-from spherefunc_bullet.learning.validation import quality, radius_weights, validation_splits
+from spherefunc_bullet.learning.validation import (
+    quality,
+    radius_weights,
+    remaining_weights,
+    validated_f_measure,
+    validation_splits,
+)
 
 BY_CUBES = (CUBES, PAPER)
 RADII = (0.01, 0.02)
@@ -254,3 +260,42 @@ def test_validation_is_three_in_ten_with_both_sides():
     for train, held_out in validation_splits(members, 20, 0):
         assert len(held_out) == 15 and not set(train) & set(held_out)
         assert members[held_out].any() and members[train].any()
+
+
+def test_three_objects_are_enough_to_choose_a_radius():
+    members, far = np.array([True, True, False]), np.array([[0, 1, 5], [1, 0, 5], [5, 5, 0.0]])
+    wrong = np.array([[0, 5, 1], [5, 0, 1], [1, 1, 0.0]])
+    assert radius_weights({0.01: far, 0.02: wrong}, members, replace(CUBES, vote=False)) == {0.01: 1.0}
+    assert radius_weights({0.01: far[:2, :2], 0.02: wrong[:2, :2]}, members[1:], CUBES) == {0.02: 1.0}  # two are not
+
+
+def test_radii_that_are_left_share_all_of_the_weight():
+    weights = {0.01: 0.2, 0.02: 0.3, 0.03: 0.5}
+    assert remaining_weights(weights, (0.03, 0.02, 0.01, 0.5)) == weights
+    assert remaining_weights(weights, (0.01, 0.02)) == pytest.approx({0.01: 0.4, 0.02: 0.6})
+    assert remaining_weights(weights, (0.05,)) == {}
+
+
+def test_two_members_are_on_either_side_of_every_split():
+    members = np.array([True, False, False, True, False, False])
+    for some in (members, ~members):
+        for train, held_out in validation_splits(some, 20, 0):
+            assert len(held_out) == 2 and members[train].sum() == members[held_out].sum() == 1
+
+
+def test_the_f_measure_over_splits_is_one_where_all_is_right():
+    distances = np.array([[0, 9, 1, 5], [9, 0, 5, 1], [1, 5, 0, 9], [5, 1, 9, 0.0]])
+    members = np.array([True, False, True, False])
+    every = [(np.delete(np.arange(4), k), np.array([k])) for k in range(4)]
+    assert validated_f_measure(distances, members, every, CUBES) == 1.0
+    assert validated_f_measure(9 - distances, members, every, CUBES) == 0.0
+
+
+def test_quality_by_hand():
+    """Of three members two are found, and one of the five others is claimed."""
+    members, claimed = np.array([1, 1, 1, 0, 0, 0, 0, 0], bool), np.array([1, 1, 0, 1, 0, 0, 0, 0], bool)
+    found = quality(members, claimed)
+    assert (found.precision, found.recall, found.accuracy) == pytest.approx((2 / 3, 2 / 3, 6 / 8))
+    assert found.f_measure == pytest.approx(2 / 3)
+    some = quality(members, claimed, np.arange(8) < 3)
+    assert (some.precision, some.recall, some.accuracy) == pytest.approx((1, 2 / 3, 2 / 3))

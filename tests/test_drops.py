@@ -111,6 +111,14 @@ def test_a_forest_that_was_tampered_with_is_refused(grown, name):
         type(forest)(**forest.arrays() | {name: broken}).require_whole(7)
 
 
+def test_trees_that_begin_after_the_last_node_and_no_trees_at_all_are_refused(grown):
+    forest = forest_of(grown[1])
+    beyond = np.append(forest.roots[:-1], len(forest.feature)).astype(forest.roots.dtype)
+    for roots in (beyond, forest.roots[:0]):
+        with pytest.raises(InputError, match="expected trees"):
+            type(forest)(**forest.arrays() | {"roots": roots}).require_whole(7)
+
+
 @pytest.fixture(scope="module")
 def model():
     shapes = [clouds.mug, clouds.bin_, clouds.plate, clouds.chair, clouds.table, clouds.groove]
@@ -126,9 +134,10 @@ def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
     asked = [clouds.mug(), clouds.chair()]
     assert again.predict_proba(asked).tobytes() == model.predict_proba(asked).tobytes()
     more = [clouds.table()], ["table"]
-    assert again.partial_fit(*more).predict_proba(asked).tobytes() == model.partial_fit(*more).predict_proba(
-        asked
-    ).tobytes()
+    assert (
+        again.partial_fit(*more).predict_proba(asked).tobytes()
+        == model.partial_fit(*more).predict_proba(asked).tobytes()
+    )
 
 
 def test_reasons_name_what_was_met(model):

@@ -13,7 +13,7 @@ from clouds import mug
 from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.learning.reasons.one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled
 
 
@@ -58,3 +58,35 @@ def test_the_command_says_the_same(seen_mug, tmp_path):
     assert row["functions"]["cup"]["member"]
     assert row["unsure"]
     assert row["reasons"][-1] == COMPLETED
+
+
+def square(side: float, height: float) -> np.ndarray:
+    """Return points 2 mm apart on a level square, in the middle of the squares of 5 mm that are counted, or not."""
+    steps = np.arange(0.001, side, 0.002)
+    return np.array([[x - side / 2, y - side / 2, height] for x in steps for y in steps])
+
+
+@pytest.mark.parametrize(("share", "is_view"), [(0.4, True), (0.6, False)])
+@pytest.mark.parametrize(("size", "low"), [(0.2, 0.0), (0.2, 0.017), (0.05, 0.013)])
+def test_half_of_the_ground_below_is_an_underside(share, is_view, size, low):
+    """Within a tenth of the height, or 15 mm, above the lowest point; what lies higher is not of it."""
+    foot = np.array([[0.0, 0.0, 0.0]])
+    top = square(0.2, size)
+    points = np.concatenate([foot, top, square(0.2 * share**0.5, low)])
+    assert looks_like_one_view(Cloud(points)) == looks_like_one_view(Cloud(points + [0, 0, 0.7])) == is_view
+    assert looks_like_one_view(Cloud(np.concatenate([foot, top, square(0.2 * share**0.5, max(0.15 * size, 0.02))])))
+
+
+def test_the_foot_of_a_wall_is_no_underside():
+    """However many of its points lie one above another."""
+    angle, z = np.meshgrid(np.linspace(0, 2 * np.pi, 120), np.arange(0, 0.1, 0.002))
+    wall = np.column_stack([0.03 * np.cos(angle).ravel(), 0.03 * np.sin(angle).ravel(), z.ravel()])
+    assert looks_like_one_view(Cloud(wall)) and looks_like_one_view(Cloud(wall[abs(wall[:, 1]) < 1e-9]))
+    disc = square(0.06, 0.0)
+    assert not looks_like_one_view(Cloud(np.concatenate([wall, disc[np.hypot(*disc[:, :2].T) < 0.03]])))
+
+
+def test_what_came_with_its_surface_is_no_view():
+    points = np.concatenate([square(0.2, 0.3), [[0.0, 0.0, 0.0]]])
+    surface = Mesh(points, np.array([[0, 1, 2]]))
+    assert looks_like_one_view(Cloud(points)) and not looks_like_one_view(Cloud(points, "it", surface))

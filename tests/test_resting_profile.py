@@ -24,7 +24,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile
-from spherefunc_bullet.settling.drops import WIDTH
+from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH
 
 RADIUS = 0.02
 DIAMETER = 2 * RADIUS
@@ -142,6 +142,43 @@ def test_a_full_cup_lets_spheres_go_late_and_not_early():
     assert found["stays"] < 0.4 and found["stays_early"] == found["middle_stays"] == 1
 
 
+def test_early_is_until_half_of_all_that_settled_had_settled():
+    """What is lost between the first half and the second counts as late, and before the first half as early."""
+    drops = dropped(layer(8, 8, 0.4), lost=np.full((36, 2), 3.5 * DIAMETER))  # over the middle of the plate
+    first, second, lost = drops[:32], drops[32:64], drops[64:]
+    between = quantities_of(np.concatenate([first, second[:1], lost, second[1:]]))
+    assert between["stays_early"] == between["middle_stays"] == between["level_stays"] == 1
+    assert between["stays"] == pytest.approx(64 / 100)
+    before = quantities_of(np.concatenate([lost, drops[:64]]))
+    assert before["stays_early"] == pytest.approx(33 / 69) and before["stays"] == between["stays"]
+
+
+@pytest.mark.parametrize(("steep_deg", "rests"), [(10, 0), (20, 1), (45, 1), (90, 1)])
+def test_a_sphere_rests_on_one_that_it_touches_a_quarter_lower(steep_deg, rests):
+    """Side by side on a floor that is not quite even is not one on the other; leaning on it, as in a pile, is."""
+    steep = np.radians(steep_deg)
+    pair = np.array([[0, 0, 0.4], [DIAMETER * np.cos(steep), 0, 0.4 + DIAMETER * np.sin(steep)]])
+    assert quantities(pair)["on_spheres"] == rests / 2
+    apart = pair + [[0, 0, 0], [0, 0.1 * DIAMETER + DIAMETER, 0]]  # which touch nothing
+    assert quantities(apart)["on_spheres"] == 0
+
+
+def test_a_sphere_in_the_dip_between_four_rests_on_them():
+    dip = np.array([[RADIUS, RADIUS, 0.4 + RADIUS + np.sqrt(2) * RADIUS]])
+    assert quantities(np.concatenate([layer(2, 2, 0.4), dip]))["on_spheres"] == pytest.approx(1 / 5)
+
+
+def test_of_two_levels_that_carry_as_much_the_upper_one_is_the_level():
+    shelves = np.concatenate([layer(4, 4, 0.4), layer(4, 4, 0.8, corner=(0.5, 0)), layer(3, 3, 1.2, corner=(1, 0))])
+    assert quantities(shelves)["level_height"] == pytest.approx(0.8)
+
+
+def test_a_level_is_what_begins_within_a_radius_of_it():
+    for above, share in ((0.9, 1.0), (1.5, 25 / 29)):
+        other = layer(2, 2, 0.4 + above * RADIUS, corner=(0.5, 0))
+        assert quantities(np.concatenate([layer(5, 5, 0.4), other]))["level_share"] == pytest.approx(share)
+
+
 def test_the_way_from_fall_to_rest_is_in_radii():
     drops = dropped(layer(8, 8, 0.4))
     drops[:, 0] += 3 * RADIUS
@@ -163,6 +200,11 @@ ODD = {
 def test_every_quantity_is_finite(name):
     row = RestingProfile(RADIUS).transform([dropped(ODD[name])])
     assert row.shape == (1, len(NAMES)) and np.isfinite(row).all()
+
+
+def test_where_nothing_settled_every_quantity_is_none():
+    rows = RestingProfile(RADIUS).transform([dropped(np.empty((0, 3)), lost=[(0, 0), (1, 1)]), NO_DROPS])
+    assert not rows.any() and rows.shape == (2, len(NAMES))
 
 
 def test_no_objects_have_no_rows():
@@ -352,6 +394,13 @@ def test_rank_distances_know_no_units():
     scales = np.array([1, 100, 1e-3, 7])
     assert np.allclose(rank_distances(asked, learnt), rank_distances(asked * scales, learnt * scales))
     assert rank_distances(learnt, learnt).diagonal().tolist() == [0] * 30
+
+
+def test_ranks_run_from_none_to_one():
+    """Above all of ten is 1 and below all 0; of one of the ten half of itself is below it."""
+    learnt = np.arange(10.0)[:, None]
+    ranks = (np.arange(10) + 0.5) / 10
+    assert rank_distances(np.array([[99.0], [-99.0]]), learnt) == pytest.approx(np.array([1 - ranks, ranks]))
 
 
 def test_short_thresholds_change_no_vote():

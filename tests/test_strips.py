@@ -82,6 +82,23 @@ def test_there_is_room_for_all_blocks(together):
     assert run.settled > CHUNK
 
 
+def test_misses_in_a_row_go_on_from_strips_to_strips():
+    """On a slope that holds nothing a run ends after as many drops as may miss, however many fall together."""
+    settings = DropSettings(radius=RADIUS, miss_limit=100)
+    run = DropRun(clouds.incline(30, length=0.5), settings, make_simulator("fast"), 0)
+    assert [run.drop_in_strips(run.take_columns(count)) for count in (30, 40, 29, 1)] == [False, False, False, True]
+    assert run.settled == 0 and run.drops == 100 and run.stop() == Stop.MISSES
+
+
+def test_what_settles_ends_a_row_of_misses():
+    run = DropRun(clouds.chair(), DropSettings(radius=RADIUS), make_simulator("fast"), 0)
+    for _ in range(200):
+        assert not run.drop_in_strips(run.take_columns(2))
+        outcomes = np.concatenate(run.outcomes)
+        assert run.state[4] == len(outcomes) - 1 - np.flatnonzero(outcomes == 0)[-1]
+    assert 0 < run.settled < run.drops
+
+
 def test_spheres_overlap_nothing_and_none_hangs_in_the_air():
     result, cloud = dropped(), clouds.chair()
     distances = cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]

@@ -1,0 +1,122 @@
+"""When an answer is doubtful, and what is said of it: close scores, hardly a sphere, like nothing learnt."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spherefunc_bullet.learning.function_classifier import FAMILIAR, FunctionClassifier
+from spherefunc_bullet.learning.profiles.calibration import kin_of
+from spherefunc_bullet.learning.profiles.quantities import NAMES
+from spherefunc_bullet.learning.reasons.words import cells_of, deciding, met, nearest, sentences, with_unit
+from spherefunc_bullet.settling.drops import WIDTH
+
+RADII = (0.01, 0.02)
+DROPS = 40
+
+
+def shelf(height: float, radius: float, stays: int = DROPS, walls: float = 0.0) -> np.ndarray:
+    """Return drops side by side, of which the first few stay at a height and the rest are gone."""
+    x, y = (2 * radius * part.ravel() for part in np.mgrid[:8, :5])
+    rows = np.column_stack([x, y, x, y, np.full(DROPS, height + radius), np.full(DROPS, walls)])
+    rows[stays:, 2:] = np.nan
+    return rows
+
+
+def dropped(height: float, **how) -> dict[float, np.ndarray]:
+    return {radius: shelf(height, radius, **how) for radius in RADII}
+
+
+@pytest.fixture(scope="module")
+def model() -> FunctionClassifier:
+    """Return what has learnt that shelves from 60 cm on are high, of forty between 20 cm and 1 m."""
+    heights = np.linspace(0.2, 1.0, 40)
+    objects = [dropped(height) for height in heights]
+    labels = ["high" if height > 0.6 else "none" for height in heights]
+    names = [f"at {height:.2f}" for height in heights]
+    return FunctionClassifier(radii=RADII, drops=DROPS, early_drops=0).fit_settled(objects, labels, names)
+
+
+@pytest.mark.parametrize(("score", "close"), [(0.39, False), (0.41, True), (0.5, True), (0.59, True), (0.61, False)])
+def test_a_score_within_a_tenth_of_a_half_is_close(model, score, close):
+    said = model.doubts(dropped(0.8), [score])
+    assert [f"high by a hair's breadth: {score:.2f}" in doubt for doubt in said] == [True] * close
+
+
+@pytest.mark.parametrize("stays", [0, 2, 3, 8])
+def test_fewer_than_five_spheres_of_all_radii_say_little(model, stays):
+    said = model.doubts(dropped(0.8, stays=stays), [1.0])
+    few = [doubt for doubt in said if "hardly a sphere" in doubt]
+    assert len(few) == (2 * stays < 5) and all(f"{2 * stays} of {2 * DROPS}" in doubt for doubt in few)
+
+
+def test_but_for_one_in_a_hundred_training_objects_are_like_others(model):
+    distances = model.distances(model.profiles_)
+    np.fill_diagonal(distances, np.inf)
+    assert np.sum(distances.min(axis=1) > model.familiar_) == 1 == np.ceil((1 - FAMILIAR) * 40)
+    assert not model.doubts(dropped(0.555), [1.0])
+    assert "unlike all 40 training objects" in model.doubts(dropped(0.555, stays=12), [1.0])[0]
+
+
+def test_quantities_of_several_objects_are_those_of_each(model):
+    some = [dropped(0.3), dropped(0.9), dropped(0.9, stays=7)]
+    alone = [model.profiles([one])[0] for one in some]
+    assert np.array_equal(model.profiles(some), alone) and model.profiles([]).shape == (0, len(alone[0]))
+
+
+def test_the_nearest_are_named_and_no_copy_among_them(model):
+    between = dropped(0.2 + 0.8 / 39 * 7)
+    names = [near["name"] for near in nearest(model, between)]
+    beside = {"at 0.30", "at 0.32", "at 0.36", "at 0.38"}
+    assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside
+    kept = model.kin_
+    try:
+        model.kin_ = kin_of(model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_])
+        found = nearest(model, between, 2)
+    finally:
+        model.kin_ = kept
+    assert {near["name"] for near in found} < beside and found[0]["functions"] == []
+    assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
+
+
+def test_what_decides_loses_its_share_when_it_is_as_usual(model):
+    """The share of a quantity is what the score loses where only that one is the training objects' median."""
+    settled = dropped(0.9)
+    decided, profile = deciding(model, settled, "high"), model.profiles([settled])
+    assert 1 < len(decided) <= 4 and "height" in decided[0]["meaning"]
+    medians, whole = np.median(model.profiles_, axis=0), model.score_profiles(profile)[0, 0]
+    for row in decided:
+        changed, column = profile.copy(), RADII.index(row["radius"]) * len(NAMES) + NAMES.index(row["quantity"])
+        changed[0, column] = medians[column]
+        assert row["share"] == pytest.approx(whole - model.score_profiles(changed)[0, 0], abs=1e-4)
+        assert row["value"] == pytest.approx(profile[0, column], abs=1e-4)
+        assert row["median"] == pytest.approx(medians[column], abs=1e-4)
+        assert cells_of(row)[-1] == f"{-row['share']:+.2f}"
+    shares = [abs(row["share"]) for row in decided]
+    assert shares == sorted(shares, reverse=True) and shares[-1] > 0
+
+
+def test_sentences_name_what_it_is_for_or_what_it_may_be(model):
+    (yes,), (no,) = sentences(model, dropped(0.9), [0.97]), sentences(model, dropped(0.3), [0.03])
+    assert yes.startswith("high 0.97: a level 90 cm above the ground") and no.startswith("high 0.03: a level 30 cm")
+    assert "walls" not in yes and "walls on every side" in met(model, dropped(0.9, walls=1.0), "high")
+    assert "100 % of the drops" in yes and met(model, dropped(0.9, stays=0), "high") == "no sphere stays on it"
+
+
+def test_spheres_that_stay_are_the_ones_spoken_of(model):
+    """Where none stays of those that count most, those of the largest radius of which some do."""
+    only = dropped(0.9) | {model.radius_["high"]: np.full((DROPS, WIDTH), np.nan)}
+    (other,) = set(RADII) - {model.radius_["high"]}
+    assert f"spheres of {other * 100:g} cm" in met(model, only, "high")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [
+        *[(0.463, "m", "46 cm"), (0.1, "m", "10 cm"), (0.0994, "m", "9.9 cm"), (-0.2, "m", "-20 cm")],
+        *[(0.16, "m2", "0.16 m²"), (0.1, "m2", "0.1 m²"), (0.0953, "m2", "953 cm²"), (0.5, "share", "50 %")],
+        *[(1.234, "ratio", "1.2"), (12.0, "spheres", "12")],
+    ],
+)
+def test_values_are_said_with_two_digits_and_a_unit(value, unit, words):
+    assert with_unit(value, unit) == words
