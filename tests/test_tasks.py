@@ -93,14 +93,10 @@ def test_the_lower_the_hole_the_less_is_kept():
     cloud = load_cloud(household("mug_01"))
     copies = holed_copies(Specimen(cloud, "cup"), "mug_01", 0)
     things = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
-    held = np.zeros(4)
-    for seed in range(3):  # of one filling alone a sphere or two more decide
-        carried = [simulator.carry(one, CarrySettings(), seed) for one in [*things, cloud]]
-        held += [one.kept[-1] * one.filled for one in carried]
-    low, _, high, whole = held
-    # The highest hole is above the spheres, since a vessel is carried half full: what spills there spills of a whole
-    # one as well. Spheres of the mesh itself, not of the surface between points, differ by that chance alone.
-    assert low < high and high == pytest.approx(whole, rel=0.03)
+    low, middle, high, whole = (simulator.carry(one, CarrySettings(), 0).kept[-1] for one in [*things, cloud])
+    # The hole is three sixteenths of the mug's extent across, so its lower edge is some 0.12 of the depth under its
+    # middle: what it holds without spilling is that much less than a quarter, a half and three quarters.
+    assert low < middle - 0.1 < high - 0.2 < whole - 0.3 and whole > 0.95
 
 
 def carrier():

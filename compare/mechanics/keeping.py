@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings
 from .tasks import Score, Verdict, asked, evenly, score_of
 
 OTHERS = ("plate", "tray", "shelf", "shelves", "bookshelf", "bookcase")  # categories, beside all tables
-SHARE = 0.5  # of the spheres, at least, are still in a vessel at the farthest angle
+SHARE = 0.5  # of what it would be filled with, at least, is still in a vessel at the farthest angle
 WHOLE, OTHER = "whole", "other"
 Curve = tuple[float, ...]  # share kept at each angle
 

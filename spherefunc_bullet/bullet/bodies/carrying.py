@@ -201,9 +201,8 @@ def carry_result(
 
 def notes_on(filling: Filling, basin: Basin) -> tuple[str, ...]:
     """Return what a reader has to know of a vessel."""
-    notes = []
-    if basin.fullness < LEAKS:
-        notes.append(f"has a hole: below it, {100 * basin.fullness:.0f} % of what it would hold without one")
     if not len(filling.centers):
-        notes.append("nothing stays in it")
-    return tuple(notes)
+        return ("nothing stays in it",)
+    if basin.fullness < LEAKS:
+        return (f"has a hole: below it, {100 * basin.fullness:.0f} % of what it would hold without one",)
+    return ()
