@@ -89,12 +89,12 @@ def test_a_tube_twice_as_deep_as_wide_keeps_what_is_in_it(simulator, radius, has
 
 
 def test_a_sphere_that_goes_through_a_wall_is_an_error_of_the_run(simulator, monkeypatch):
-    """With too few steps of the solver the pile squeezes spheres through the wall: that is said, not counted as spilt."""
+    """With too few steps of the solver the pile squeezes spheres through the wall: that is said, not taken as spilt."""
     for name, value in {"ITERATIONS": 5, "SUB_STEPS_OF_MANY": 1, "STIFFNESS": 0.1, "FINER": (1,)}.items():
         monkeypatch.setattr(carrying, name, value)
     with pytest.raises(InputError, match=r"(?s)deep\.ply.*expected spheres to stay.*went through.*larger radius"):
-        deep = pan(0.03, 0.03, 0.16)
-        simulator.carry(cloud_from_mesh(deep.mesh.vertices, deep.mesh.faces, "deep.ply"), CarrySettings(radius=0.005), 0)
+        deep = pan(0.03, 0.03, 0.16).mesh
+        simulator.carry(cloud_from_mesh(deep.vertices, deep.faces, "deep.ply"), CarrySettings(radius=0.005), 0)
 
 
 def test_steps_are_made_finer_until_no_sphere_goes_through_a_wall(simulator, monkeypatch):

@@ -181,7 +181,7 @@ def test_the_page_stands_alone_and_has_the_report_s_numbers(written):
     assert found["machine"]["processor"] in page and "spherefunc compare experiment.toml" in page
     assert "the paper, its 200 models" in page and "always no" in page
     assert "cup &amp; &lt;b&gt;" in page and "cup & <b>" not in page  # a label of the user's is no markup
-    places = ("which needs no spheres", "Accuracy against time", "Where they disagree")
+    places = ("what needs no spheres", "Accuracy against time", "Where they disagree")
     assert sorted(map(page.index, places)) == [page.index(place) for place in places]
     assert 1 <= page.count('<div class="display">') <= 6
 

@@ -156,7 +156,7 @@ class CarrySettings:
     spheres: int = 300  # that it is filled with at most
     fill: float = 0.9  # of the spheres that it holds: to the brim, every vessel spills
     angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
-    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 30 sqrt(radius / g), at 0.1 ten times as long
+    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 26 to 120 sqrt(radius / g), at 0.1 ten times as long
     shake: float = 0.01  # metres, amplitude along x, y and z
     frequency: float = 3.0  # Hz
     friction: float = 0.5

@@ -24,7 +24,7 @@ from .tilting import LOOK, phases
 
 SUB_STEPS = 4  # of a look
 MANY, SUB_STEPS_OF_MANY = 150, 3  # spheres from which on each costs more
-ITERATIONS = 20  # of the solver: with 5 a pile squeezes its lowest spheres through the wall
+ITERATIONS = 16  # of the solver: with 5 a pile squeezes its lowest spheres through the wall
 STIFFNESS = 0.5  # share of an overlap that a step takes away; by the engine's 0.2 piles overlap by twice as much
 DAMPING = 0.1  # share of its speed that a sphere loses in a unit of time while it is tilted: none flies over a rim
 FINER = 1, 2, 4  # times as many steps, tried in turn until no sphere goes through a wall

@@ -14,8 +14,8 @@ from ...simulator.mechanics import CarrySettings
 
 G = 9.81  # m/s2
 LOOK = 0.5  # of time, in which gravity is the same
-TURNING = 3.0, 12.0  # degrees in a unit of time, at least and at most: once around in 0.7 to 2.7 s at a radius of 5 mm
-SPHERES = 25.0  # more of them, one degree faster: slower changes little where they are few, and many cost too much
+TURNING = 3.0, 14.0  # degrees in a unit of time, at least and at most: once around in 0.6 to 2.7 s at a radius of 5 mm
+SPHERES = 20.0  # more of them, one degree faster: slower changes little where they are few, and many cost too much
 LEANING = 0.25  # of the turning
 WAITING = 3.0  # times at each angle before it turns, and after it is set down
 CYCLES = 1  # of shaking along each axis
