@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from statistics import fmean
 from typing import Any
 
 from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows
@@ -47,6 +48,21 @@ def means(fast: Evaluated, bullet: Evaluated) -> list[str]:
             useless, harmless = (rows[which]["share"][feature] for which in (USELESS, HARMLESS))
             cells.setdefault(feature, []).append(f"{useless:.2f} / {harmless:.2f}")
     return table(["", *FUNCTIONS], [[name.replace("_", " "), *row] for name, row in cells.items()])
+
+
+def unseen_kinds(evaluated: Evaluated) -> list[str]:
+    """Return a row for each way to learn: useless copies still called useful, in the mean and of the worst kind."""
+    cells: dict[str, list[str]] = {}
+    for function in FUNCTIONS:
+        own = evaluated["impaired"][function].values()
+        for feature in (name for name in next(iter(own))["share"] if name.startswith((SPHERES, "points"))):
+            if feature.endswith(HELD):
+                continue
+            useless = [row["share"][feature] for row in own if not row["works"]]
+            harmless = [row["share"][feature] for row in own if row["works"]]
+            shares = fmean(useless), max(useless), fmean(harmless)
+            cells.setdefault(feature, []).append(" / ".join(f"{share:.2f}" for share in shares))
+    return table(["", *FUNCTIONS], [[name, *row] for name, row in cells.items()])
 
 
 def kinds(fast: Evaluated, bullet: Evaluated) -> list[str]:

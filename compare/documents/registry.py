@@ -26,6 +26,7 @@ OVERVIEW = (
         render=labels.overview,
     ),
     Table(name="copies", document=README, measurements=BOTH, render=copies.means),
+    Table(name="unseen-kinds", document=README, measurements=(ON_MODELS,), render=copies.unseen_kinds),
     Table(name="copies-means", document=IMPAIRED, measurements=BOTH, render=copies.means),
     Table(name="copies-kinds", document=IMPAIRED, measurements=BOTH, render=copies.kinds),
 )
