@@ -67,7 +67,7 @@ def test_names_on_stdin_may_hold_anything(folder):
 
 @pytest.mark.parametrize("data", [LONG, f"{LONG}.csv"])
 def test_data_of_a_name_that_no_folder_can_have(folder, data):
-    refused(folder, "evaluate", data)
+    assert "spherefunc: " in refused(folder, "evaluate", data)
 
 
 def test_a_manifest_may_name_what_it_likes(folder):
