@@ -51,8 +51,33 @@ if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     # write no bytecode. Of files that are no Python, such as templates, compiling complains.
     .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -e ".[$extras]"
     .venv/bin/python -m compileall -qq -j 0 -x "/tests?/" .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
-    .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" || echo \
-        "setup: PyBullet has no wheel here, the bullet backend is left out; with a C++ compiler:" \
-        ".venv/bin/pip install -e '.[bullet]'" >&2
     touch .venv/installed "$stamp"
+fi
+
+# PyBullet has wheels up to Python 3.11. On newer ones it is compiled, once: the wheel is kept for the next environment.
+wheels=${XDG_CACHE_HOME:-$HOME/.cache}/spherefunc-bullet/wheels
+built() { ls "$wheels"/pybullet-*-cp"$("$PYTHON" -c 'import sys; print(*sys.version_info[:2], sep="")')"-*.whl 2>/dev/null; }
+
+compile_pybullet() {
+    command -v g++ >/dev/null 2>&1 || install g++
+    "$PYTHON" -c 'import os, sys, sysconfig as s; sys.exit(not os.path.exists(s.get_path("include") + "/Python.h"))' \
+        || install "$("$PYTHON" -c 'import sys; print(f"python3.{sys.version_info[1]}-dev")')"
+    echo "setup: PyBullet has no wheel for $("$PYTHON" -V): compiling it once, some 5 minutes on two idle cores" \
+        "(BULLET=no leaves it out); the wheel is kept in $wheels" >&2
+    mkdir -p "$wheels" build
+    .venv/bin/python -m pip wheel -q --no-deps --disable-pip-version-check -w "$wheels" "pybullet>=3.2.7" \
+        >build/pybullet.log 2>&1 &
+    compiler=$! seconds=0
+    while sleep 2 && kill -0 $compiler 2>/dev/null; do
+        seconds=$((seconds + 2))
+        [ $((seconds % 60)) != 0 ] || echo "setup: compiling PyBullet, $((seconds / 60)) min" >&2
+    done
+    wait $compiler
+}
+
+if ! .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec('pybullet') is None)" \
+    && [ "${BULLET:-yes}" != no ]; then
+    { [ -n "$(built)" ] || compile_pybullet; } \
+        && .venv/bin/python -m pip install -q --no-deps --disable-pip-version-check "$(built | tail -n 1)" \
+        || echo "setup: PyBullet could not be compiled (build/pybullet.log): the bullet backend is left out" >&2
 fi

@@ -188,6 +188,16 @@ def test_bowls_and_the_like_are_disputed(tmp_path, changes):
     assert not true.functions and true.disputed == {"cup"}
 
 
+def test_a_surface_that_serves_as_ground_may_be_claimed_as_a_table(tmp_path):
+    (true,) = true_objects(write_boxes(tmp_path, function_label="support"))
+    assert not true.functions and true.disputed == {"table"}
+
+
+def test_what_is_unclear_counts_neither_way(tmp_path):
+    (true,) = true_objects(write_boxes(tmp_path, function_label="table", comment="unclear: a glass top"))
+    assert not true.functions and true.disputed == {"cup", "sittable", "table"}
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -278,6 +288,8 @@ def test_a_folder_without_scans_is_told(tmp_path):
 def test_what_the_sensors_saw_of_all_scans():
     truth = [true for path in sorted(SCENES.glob("*.ply")) for true in true_objects(path) or ()]
     seen = [name for true in truth if true.visible in ("full", "part") for name in true.functions]
-    assert {name: seen.count(name) for name in set(seen)} == {"cup": 27, "sittable": 29, "table": 34}
+    assert {name: seen.count(name) for name in set(seen)} == {"cup": 27, "sittable": 28, "table": 22}
     assert sum(true.visible == "back-only" for true in truth) == 21
-    assert {true.name for true in truth if true.disputed} == {"bowl", "pot", "unclear_red_object"}
+    vessels_to_some = {true.name for true in truth if true.disputed == {"cup"}}
+    assert vessels_to_some == {"bowl", "pot", "unclear_red_object"}
+    assert {true.name for true in truth if true.disputed == {"table"}} == {"table_plane"}

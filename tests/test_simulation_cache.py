@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import zipfile
+
 import clouds
 import numpy as np
 import pytest
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
-from spherefunc_bullet.settling.cache import read_entry
+from spherefunc_bullet.settling.cache import packed, read_entry
 from spherefunc_bullet.settling.drops import TO_THE_END
 from spherefunc_bullet.settling.records import Dropping, Loading, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
@@ -56,9 +58,7 @@ def same(first, second) -> bool:
 def test_first_run_settles_spheres(files):
     mug, plate = simulated(files)
     assert set(mug.settled) == set(RADII) and mug.path == files[0]
-    assert all(
-        len(each.settled[radius]) > 5 and each.drops[radius] > 50 for each in (mug, plate) for radius in RADII
-    )
+    assert all(len(each.settled[radius]) > 5 and each.drops[radius] > 50 for each in (mug, plate) for radius in RADII)
     # 63 points round the wall miss the widest place by up to r (1 - cos(pi / 63)) = 0.05 mm on either side.
     assert mug.size == pytest.approx([0.08, 0.08, 0.1], abs=1e-4)
 
@@ -175,3 +175,13 @@ def test_cache_that_cannot_be_written_costs_only_the_cache(files, tmp_path, monk
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "file"))
     assert len(simulated(files)[0].settled[0.02]) > 5
+
+
+def test_an_interruption_while_an_entry_is_packed_stays_an_interruption(monkeypatch):
+    def interrupted(archive, *_, **__):
+        archive._writing = True  # as zipfile leaves it when Ctrl-C comes right after
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        packed({"centers": np.zeros((3, 3))})

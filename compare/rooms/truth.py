@@ -18,6 +18,8 @@ BACK_ONLY = "back-only"  # of a chair only the back shows: told apart
 HIDDEN = "none"  # outside the view: not asked for
 VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
 DISPUTED = "cup"  # the function that people dispute of bowls, open pots and what may be a cup
+SUPPORT, SUPPORTS = "support", "table"  # what a surface is labelled that serves as ground, and what it is if claimed
+UNCLEAR = frozenset({"cup", "sittable", "table"})  # of an object that its row calls unclear, all count neither way
 _STEPS = 24  # per axis, of the places at which two boxes are compared
 _MARGIN = 0.02  # metres around a box drawn by hand within which points are of its object
 
@@ -101,7 +103,7 @@ def number_of(row: dict[str, str], column: str, path: Path) -> float:
 def functions_of(row: dict[str, str], path: Path) -> frozenset[str]:
     """Return the functions that a row names."""
     label = value_of(row, "function_label", path)
-    return frozenset() if label == "support" else parse_functions(label.split(" ")[0])
+    return frozenset() if label == SUPPORT else parse_functions(label.split(" ")[0])
 
 
 def visible_of(row: dict[str, str], path: Path) -> str:
@@ -112,12 +114,18 @@ def visible_of(row: dict[str, str], path: Path) -> str:
     return visible
 
 
-def is_disputed(name: str, remark: str) -> bool:
-    """Return whether people would dispute that an object is a drinking vessel, or that it is none.
+def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
+    """Return the functions that people would dispute an object to have, or not to have.
 
-    A bowl is one to some, whatever its table calls it, and so is what a remark calls ambiguous or leaves out.
+    A bowl is a drinking vessel to some, whatever its table calls it, and so is what a remark calls ambiguous or leaves
+    out. The surface that serves as ground is a table to some. Of what is unclear nothing is certain.
     """
-    return name == "bowl" or "ambiguous" in remark or "left out of the count" in remark
+    if "unclear" in remark:
+        return UNCLEAR
+    if label == SUPPORT:
+        return frozenset({SUPPORTS})
+    is_vessel_to_some = name == "bowl" or "ambiguous" in remark or "left out of the count" in remark
+    return frozenset({DISPUTED}) if is_vessel_to_some else frozenset()
 
 
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
@@ -138,7 +146,7 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
 def nowhere_yet(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
     """Return the object of a row but its place, its name and a remark being in columns of these names."""
     called = value_of(row, name, path)
-    disputed = frozenset({DISPUTED}) if is_disputed(called, row.get(remark) or "") else frozenset()
+    disputed = disputed_of(called, value_of(row, "function_label", path), row.get(remark) or "")
     functions, visible = functions_of(row, path) - disputed, visible_of(row, path)
     return TrueObject(name=called, functions=functions, disputed=disputed, visible=visible)
 

@@ -99,8 +99,9 @@ def part_of(points: np.ndarray, proposal: Proposal) -> Part:
     return Part(replace(proposal, box=box), own, box)
 
 
-def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch) -> list[Told]:
+def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch | None = None) -> list[Told]:
     """Return what a model says of parts that are no fragments, completed, on which spheres fall."""
+    watch = watch or Stopwatch()
     clouds = [
         object_cloud(part.points, asking.completion, part.proposal.support, part.proposal.pool, part.box)[0]
         for part in parts

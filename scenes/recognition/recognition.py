@@ -21,6 +21,7 @@ from ..segmentation.clusters import euclidean_clusters
 from ..segmentation.segmentation import LEFT_OVER, WALL, Segmentation, segment
 from .choosing import BARS, Candidate, chosen
 from .completion import DEFAULT
+from .ground_top import ground_top_of, object_of_top
 from .inferring import inferred_seats
 from .judging import Asking, is_fragment, judged, surroundings_for
 from .proposals import KINDS, Scene, cluster_proposals, propose
@@ -90,9 +91,13 @@ def recognise(
     )
     candidates = judged(dense, proposed, asking, watch)
     objects = chosen(candidates, FEWEST)
+    top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
     inferred = inferred_seats(dense, labels, items)
+    if top is not None:
+        labels[top.members] = len(items)
+        items.append(object_of_top(top, dense, asking, len(items)))
     watch.lap("inferring")
     labels = labels[: len(points)]
     return Room(

@@ -26,6 +26,8 @@ class SceneObject:
     fragment: bool  # small, and carried by nothing: a part of something that is not seen whole
     functions: dict[str, Membership]
     proposed_by: str = CLUSTERS  # or "pools"
+    made_from: str | None = None  # "table top": the support that serves as ground
+    height: float | None = None  # of such a top over the floor, metres; None: nothing tells it
 
     @property
     def members(self) -> frozenset[str]:

@@ -70,6 +70,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         "support": round(item.support, 4),
         "fragment": item.fragment,
         "proposed_by": item.proposed_by,
+        **({} if item.made_from is None else {"from": item.made_from, "height": item.height}),
         "functions": {
             name: asdict(membership) | {"bar": room.bar(item, name)} for name, membership in item.functions.items()
         },

@@ -6,7 +6,7 @@ Those libraries are told by what their objects have and never imported here.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,10 @@ from ..formats.units import BY_FILE
 from .cloud import Cloud, cloud_of
 from .orientation import Report
 
-# What an object can be given as: a path, points (N, 3), an Open3D or a trimesh object, or a `Cloud`.
+# What an object can be given as: a path, points, vertices and faces, an Open3D or a trimesh object, or a `Cloud`.
 Anything = Any
-EXPECTED = "a path, an array (N, 3), an Open3D or trimesh object, or a Cloud"
+EXPECTED = "a path, an array (N, 3), (vertices, faces), an Open3D or trimesh object, or a Cloud"
+BESIDE = (3, 4, 6, 7)  # columns of points: with intensity, with normals or colours, with colours and alpha
 
 
 def as_cloud(
@@ -38,8 +39,11 @@ def as_cloud(
 
     Parameters
     ----------
-    anything : path, (N, 3) array_like, open3d PointCloud or TriangleMesh, trimesh Trimesh, Scene or PointCloud, Cloud
-        Meshes are sampled. Points that are not finite, where a sensor saw nothing, are left out and reported.
+    anything : path, array_like, tuple, open3d PointCloud or TriangleMesh, trimesh Trimesh, Scene or PointCloud, Cloud
+        Points (N, 3), or (H, W, 3) as a depth camera orders them; further columns with intensity, normals or colours
+        are not read; a structured array with fields x, y and z, as ROS has it; a masked array; or a tuple of vertices
+        (N, 3) and faces (M, 3). Meshes are sampled. Points that are not finite, or masked, where a sensor saw nothing,
+        are left out and reported.
     units, up
         See `load_cloud`.
     name : str, optional
@@ -54,7 +58,7 @@ def as_cloud(
     """
     if isinstance(anything, Cloud):
         return require_own_frame(anything, units, up)
-    path = Path(anything) if isinstance(anything, str | Path) else Path(name or "cloud")
+    path = Path(anything).expanduser() if isinstance(anything, str | Path) else Path(name or "cloud")
     return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
 
 
@@ -81,7 +85,9 @@ def geometry_of(anything: Anything, name: str) -> Geometry:
         If there are none to be had.
     """
     if isinstance(anything, str | Path):
-        return read_geometry(anything)
+        return read_geometry(Path(anything).expanduser())
+    if is_mesh_pair(anything):
+        return Geometry(as_numbers(anything[0], name), np.asarray(anything[1], dtype=np.int64))
     held = anything
     for flatten in ("to_legacy", "to_mesh"):  # Open3D's tensors, trimesh's scenes
         held = getattr(held, flatten)() if hasattr(held, flatten) and not hasattr(held, "faces") else held
@@ -91,19 +97,44 @@ def geometry_of(anything: Anything, name: str) -> Geometry:
 
 
 def as_numbers(points: Anything, name: str) -> np.ndarray:
-    """Return points (N, 3) float64, or raise InputError."""
+    """Return points (N, 3) float64, NaN where they are masked, or raise InputError."""
+    fields = getattr(getattr(points, "dtype", None), "names", None)
+    if fields is not None:
+        require_fields(fields, name)
+        points = np.ma.stack([points[axis].ravel() for axis in "xyz"], axis=1)
     try:
-        array = np.asarray(points, dtype=np.float64)
+        masked = np.ma.asarray(points, dtype=np.float64) if np.ma.isMaskedArray(points) else None
+        array = np.asarray(points, dtype=np.float64) if masked is None else masked.filled(np.nan)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name}: expected {EXPECTED}, got {type(points).__name__}") from error
-    if array.ndim != 2 or array.shape[1] != 3:
+    if array.ndim not in (2, 3) or array.shape[-1] not in BESIDE:
         raise InputError(f"{name}: expected {EXPECTED}, got an array of shape {array.shape}")
-    return array
+    return array.reshape(-1, array.shape[-1])[:, :3]
+
+
+def require_fields(fields: tuple[str, ...], name: str):
+    """Raise InputError unless a structured array has coordinates."""
+    if not {"x", "y", "z"} <= set(fields):
+        raise InputError(f"{name}: expected a structured array with fields x, y and z, got {', '.join(fields)}")
+
+
+def is_mesh_pair(anything: Anything) -> bool:
+    """Return whether something is a tuple of vertices (N, 3) and faces (M, 3), whole numbers."""
+    if not isinstance(anything, tuple) or len(anything) != 2:
+        return False
+    vertices, faces = (getattr(part, "dtype", None) for part in anything)
+    whole = faces is not None and np.issubdtype(faces, np.integer) and anything[1].shape[1:] == (3,)
+    return vertices is not None and bool(whole)
 
 
 def holds_several(anything: Anything) -> bool:
-    """Return whether something is a list of objects rather than one: rows of numbers are one object's points."""
-    if not isinstance(anything, list | tuple):
+    """Return whether something is a list, a dict or a generator of objects rather than one.
+
+    Rows of numbers are one object's points, and a tuple of vertices and faces is one object's mesh.
+    """
+    if isinstance(anything, Mapping | Iterator):
+        return True
+    if not isinstance(anything, list | tuple) or is_mesh_pair(anything):
         return False
     first = anything[0] if anything else None
     return not (isinstance(first, list | tuple | np.ndarray) and np.ndim(first) == 1)

@@ -34,5 +34,11 @@ def write_entry(path: Path, arrays: dict[str, np.ndarray]):
 def packed(arrays: dict[str, np.ndarray]) -> bytes:
     """Return arrays as a compressed NPZ file; the same arrays give the same bytes."""
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
+    try:
+        np.savez_compressed(buffer, **arrays)
+    except ValueError as error:
+        # Interrupted between two of its lines, zipfile cannot close its archive, and says that instead.
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        raise
     return buffer.getvalue()

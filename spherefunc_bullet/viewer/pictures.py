@@ -125,16 +125,20 @@ def render_coloured(
     radius: float,
     ball_colours: np.ndarray,
     view: View,
+    shown: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Image:
-    """Draw an object and balls of colours (S, 3); see `render`."""
+    """Draw an object and balls of colours (S, 3); see `render`.
+
+    ``shown`` are the corners (3,) of the box that the picture frames, metres; by default it holds all that is drawn.
+    """
     vertices = np.asarray(vertices, float)
     centers = np.asarray(centers, float).reshape(-1, 3)
-    low, high = drawn_box(vertices, centers, radius)
+    low, high = drawn_box(vertices, centers, radius) if shown is None else shown
     rays = camera_rays(view, low, high)
     parts = [object_part(vertices, faces)]
-    shown = kept_behind(centers, view, low, high)
-    if shown.any():
-        parts.append(ball_part(centers[shown], radius, ball_colours[shown]))
+    behind = kept_behind(centers, view, low, high)
+    if behind.any():
+        parts.append(ball_part(centers[behind], radius, ball_colours[behind]))
     image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
     for part in parts:
         # Balls are whole, so that none is seen cut; the object begins behind the plane.

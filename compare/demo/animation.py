@@ -1,0 +1,154 @@
+"""The picture that opens README: spheres fall on a mug, a chair and a table, and the scores follow.
+
+    python -m spherefunc_bullet.compare.demo.animation --out docs/images/drops.gif
+
+A sphere is drawn falling straight down to where it came to rest. The scores are those of the model that ships, asked
+after so many drops at each of its radii.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from joblib import Parallel, delayed
+from PIL import Image, ImageDraw, ImageFont
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.datasets.catalogue import make_catalogue
+from spherefunc_bullet.formats.units import parse_length
+from spherefunc_bullet.formats.writing import write_bytes
+from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.learning.model_file import model_to_ask
+from spherefunc_bullet.settling.drops import Length
+from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
+from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
+from spherefunc_bullet.viewer.pictures import View, drawn_box, render_coloured
+
+from .gallery import BACKGROUND, GREY, INK
+
+SIZE = (300, 270)  # of each object's picture, pixels
+BARS = 100  # pixels below it
+FRAMES, HELD = 40, 14  # in which spheres fall, and in which the last picture stays
+AIRBORNE = 3  # frames in which a falling sphere is seen
+MILLISECONDS = 100  # a frame
+COUNTED = (0, 2, 4, 8, 12, 16, 20, 25, 30, 35, 40)  # drops after which the model is asked
+COLOURS = 96  # of the file
+BAR, EMPTY = (62, 105, 178), (222, 222, 228)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One object of the animation."""
+
+    name: str  # in the catalogue
+    radius: float  # of the spheres that are drawn, metres
+    drops: int  # that are drawn
+    cut: bool = False
+
+
+PARTS = (
+    Part(name="mug_01", radius=parse_length("6mm"), drops=420, cut=True),
+    Part(name="shell_chair_01", radius=parse_length("2cm"), drops=900),
+    Part(name="dining_table_02", radius=parse_length("3cm"), drops=500),
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fall:
+    """Where the drops of one part came to rest, and when."""
+
+    cloud: Cloud
+    part: Part
+    centers: np.ndarray  # (S, 3) metres
+    landed: np.ndarray  # (S,) float, the frame in which each comes to rest
+
+    def frame(self, number: int) -> Image.Image:
+        """Return one picture: the spheres at rest, and those that are in the air above their places."""
+        low, high = drawn_box(self.cloud.mesh.vertices, self.centers, self.part.radius)
+        high = high + [0, 0, 0.25 * (high[2] - low[2])]  # to fall through
+        early = np.clip(self.landed - number, 0, AIRBORNE)
+        centers = self.centers + np.outer(early / AIRBORNE * (high[2] - low[2]), [0, 0, 1])
+        seen = (centers[:, 2] < high[2] - self.part.radius) & (early < AIRBORNE)
+        colours = sphere_colours(self.centers[:, 2], FLAT * self.part.radius)[seen]
+        mesh, view = self.cloud.mesh, View(size=SIZE, cut=self.part.cut)
+        args = (mesh.vertices, mesh.faces, centers[seen], self.part.radius, colours, view)
+        return render_coloured(*args, shown=(low, high))
+
+
+def fall_of(part: Part, cloud: Cloud) -> Fall:
+    """Return the drops of one part, the same number in each frame."""
+    settings = DropSettings(radius=part.radius, miss_limit=part.drops, max_drops=part.drops)
+    result = make_simulator("fast").drop(cloud, settings, 0)
+    numbers = np.flatnonzero(result.outcomes == Outcome.SETTLED)
+    return Fall(cloud=cloud, part=part, centers=result.centers, landed=numbers / part.drops * (FRAMES - AIRBORNE) + 1)
+
+
+def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
+    """Return the scores (C, F) of one object after each of `COUNTED` drops; 0 before the first."""
+    counts = [count for count in COUNTED if count]
+    settled = [settle(cloud, model.simulator, model.chosen_radii(), model.seed, Length(drops=n)) for n in counts]
+    return np.vstack([np.zeros(len(model.functions_)), model.score_settled(settled)])
+
+
+def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, label: str) -> Image.Image:
+    """Return a picture with a bar of each score (F,) below it."""
+    width, height = image.size
+    canvas = Image.new("RGB", (width, height + BARS), BACKGROUND)
+    canvas.paste(image, (0, 0))
+    pen, words = ImageDraw.Draw(canvas), ImageFont.load_default(15)
+    pen.text((width - 16, height + BARS - 12), label, GREY, ImageFont.load_default(12), anchor="rm")
+    for row, (name, score) in enumerate(zip(functions, scores, strict=True)):
+        middle, left, right = height + 12 + 24 * row, 84, width - 56
+        pen.text((left - 10, middle), name, INK, words, anchor="rm")
+        pen.rounded_rectangle((left, middle - 7, right, middle + 7), 4, EMPTY)
+        if score > 0.02:
+            pen.rounded_rectangle((left, middle - 7, left + (right - left) * score, middle + 7), 4, BAR)
+        pen.text((right + 8, middle), f"{score:.2f}", INK, words, anchor="lm")
+    return canvas
+
+
+def drawn_part(part: Part, cloud: Cloud, model: FunctionModel) -> list[Image.Image]:
+    """Return the frames of one part."""
+    fall, scores = fall_of(part, cloud), scores_after(cloud, model)
+    frames = []
+    for number in range(FRAMES + 1):
+        at = min(number * len(COUNTED) // FRAMES, len(COUNTED) - 1)
+        label = f"scores after {COUNTED[at]} drops at each radius"
+        frames.append(with_bars(fall.frame(number), model.functions_, scores[at], label))
+    return frames
+
+
+def animation_bytes(columns: Sequence[Sequence[Image.Image]]) -> bytes:
+    """Return the frames of all parts side by side as a GIF that begins anew when it ends."""
+    joined = [Image.fromarray(np.hstack([np.asarray(image) for image in row])) for row in zip(*columns, strict=True)]
+    palette = joined[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    frames = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in joined]
+    times = [MILLISECONDS] * (len(frames) - 1) + [MILLISECONDS * HELD]
+    memory = BytesIO()
+    frames[0].save(memory, "GIF", save_all=True, append_images=frames[1:], duration=times, loop=0, optimize=False)
+    return memory.getvalue()
+
+
+def main():
+    """Write the animation and say how large it is."""
+    program = "python -m spherefunc_bullet.compare.demo.animation"
+    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs/images/drops.gif"), help="the file to write")
+    out, model = parser.parse_args().out, model_to_ask(None, None)
+    meshes = {item.name: item.mesh for item in make_catalogue("household")}
+    clouds = [cloud_from_mesh(meshes[part.name].vertices, meshes[part.name].faces, part.name) for part in PARTS]
+    work = (delayed(drawn_part)(part, cloud, model) for part, cloud in zip(PARTS, clouds, strict=True))
+    columns = list(progress(Parallel(n_jobs=-1, return_as="generator")(work), len(PARTS), "drawing"))
+    write_bytes(out, animation_bytes(columns))
+    say(f"{out}  {out.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    run(main)

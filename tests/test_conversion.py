@@ -1,0 +1,79 @@
+"""What an object may be given as: every form of the same points gives the same cloud."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from clouds import mug
+
+from spherefunc_bullet.clouds.conversion import as_cloud, holds_several
+from spherefunc_bullet.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def points() -> np.ndarray:
+    return mug().points[:1900]
+
+
+def structured(points: np.ndarray) -> np.ndarray:
+    """Return points as ROS has them: named fields, an intensity among them."""
+    rows = np.zeros(len(points), [("x", "f8"), ("intensity", "f4"), ("y", "f8"), ("z", "f8")])
+    rows["x"], rows["y"], rows["z"] = points.T
+    return rows
+
+
+def masked(points: np.ndarray) -> np.ma.MaskedArray:
+    """Return points with as many masked ones between them, which lie far away."""
+    both = np.repeat(points, 2, axis=0)
+    both[1::2] = 1e6
+    mask = np.zeros(both.shape, bool)
+    mask[1::2, 0] = True
+    return np.ma.array(both, mask=mask)
+
+
+FORMS = {
+    "colours": lambda points: np.hstack([points, np.full((len(points), 3), 0.5)]),
+    "intensity": lambda points: np.hstack([points, np.full((len(points), 1), 7.0)]),
+    "image": lambda points: points.reshape(38, 50, 3),
+    "structured": structured,
+    "structured image": lambda points: structured(points).reshape(38, 50),
+    "list": lambda points: points.tolist(),
+    "float32": lambda points: points.astype(np.float32),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_is_the_same_cloud(points, form):
+    given = FORMS[form](points)
+    assert not holds_several(given)
+    assert np.allclose(as_cloud(given).points, as_cloud(points).points, atol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_masked_points_are_left_out(points):
+    assert np.allclose(as_cloud(masked(points)).points, as_cloud(points).points)
+
+
+def test_vertices_and_faces_are_one_mesh():
+    vertices = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    assert not holds_several((vertices, faces))
+    cloud = as_cloud((vertices, faces))
+    assert cloud.mesh is not None and len(cloud.mesh.faces) == 4
+    assert cloud.size == pytest.approx([0.3, 0.3, 0.3], abs=1e-9)
+
+
+def test_a_home_folder_is_expanded(points, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    np.savez(tmp_path / "mug.npz", points=points)
+    assert as_cloud("~/mug.npz").name == "mug.npz"
+
+
+def test_lists_dicts_and_generators_hold_several(points):
+    assert all(map(holds_several, ([points, points], (points, points), {"a": points}, iter([points]))))
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((20, 5)), np.zeros((3, 20, 2)), np.zeros(9), np.zeros(4, [("a", "f8")])])
+def test_other_shapes_are_one_line(wrong):
+    with pytest.raises(InputError, match="expected"):
+        as_cloud(wrong)
