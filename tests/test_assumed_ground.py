@@ -9,7 +9,7 @@ from clouds import level as sheet_at
 from clouds import mug
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.assumed_ground import holding_anywhere
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.choosing import BARS, Candidate, chosen, claiming
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
 

@@ -11,6 +11,7 @@ import trimesh
 from things import slab_on_posts
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.classification import FALLS
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import said_put_down
@@ -18,7 +19,6 @@ from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.function_model import FALLS
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.impairment.harmless import other_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen

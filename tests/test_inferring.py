@@ -7,7 +7,7 @@ import pytest
 from clouds import sheet
 from room_shapes import moved, square_table
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
 from spherefunc_bullet.scenes.recognition.recognition import recognise

@@ -12,13 +12,14 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.judging import Asking, judged, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
+from spherefunc_bullet.settling.drops import NO_DROPS
 
 STOOL = square_table(0.6, 0.6, 0.45)
 ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
@@ -77,7 +78,7 @@ def test_a_model_keeps_what_it_learnt_of_surroundings(learnt, tmp_path: Path):
 def test_what_has_learnt_more_things_has_learnt_no_scenes(learnt, tmp_path: Path):
     save_model(learnt, tmp_path / "model.npz")
     read = load_model(tmp_path / "model.npz")
-    assert read.add_settled([{0.03: np.zeros((0, 6))}], [{"cup"}], ["more"]).in_scenes_ is None
+    assert read.add_settled([{0.03: NO_DROPS}], [{"cup"}], ["more"]).in_scenes_ is None
 
 
 def test_proposals_are_told_by_what_surrounds_them(learnt):

@@ -20,15 +20,17 @@ from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 RADII = (0.02,)
 FUNCTIONS = ("table", "cup")
 
 
-def dropped(centers: np.ndarray) -> np.ndarray:
+def dropped(centers: np.ndarray) -> Drops:
     """Return drops that settled where they fell."""
-    return np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
+    rows = np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
+    return drops_from_rows(RADII[0], rows)
 
 
 def record(flat: bool, seed: int) -> ObjectRecord:
@@ -86,9 +88,9 @@ def test_every_object_is_tested_once_and_told(simulated, splits):
 def test_points_stand_a_diameter_apart(simulated):
     points = points_as_drops(simulated.records[0], (0.02, 0.03))
     for radius, drops in points.items():
-        assert pdist(drops[:, 2:5]).min() >= 2 * radius
+        assert pdist(drops.rests).min() >= 2 * radius
     again = points_as_drops(simulated.records[0], (0.02, 0.03))
-    assert all(np.array_equal(points[radius], again[radius]) for radius in points)
+    assert all(np.array_equal(points[radius].rests, again[radius].rests) for radius in points)
 
 
 def test_results_hold_the_baselines_and_few_drops(simulated, splits, capsys):

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 from browser import CHROMIUM, FLAGS, needs_browser
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json
@@ -40,7 +40,12 @@ def crowded() -> tuple[Scan, Room]:
         by = "pools" if number % 2 else "clusters"
         objects.append(
             SceneObject(
-                id=number, points=points, support=0.0, box=bounding_box(points), fragment=False, functions=told,
+                id=number,
+                points=points,
+                support=0.0,
+                box=bounding_box(points),
+                fragment=False,
+                functions=told,
                 proposed_by=by,
             )  # fmt: skip
         )

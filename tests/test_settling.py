@@ -17,7 +17,8 @@ from spherefunc_bullet.learning.profiles.quantities import profiles_at
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
 from spherefunc_bullet.settling.drops import LIMITED, Length
-from spherefunc_bullet.settling.records import VOXEL, Dropping, KeptFile, Loading, shape_of
+from spherefunc_bullet.settling.kept_object import KeptFile
+from spherefunc_bullet.settling.records import VOXEL, Dropping, Loading, shape_of
 from spherefunc_bullet.simulator import make_simulator
 
 

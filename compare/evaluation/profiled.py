@@ -16,9 +16,8 @@ from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
 from spherefunc_bullet.learning.profiles.calibration import Kin, kin_of
-from spherefunc_bullet.settling.drops import as_drops
+from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.settling.settling import Settled
 
 from .evaluation import Evaluation, Trial, Weights
 from .features import of_each, voxel_centers
@@ -117,7 +116,7 @@ def joined(splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple
     )
 
 
-def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionClassifier) -> Profiled:
+def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> Profiled:
     """Return the quantities of objects, each given by its drops at every radius."""
     return Profiled(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
 
@@ -146,11 +145,11 @@ def fused(features: Sequence[Profiled]) -> Profiled:
     return replace(features[0], profiles=np.hstack([feature.profiles for feature in features]))
 
 
-def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> Settled:
+def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
     """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
     points = voxel_centers(record)
     mixed = np.random.default_rng(seed).permutation(points)
-    return {radius: as_drops(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
+    return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
 
 
 def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:

@@ -8,7 +8,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import THRESHOLD
+from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, LEFT_OVER, WALL
 
 from .matching import JudgedScan, Verdict, sufficient_overlap

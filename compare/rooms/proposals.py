@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import THRESHOLD, Membership
+from spherefunc_bullet.function_model import THRESHOLD, Membership
 from spherefunc_bullet.scenes.recognition.choosing import Candidate, chosen
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.proposals import Proposal

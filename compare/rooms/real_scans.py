@@ -14,7 +14,7 @@ import typer
 
 from spherefunc_bullet.console import Failures, print_json, run, say, show
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import steps_of
 from spherefunc_bullet.scenes.recognition.proposals import kinds_of
 from spherefunc_bullet.scenes.recognition.recognition import compile_kernels

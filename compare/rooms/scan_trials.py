@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.console import say
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.recognition import Room
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.settling.records import ObjectRecord

@@ -12,8 +12,8 @@ import numpy as np
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.proposals import KINDS
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise, recognise_objects

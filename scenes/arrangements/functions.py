@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership, of_nobody
-from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, as_drops
-from spherefunc_bullet.settling.settling import DENSE, FINE, HANDHELD, Settled, drop_settings, settle
-from spherefunc_bullet.simulator import Simulator, make_simulator
-from spherefunc_bullet.simulator.statics.falling_over import falls_over
+from spherefunc_bullet.classification import decide
+from spherefunc_bullet.function_model import FunctionModel, Membership
+from spherefunc_bullet.settling.drops import LOST, Drops, DropsByRadius, Length, fallen_where_they_rest, resting_drops
+from spherefunc_bullet.settling.kept_object import CloudObject
+from spherefunc_bullet.settling.settling import DENSE, drop_settings, no_drops, too_fine
+from spherefunc_bullet.simulator import Outcome, Simulator, make_simulator
 
 from .falls import Falls, surroundings
 from .placing import PlacedThing
@@ -19,46 +20,43 @@ from .placing import PlacedThing
 
 def functions_alone(thing: PlacedThing, model: FunctionModel) -> dict[str, Membership]:
     """Return what a thing is for by itself, as `classify` says it."""
-    drop = partial(settle, thing.own, model.simulator, model.chosen_radii(), model.seed)
-    told = model.memberships_of([model.settled_by(drop)])[0]
-    return of_nobody(told) if model.serves_nobody(told, lambda: falls_over(thing.own)) else told
+    return decide(CloudObject(own=thing.own, dropping=model.dropping()), model).memberships
 
 
 def functions_among(things: Sequence[PlacedThing], number: int, model: FunctionModel) -> dict[str, Membership]:
     """Return what one of some things is for where they stand together."""
     simulator = make_simulator(model.simulator)
 
-    def drop(length: Length) -> Settled:
+    def drop(length: Length) -> DropsByRadius:
         radii = model.chosen_radii()
         return {radius: drops_for(things, number, simulator, radius, model.seed, length) for radius in radii}
 
-    return model.memberships_of([model.settled_by(drop)])[0]
+    return model.memberships_by(model.read(drop).scores[None])[0]
 
 
 def drops_for(
     things: Sequence[PlacedThing], number: int, simulator: Simulator, radius: float, seed: int, length: Length
-) -> np.ndarray:
-    """Return the drops (D, 6) of one radius, or the centres (S, 3) where a run has no stated number of them.
-
-    In the thing's own frame, metres; what another thing carries did not settle.
-    """
+) -> Drops:
+    """Return the drops of one radius in the thing's own frame; what another thing carries did not settle."""
     own = things[number].own
-    counted = length.drops is not None
-    too_fine = counted and radius < FINE and own.size.max() > HANDHELD
-    if too_fine or radius > own.size.max():
-        return NO_DROPS if counted else np.empty((0, 3), np.float32)
+    if too_fine(radius, own, length) or radius > own.size.max():
+        return no_drops(radius, length)
     falls = surroundings(things, number, radius).drop(simulator, drop_settings(simulator, radius, length), seed)
-    if not counted:
-        return things[number].to_own(falls.centers[falls.by(number)]).astype(np.float32)
-    return rows_of(falls, things, number)
+    if length.drops is None:
+        return resting_drops(radius, things[number].to_own(falls.centers[falls.by(number)]).astype(np.float32))
+    return own_drops(falls, things, number)
 
 
-def rows_of(falls: Falls, things: Sequence[PlacedThing], number: int) -> np.ndarray:
-    """Return drops over a thing as rows (D, 6) float32 of its own frame."""
+def own_drops(falls: Falls, things: Sequence[PlacedThing], number: int) -> Drops:
+    """Return all drops over a thing in its own frame."""
     asked, kept = things[number], falls.by(number)
     around = np.concatenate([asked.to_own(thing.cloud.thinned(DENSE * falls.radius)) for thing in things])
     begun = np.column_stack([falls.columns, np.zeros(len(falls.columns))])
-    rows = np.full((len(kept), WIDTH), np.nan)
-    rows[kept] = as_drops(asked.to_own(falls.centers[kept]), around, falls.radius)
-    rows[:, :2] = asked.to_own(begun)[:, :2]
-    return rows.astype(np.float32)
+    settled = fallen_where_they_rest(asked.to_own(falls.centers[kept]), around, falls.radius)
+    return replace(
+        settled,
+        places=asked.to_own(begun)[:, :2].astype(np.float32),
+        outcomes=np.where(kept, np.int8(Outcome.SETTLED), np.int8(LOST)),
+        rests=settled.rests.astype(np.float32),
+        walled_in=settled.walled_in.astype(np.float32),
+    )

@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import model_to_ask
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropResult, DropSettings, make_simulator
@@ -153,7 +153,11 @@ def common_radius(size: np.ndarray) -> float:
 
 
 def told_of(
-    placed: Sequence[PlacedThing], number: int, feet: Feet, falls: Falls, model: FunctionModel,
+    placed: Sequence[PlacedThing],
+    number: int,
+    feet: Feet,
+    falls: Falls,
+    model: FunctionModel,
     settings: TogetherSettings,
 ) -> ThingAmong:
     """Return what is known of one thing."""

@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.learning.function_model import FunctionModel
+    from spherefunc_bullet.function_model import FunctionModel
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan

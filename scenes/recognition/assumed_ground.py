@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 
 Told = dict[str, Membership]  # by the function's name
 _LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above the floor: legs are hidden or cut off

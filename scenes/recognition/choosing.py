@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 

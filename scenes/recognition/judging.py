@@ -12,9 +12,10 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
-from spherefunc_bullet.settling.settling import Settled, settle_all
+from spherefunc_bullet.settling.drops import DropsByRadius
+from spherefunc_bullet.settling.settling import settle_all
 
 from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
@@ -120,9 +121,7 @@ def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch) -> li
     return functions
 
 
-def told_of(
-    parts: Sequence[Part], settled: Sequence[Settled], asking: Asking, lower: float = 0.0
-) -> list[Told]:
+def told_of(parts: Sequence[Part], settled: Sequence[DropsByRadius], asking: Asking, lower: float = 0.0) -> list[Told]:
     """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
     if asking.surroundings is None or not parts:
         told = asking.model.memberships_of(settled, any_heading=True)
@@ -153,12 +152,12 @@ def object_cloud(
     return Cloud(own, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[Settled]:
+def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRadius]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
     An object that the simulator cannot do holds no spheres, and that is logged.
     """
-    settled: list[Settled] = [{} for _ in clouds]
+    settled: list[DropsByRadius] = [{} for _ in clouds]
     radii = [telling_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
     for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):

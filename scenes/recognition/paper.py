@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 
 from ..scans.cells import cells
 from ..scans.plane import level_by_ransac

@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 
 from ..pools.vessels import surroundings
 from ..scans.cells import cells
@@ -145,5 +145,3 @@ def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
     for number, one in enumerate(objects):
         numbered[one.proposal.members] = number
     return numbered
-
-

@@ -87,7 +87,7 @@ def print_reasons(row: Row):
 
 def print_quantities(row: Row, name: str):
     """Print which quantities decided about one function of one object."""
-    from ..learning.reasons.words import cells_of
+    from ..learning.profiles.words import cells_of
 
     table = [cells_of(decided) for decided in row["quantities"][name]]
     if not table:

@@ -11,8 +11,8 @@ from .each_file import told_of_files
 from .poses import posed_file
 
 if TYPE_CHECKING:
+    from ..function_model import FunctionModel
     from ..learning.any_pose import PoseFunctions
-    from ..learning.function_model import FunctionModel
 
 Row = dict[str, Any]
 

@@ -15,8 +15,8 @@ from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
+    from ..function_model import FunctionModel
     from ..learning.any_pose import PoseFunctions
-    from ..learning.function_model import FunctionModel
     from ..simulator import Simulator
     from ..simulator.mechanics import PoseResult, PoseSettings
 

@@ -20,7 +20,7 @@ from .options import BY_FILE, Json, PackagePath, Seed, Shape, Units, Up, simulat
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..learning.classifier import CloudClassifier
-    from ..settling.settling import Settled
+    from ..settling.drops import DropsByRadius
     from ..simulator import DropResult, DropSettings, Simulator
     from ..viewer.data import Panel
 
@@ -36,7 +36,7 @@ class Viewed:
     cloud: Cloud
     radii: tuple[float, ...]  # metres
     results: dict[str, list[DropResult]] = field(default_factory=dict)  # backend -> one per radius
-    settled: Settled | None = None  # for the explanation
+    settled: DropsByRadius | None = None  # for the explanation
 
 
 def view(

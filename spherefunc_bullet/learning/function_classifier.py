@@ -12,11 +12,10 @@ import numpy as np
 from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import DROPS, EARLY_DROPS, first_drops
-from ..settling.settling import Settled
+from ..function_model import THRESHOLD
+from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
-from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
@@ -101,12 +100,12 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def fit_settled(
         self,
-        settled: Sequence[Settled],
+        settled: Sequence[DropsByRadius],
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
     ) -> FunctionClassifier:
-        """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
+        """Learn from drops: per object those of each radius, as `settle` returns them.
 
         Parameters
         ----------
@@ -124,7 +123,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
         return self._know()
 
-    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
+    def add_settled(
+        self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
+    ) -> FunctionClassifier:
         """Learn from more objects: all examples are kept, and forests are grown anew from all of them.
 
         What was learnt of scans is given up, since nothing surrounds these.
@@ -192,7 +193,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             self.in_scenes_ = SceneForests(names=tuple(names), forests=forests, lines=both.lines_)
         return self
 
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
         return super().score_settled(settled, any_heading=any_heading)

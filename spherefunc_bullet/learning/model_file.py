@@ -23,10 +23,10 @@ from ..formats import FormatError
 from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
+from ..function_model import FunctionModel
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
 from .bounds import require_bounds
-from .function_model import FunctionModel
 from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
 
@@ -136,6 +136,18 @@ def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) 
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
     return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
+
+
+def model_of_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
+    """Return the model that tells single views: the one asked, if the user gave it, else the one that ships for scans.
+
+    What is asked for one function alone is so here.
+    """
+    if given:
+        return asked
+    backend = make_simulator(asked.simulator).name
+    shipped = model_to_ask(shipped_model(backend, scans=True), backend)
+    return shipped.only(asked.functions_[0]) if len(asked.functions_) == 1 else shipped
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:

@@ -17,6 +17,7 @@ from spherefunc_bullet.formats.writing import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.settling.cache import packed as npz_bytes
+from spherefunc_bullet.settling.drops import drops_from_rows
 from spherefunc_bullet.simulator import make_simulator
 
 from .lesson import Lesson, Sight, record_of, room_lessons
@@ -68,7 +69,7 @@ def write_lessons(path: Path, lessons: Sequence[Lesson]):
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
     arrays |= packed("voxels", [record.voxels for record in records])
     for radius in records[0].settled if records else ():
-        arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius] for record in records])
+        arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius].rows() for record in records])
     with writing(path):
         write_whole(path, npz_bytes(arrays))
 
@@ -103,7 +104,7 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             record=record_of(
                 Path(str(name)),
                 {"size": arrays["size"][row], "voxels": voxels[row]},
-                {radius: runs[row] for radius, runs in drops.items()},
+                {radius: drops_from_rows(radius, runs[row]) for radius, runs in drops.items()},
             ),
         )
         for row, name in enumerate(arrays["name"])

@@ -18,9 +18,9 @@ from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.drops import settled_centers
+from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
-from spherefunc_bullet.settling.settling import Settled, settle
+from spherefunc_bullet.settling.settling import settle
 
 _CARRIED = 0.01  # metres, radius of the spheres that tell what of a thing carries or holds
 _NEAR = 0.04  # metres from such a sphere's centre to a point of the scan that shows its place
@@ -107,7 +107,7 @@ def thing_of(item: DatasetObject) -> str:
     return f"{item.path.parent.name}/{item.path.name}"
 
 
-def record_of(path: Path, shape: dict[str, np.ndarray], settled: Settled) -> ObjectRecord:
+def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
     """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
     return ObjectRecord(path=path, **shape, settled=settled, seconds={}, drops={})
 
@@ -124,7 +124,7 @@ def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
     """Return the places (S, 3) where small spheres rest on an object of a room, metres, the room's frame."""
     settled = settle_kept(placed.cloud, model.simulator, model.radii, model.seed, model.length)
-    return transformed(settled_centers(settled[_CARRIED]).astype(float), placed.T_room_object)
+    return transformed(settled[_CARRIED].rests.astype(float), placed.T_room_object)
 
 
 def share_shown(scan: VirtualScan, number: int, places: np.ndarray) -> float:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..settling.drops import Length
-from ..settling.settling import Settled
-from ..simulator import Simulator
+from .errors import InputError
+from .settling.drops import DropsByRadius, Length
+from .settling.records import Dropping, Loading
+from .simulator import Simulator
 
 THRESHOLD = 0.5  # score above which an object is a member
-FALLS = "it falls over when it is put down like this, so it is for nothing, whatever spheres say of it"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +23,21 @@ class Membership:
     member: bool
     score: float  # 0 to 1, to four places
     radius: float  # of the spheres that count most, metres
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reading:
+    """One object's drops as a model reads them, and the scores that follow."""
+
+    drops: DropsByRadius
+    scores: np.ndarray  # (F,) float, 0 to 1
+    model: FunctionModel  # that read them: the one asked, or what it has learnt of the first drops alone
+    profile: np.ndarray | None = None  # (R * Q,) float, the quantities; None of models that count cubes
+
+    @property
+    def rounded(self) -> list[float]:
+        """The scores as they are said."""
+        return [round(score, 4) for score in self.scores.tolist()]
 
 
 class FunctionModel(ABC):
@@ -36,7 +50,7 @@ class FunctionModel(ABC):
     names_: list[str]  # of the training objects
     members_: np.ndarray  # (N, F) bool
     radius_: dict[str, float]  # that counts most for each function, metres
-    puts_down = False  # whether what falls over when it is put down is for nothing
+    checks_stability = False  # whether an object that would fall over has no function
 
     @property
     @abstractmethod
@@ -44,7 +58,7 @@ class FunctionModel(ABC):
         """How long its runs are."""
 
     @abstractmethod
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects on which spheres have fallen."""
 
     @abstractmethod
@@ -55,13 +69,31 @@ class FunctionModel(ABC):
     def only(self, name: str) -> FunctionModel:
         """Return a copy that is asked for one function alone."""
 
-    def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
-        """Return what becomes of as many drops as an answer needs, of ``drop`` that makes a run of some length."""
-        return drop(self.length)
+    def read(self, drop: Callable[[Length], DropsByRadius]) -> Reading:
+        """Return as many drops as an answer needs, of ``drop`` that makes a run of some length, read."""
+        return self.reading_of(drop(self.length))
 
-    def serves_nobody(self, memberships: dict[str, Membership], falls_over: Callable[[], bool]) -> bool:
-        """Return whether an object has a function by its spheres, and falls over; asked only then."""
-        return self.puts_down and any(one.member for one in memberships.values()) and falls_over()
+    def reading_of(self, drops: DropsByRadius) -> Reading:
+        """Return one object's drops, read."""
+        return Reading(drops=drops, scores=self.score_settled([drops])[0], model=self)
+
+    def sentences(self, reading: Reading) -> list[str]:
+        """Return why an object has a function or not; none where the model cannot say."""
+        return []
+
+    def doubts(self, reading: Reading) -> list[str]:
+        """Return why the answer is unsure, each a sentence; none where it is sure, or the model cannot say."""
+        return []
+
+    def dropping(self, loading: Loading | None = None) -> Dropping:
+        """Return how spheres are dropped on what the model is asked about."""
+        return Dropping(
+            simulator=self.simulator,
+            radii=tuple(self.chosen_radii()),
+            seed=self.seed,
+            loading=loading or Loading(),
+            length=self.length,
+        )
 
     def column_of(self, name: str) -> int:
         """Return which column of ``members_`` a function is.
@@ -75,7 +107,9 @@ class FunctionModel(ABC):
             raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
         return self.functions_.index(name)
 
-    def memberships_of(self, settled: Sequence[Settled], *, any_heading: bool = False) -> list[dict[str, Membership]]:
+    def memberships_of(
+        self, settled: Sequence[DropsByRadius], *, any_heading: bool = False
+    ) -> list[dict[str, Membership]]:
         """Return what each object is for, by the function's name; see `score_settled`."""
         return self.memberships_by(self.score_settled(settled, any_heading=any_heading))
 
@@ -89,8 +123,3 @@ class FunctionModel(ABC):
             }
             for row in scores.tolist()
         ]
-
-
-def of_nobody(memberships: dict[str, Membership]) -> dict[str, Membership]:
-    """Return what an object is for that serves nobody as it is: nothing."""
-    return {name: replace(one, member=False, score=0.0) for name, one in memberships.items()}
