@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 
 class InputError(ValueError):
@@ -61,3 +62,11 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
 def one_line(value: object) -> str:
     """Return a value as text without line breaks: a file's name may hold one."""
     return " ".join(str(value).split())
+
+
+def attempt(function: Callable, task: tuple) -> Any:
+    """Return what a function returns, or the InputError that it raises."""
+    try:
+        return function(*task)
+    except InputError as error:
+        return error

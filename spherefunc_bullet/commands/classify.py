@@ -64,7 +64,7 @@ def classify(
 
         return classify_any_pose(names, classifier, units, json)
     view_model = partial(model_of_views, classifier, given=model is not None)
-    how = (classifier, Loading(up=up, units=units), view_model, explain)
+    how = (classifier, Loading(up=up, units=units), view_model, json or explain, explain)
     isolate = isolated(make_simulator(classifier.simulator))
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
@@ -103,9 +103,14 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 
 def classified_file(
-    file: Path, model: FunctionModel, loading: Loading, view_model: Callable[[], FunctionModel], explain: bool
+    file: Path,
+    model: FunctionModel,
+    loading: Loading,
+    view_model: Callable[[], FunctionModel],
+    reasons: bool = True,
+    explain: bool = True,
 ) -> Row:
-    """Return what the contract prints of one file; called in a worker."""
+    """Return what the contract prints of one file, reasons and what decided where that is wanted; for a worker."""
     from ..classification import classify as decision_about
     from ..settling.kept_object import KeptFile
 
@@ -113,7 +118,7 @@ def classified_file(
     decision = decision_about(KeptFile(file, model.dropping(loading), report=say), model, view_model)
     functions, doubts = {name: asdict(one) for name, one in decision.memberships.items()}, decision.doubts()
     row = {"file": str(file), "functions": functions}
-    row |= {"unsure": bool(doubts), "reasons": [*decision.reasons(), *doubts]}
+    row |= {"unsure": bool(doubts), "reasons": [*decision.reasons(reasons), *doubts]}
     row["seconds"] = round(time.perf_counter() - started, 3)
     return row | evidence(decision) if explain else row
 

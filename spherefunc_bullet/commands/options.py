@@ -63,7 +63,7 @@ def dropping(
     miss_limit: int | None = None,
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
-    from ..learning.bounds import SPHERES
+    from ..function_model import SPHERES
     from ..learning.method import find_method
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator

@@ -8,8 +8,8 @@ import warnings
 from pathlib import Path
 
 from ..errors import InputError, one_line
-from .damage import refusing
 from .geometry import Geometry
+from .limits import refusing
 from .sources import Source, as_source
 
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -23,17 +22,15 @@ from ..formats import FormatError
 from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
-from ..function_model import FunctionModel
+from ..function_model import FunctionModel, require_bounds
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
-from .bounds import require_bounds
 from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
 
 if TYPE_CHECKING:
     from .classifier import CloudClassifier
-    from .cube_classifier import CubeClassifier
-    from .method import AnyMethod, Method
+    from .method import AnyMethod
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
@@ -73,6 +70,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     """
     from sklearn.utils.validation import check_is_fitted
 
+    from .cube_arrays import cubes_kept
     from .cube_classifier import CubeClassifier
 
     check_is_fitted(model, "members_")
@@ -95,19 +93,6 @@ def save_model(model: CloudClassifier, path: str | Path):
     about |= more
     with writing(Path(path)), open(path, "wb") as file:
         np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
-
-
-def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
-    """Return what is kept of a classifier by cubes beside what is kept of all."""
-    from .method import find_cube_method
-
-    arrays = {}
-    for i, radius in enumerate(model.radii):
-        matrix = model.examples_[radius]
-        arrays[f"keys_{i}"] = model.histograms_[radius].keys_
-        arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
-    weights = {name: list(weights.items()) for name, weights in model.weights_.items()}
-    return {"method": asdict(find_cube_method(model.method)), "weights": weights}, arrays
 
 
 @cache
@@ -232,7 +217,13 @@ def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassi
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
-        return rebuilt_cubes(options, about, arrays)
+        from .cube_arrays import fill_cubes, rebuilt_method
+        from .cube_classifier import CubeClassifier
+
+        model = CubeClassifier(simulator_of(about), method=rebuilt_method(about["method"]), **options)
+        fill_examples(model, about, arrays)
+        fill_cubes(model, about, arrays)
+        return model
     from .function_classifier import FunctionClassifier
 
     early = int(about["early"]["method"]["drops"]) if "early" in about else 0
@@ -257,44 +248,6 @@ def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarr
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
-
-
-def rebuilt_method(about: dict[str, Any]) -> Method:
-    """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
-    from .method import CUBES, Method
-
-    fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
-    about = about | {"neighbors": tuple(about["neighbors"])}
-    if any(about.pop(name, value) != value for name, value in fixed.items()):
-        raise ValueError("a method of an earlier version")
-    if about["name"] == "default":  # what earlier versions called it
-        about["name"] = CUBES.name
-    return Method(**about)
-
-
-def rebuilt_cubes(options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]) -> CubeClassifier:
-    """Return the classifier by cubes that a model file describes."""
-    from scipy import sparse
-
-    from .cube_classifier import CubeClassifier
-
-    method = rebuilt_method(about["method"])
-    model = CubeClassifier(simulator_of(about), method=method, **options)
-    fill_examples(model, about, arrays)
-    model.weights_ = {
-        name: {radius: weight for radius, weight in about["weights"][name]} for name in about["functions"]
-    }
-    if not all(weights and set(weights) <= set(model.radii) for weights in model.weights_.values()):
-        raise ValueError("a function's radius is none of the model's")
-    model.histograms_, model.examples_ = {}, {}
-    for i, radius in enumerate(model.radii):
-        histogram = method.histogram(radius)
-        histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
-        parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
-        matrix = sparse.csr_matrix(parts, shape=(len(arrays["names"]), len(histogram.keys_) + 1))
-        matrix.check_format(full_check=True)
-        model.histograms_[radius], model.examples_[radius] = histogram, matrix
-    return model
 
 
 def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:

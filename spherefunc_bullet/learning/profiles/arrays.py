@@ -60,7 +60,8 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     for one in model.forests_:
         if one is not None:
             one.require_whole(model.profiles_.shape[1])
-    model.in_scenes_ = rebuilt_scenes(about, arrays, model.profiles_.shape[1])
+    if about.get("surroundings"):
+        model.in_scenes_ = rebuilt_scenes(about, arrays, model.profiles_.shape[1])
 
 
 def fill_early(model: ProfileModel, early: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
