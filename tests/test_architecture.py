@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spherefunc_bullet.compare.documents.architecture import DECISION, draw, files_of_classify, layers
+from spherefunc_bullet.compare.figures.architecture import DECISION, draw, files_of_classify, layers
 
 MOST_FILES = 46  # more, and nobody reads them; with a new one, another has to go
 

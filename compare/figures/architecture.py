@@ -1,6 +1,6 @@
 """The files that a first `classify mug.ply` runs through, counted and drawn (docs/architecture.md).
 
-    python -m spherefunc_bullet.compare.documents.architecture [--picture docs/images/architecture.svg]
+    python -m spherefunc_bullet.compare.figures.architecture [--picture docs/images/architecture.svg]
 
 What runs while modules are loaded, and kernels, which are compiled, are not counted.
 """
