@@ -100,7 +100,7 @@ def test_centres_are_those_that_the_other_commands_get(data, copy):
     files = sorted(data.glob("mug*"))
     for index, record in simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=1):
         twin = dict(simulate_objects([files[index]], Dropping(simulator="fast", radii=RADII), jobs=1, home=copy))[0]
-        assert all(np.array_equal(record.settled[radius], twin.settled[radius]) for radius in RADII)
+        assert all(np.array_equal(record.centers(radius), twin.centers(radius)) for radius in RADII)
 
 
 def test_second_call_does_nothing_again(data, copy):

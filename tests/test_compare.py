@@ -36,6 +36,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry, write_entry
+from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator, provenance_of
 
@@ -359,7 +360,7 @@ def entry(name: str, settled, again) -> Entry:
                 path=path,
                 size=np.ones(3),
                 voxels=np.zeros((1, 3), np.int16),
-                settled={0.02: np.array(centers, float).reshape(-1, 3)},
+                settled={0.02: resting_drops(0.02, np.array(centers, float).reshape(-1, 3))},
                 seconds={0.02: 1.0},
                 drops={0.02: 9},
             )
