@@ -14,7 +14,7 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .settling.drops import FEW, DropsByRadius, Length, settled_count
+from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
 
@@ -37,7 +37,7 @@ class DroppedOn(Protocol):
         """Return its points and mesh."""
         ...
 
-    def drops(self, length: Length) -> DropsByRadius:
+    def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres of a run of some length, at the model's radii."""
         ...
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from .errors import InputError
 from .formats.units import format_length
-from .settling.drops import DropsByRadius, Length
+from .settling.drops import DropsByRadius, RunLimit
 from .settling.records import Dropping, Loading
 from .simulator import Simulator
 
@@ -59,7 +59,7 @@ class FunctionModel(ABC):
 
     @property
     @abstractmethod
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
 
     @abstractmethod
@@ -74,7 +74,7 @@ class FunctionModel(ABC):
     def only(self, name: str) -> FunctionModel:
         """Return a copy that is asked for one function alone."""
 
-    def read(self, drop: Callable[[Length], DropsByRadius]) -> Reading:
+    def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
         """Return as many drops as an answer needs, of ``drop`` that makes a run of some length, read."""
         return self.reading_of(drop(self.length))
 

@@ -29,7 +29,7 @@ from spherefunc_bullet.compare.comparison.experiment import (
     parse_radii,
     read_experiment,
 )
-from spherefunc_bullet.compare.comparison.significance import answer, bought, paired_difference
+from spherefunc_bullet.compare.comparison.significance import answer, benefit_sentence, paired_difference
 from spherefunc_bullet.compare.comparison.tables import Table
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject
@@ -331,12 +331,12 @@ def test_what_spheres_buy_is_said_first():
 
     kinds = {"lid": row(False, 0.1, 0.6), "turned": row(True, 0.9, 0.8)}
     report = {"backends": {"fast": {}}, "impaired": {"cup": kinds}}
-    assert bought(report) == (
+    assert benefit_sentence(report) == (
         "Spheres tell what works from what looks alike: of copies that no longer work 10% by fast and 60% by points, "
         "the best that needs no spheres, are still called by their function; of copies changed harmlessly, 90% and 80%."
     )
     kinds["lid"]["share"]["points"] = 0.0
-    assert bought(report).startswith("Spheres do not tell what works better: ")
+    assert benefit_sentence(report).startswith("Spheres do not tell what works better: ")
 
 
 def test_radii_for_one_and_for_all():

@@ -9,7 +9,7 @@ import pytest
 
 from spherefunc_bullet.function_model import Reading
 from spherefunc_bullet.learning.function_classifier import FAMILIAR, FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import kin_of
+from spherefunc_bullet.learning.profiles.calibration import group_copies
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.learning.profiles.words import cells_of, deciding, met, nearest, sentences, with_unit
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
@@ -78,12 +78,12 @@ def test_the_nearest_are_named_and_no_copy_among_them(model):
     names = [near["name"] for near in nearest(between)]
     beside = {"at 0.30", "at 0.32", "at 0.36", "at 0.38"}
     assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside
-    kept = model.kin_
+    kept = model.copy_groups_
     try:
-        model.kin_ = kin_of(model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_])
+        model.copy_groups_ = group_copies(model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_])
         found = nearest(between, 2)
     finally:
-        model.kin_ = kept
+        model.copy_groups_ = kept
     assert {near["name"] for near in found} < beside and found[0]["functions"] == []
     assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
 

@@ -13,11 +13,11 @@ from sklearn.ensemble import ExtraTreesClassifier
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
+from spherefunc_bullet.learning.model_file import load_model, inference_model, save_model
 from spherefunc_bullet.learning.profiles.forest import forest_of
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.profiles.words import deciding, nearest, sentences
-from spherefunc_bullet.settling.drops import LOST, Length, drops_from_rows
+from spherefunc_bullet.settling.drops import LOST, RunLimit, drops_from_rows
 from spherefunc_bullet.settling.enclosure import walled_in
 from spherefunc_bullet.settling.settling import HANDHELD, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -44,7 +44,7 @@ def test_over_the_wall_nothing_is_in_the_way():
 
 
 def test_every_drop_has_a_row():
-    drops = settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=60))[RADIUS]
+    drops = settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=60))[RADIUS]
     again = make_simulator("fast").drop(clouds.mug(), DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
     assert len(drops) == 60 and drops.radius == RADIUS and drops.provenance == again.provenance
     assert np.allclose(drops.rests, again.centers, atol=1e-6)
@@ -52,7 +52,7 @@ def test_every_drop_has_a_row():
     assert np.array_equal(drops.outcomes, again.outcomes) and drops.settled.sum() == len(drops.rests)
 
 
-@pytest.mark.parametrize("length", [Length(drops=60), Length()])
+@pytest.mark.parametrize("length", [RunLimit(drops=60), RunLimit()])
 def test_what_is_kept_of_drops_is_all_of_them(length):
     drops = settle(clouds.mug(), "fast", [RADIUS], 0, length)[RADIUS]
     again = drops_from_rows(RADIUS, drops.rows(), drops.outcomes)
@@ -64,17 +64,17 @@ def test_what_is_kept_of_drops_is_all_of_them(length):
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one():
-    short, long = (settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=n))[RADIUS] for n in (30, 90))
+    short, long = (settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=n))[RADIUS] for n in (30, 90))
     first = long.first(30)
     assert np.array_equal(short.places, first.places) and np.array_equal(short.rests, first.rests)
     assert np.array_equal(short.outcomes, first.outcomes)
 
 
 def test_fine_spheres_fall_on_what_a_hand_holds():
-    assert len(settle(clouds.mug(), "fast", [0.005], 0, Length(drops=20))[0.005]) == 20
+    assert len(settle(clouds.mug(), "fast", [0.005], 0, RunLimit(drops=20))[0.005]) == 20
     table = clouds.table()
     assert table.size.max() > HANDHELD
-    assert settle(table, "fast", [0.005], 0, Length(drops=20))[0.005].outcomes.size == 0
+    assert settle(table, "fast", [0.005], 0, RunLimit(drops=20))[0.005].outcomes.size == 0
 
 
 @pytest.mark.parametrize("side", [0.004, 0.005, 0.012, 0.02])
@@ -207,7 +207,7 @@ def test_early_answers_can_be_left_out():
 
 def test_early_answers_are_kept_with_a_model(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
-    for again in (load_model(tmp_path / "model.npz"), model_to_ask(tmp_path / "model.npz", None)):
+    for again in (load_model(tmp_path / "model.npz"), inference_model(tmp_path / "model.npz", None)):
         first = settle(clouds.chair(), "fast", model.radii, 0, model.early_.length)
         assert again.early_.length == model.early_.length
         assert again.score_settled([first]).tobytes() == model.score_settled([first]).tobytes()

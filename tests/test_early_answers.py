@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.settling.drops import Drops, Length, drops_from_rows, first_drops
+from spherefunc_bullet.settling.drops import Drops, RunLimit, drops_from_rows, first_drops
 
 RADIUS = 0.02
 DROPS, FIRST = 60, 20
@@ -54,4 +54,4 @@ def test_all_drops_are_made_where_there_is_no_early_answer():
     model, asked = learnt(wrong=0.0), []
     model.early_ = None
     model.read(lambda length: asked.append(length) or drops_at(0.4, np.random.default_rng(2)))
-    assert asked == [Length(drops=DROPS)]
+    assert asked == [RunLimit(drops=DROPS)]

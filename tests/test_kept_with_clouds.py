@@ -25,10 +25,10 @@ class Thing:
 
 def test_what_is_derived_is_made_once_and_goes_with_the_cloud():
     cloud = clouds.mug()
-    thing = cloud.once("thing", Thing)
-    assert cloud.once("thing", Thing) is thing and cloud.once("other thing", Thing) is not thing
-    watched = weakref.ref(thing)
-    del thing, cloud
+    item = cloud.cached("thing", Thing)
+    assert cloud.cached("thing", Thing) is item and cloud.cached("other thing", Thing) is not item
+    watched = weakref.ref(item)
+    del item, cloud
     gc.collect()
     assert watched() is None
 

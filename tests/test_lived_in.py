@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 from scipy.spatial import cKDTree
-from things import slab_on_posts, write_things
+from objects_to_scan import slab_on_posts, write_objects
 from typer.testing import CliRunner
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
@@ -37,7 +37,7 @@ def chair() -> trimesh.Trimesh:
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    folder = write_things(tmp_path_factory.mktemp("home"), ("desk", "chest", "mug", "tin"))
+    folder = write_objects(tmp_path_factory.mktemp("home"), ("desk", "chest", "mug", "tin"))
     labels = {"desk": "table", "chest": "none", "mug": "cup", "tin": "none", "chair": "sittable"}
     chair().export(folder / "chair.ply")
     write_manifest(folder, COLUMNS, [(f"{name}.ply", label, "", name, "test") for name, label in labels.items()])
@@ -223,7 +223,7 @@ def test_wrong_resolutions_are_refused(wrong):
 
 
 def test_the_command_writes_lived_in_rooms(tmp_path):
-    data = write_things(tmp_path, ("desk", "seat", "mug", "tin"))
+    data = write_objects(tmp_path, ("desk", "seat", "mug", "tin"))
     kinds = "sills,stacks,clutter"
     words = ["rooms", data, tmp_path / "out", "--rooms", 1, "--views", 1, "--lived-in", kinds, "--points", 40_000]
     done = CliRunner().invoke(app, [str(word) for word in words])

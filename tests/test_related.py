@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts
+from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
@@ -101,8 +101,8 @@ THINGS = {
 
 @pytest.mark.parametrize("tell", RELATED.values(), ids=RELATED)
 @pytest.mark.parametrize("thing", THINGS)
-def test_plain_things_are_told(thing, tell):
-    make, functions = THINGS[thing]
+def test_plain_things_are_told(item, tell):
+    make, functions = THINGS[item]
     assert tell(seen(make())) == functions
 
 

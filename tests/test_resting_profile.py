@@ -20,7 +20,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     SURE,
     calibrated,
     calibration_line,
-    kin_of,
+    group_copies,
     log_odds,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
@@ -300,9 +300,9 @@ def learnt(objects, labels, **options) -> FunctionClassifier:
 def test_a_table_is_told_from_a_chair():
     classifier = learnt(*toy(24))
     objects, labels = toy(10, seed=1)
-    told = classifier.memberships_of(objects, any_heading=True)
-    assert [[name for name, found in row.items() if found.member] for row in told] == [[label] for label in labels]
-    assert {row["table"].radius for row in told} <= set(RADII)
+    answer = classifier.memberships_of(objects, any_heading=True)
+    assert [[name for name, found in row.items() if found.member] for row in answer] == [[label] for label in labels]
+    assert {row["table"].radius for row in answer} <= set(RADII)
     assert classifier.score_settled([]).shape == (0, 2)
 
 
@@ -362,9 +362,9 @@ def test_growth_is_learning_everything():
 
 
 def test_copies_count_less_and_belong_to_their_original():
-    kin = kin_of(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
-    assert kin.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
-    assert kin.groups[2] == kin.groups[0] and kin.groups[3] == kin.groups[1] and len(set(kin.groups)) == 3
+    copy_groups = group_copies(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
+    assert copy_groups.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
+    assert copy_groups.groups[2] == copy_groups.groups[0] and copy_groups.groups[3] == copy_groups.groups[1] and len(set(copy_groups.groups)) == 3
 
 
 def test_useless_copies_teach_what_is_missing():
@@ -412,7 +412,7 @@ def test_short_thresholds_change_no_vote():
 
     X = np.random.default_rng(0).uniform(size=(200, 4))
     grown = forest_of(ExtraTreesClassifier(20, random_state=0).fit(X, X[:, 0] > X[:, 1]))
-    short = grown.in_short()
+    short = grown.to_float32()
     assert (short.threshold == short.threshold.astype(np.float32)).all()
     # What trees compare are 32-bit numbers: those at a threshold, and their neighbours, are the ones that could differ.
     near = np.nextafter(grown.threshold[:, None].astype(np.float32), np.array([-np.inf, np.inf], np.float32))

@@ -35,8 +35,8 @@ def crowded() -> tuple[Scan, Room]:
     objects = []
     for number in range(12):
         points = rng.random((200, 3)) * [0.08, 0.08, 0.1] + [0.04 * (number % 4), 0.04 * (number // 4), 0]
-        told = {"cup": Membership(member=True, score=0.6 + number / 100, radius=0.01)}
-        told |= {"sittable": Membership(member=False, score=0.1, radius=0.03)}
+        answer = {"cup": Membership(member=True, score=0.6 + number / 100, radius=0.01)}
+        answer |= {"sittable": Membership(member=False, score=0.1, radius=0.03)}
         by = "pools" if number % 2 else "clusters"
         objects.append(
             SceneObject(
@@ -45,7 +45,7 @@ def crowded() -> tuple[Scan, Room]:
                 support=0.0,
                 box=bounding_box(points),
                 fragment=False,
-                functions=told,
+                functions=answer,
                 proposed_by=by,
             )  # fmt: skip
         )

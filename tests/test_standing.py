@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts
+from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import application

@@ -20,7 +20,7 @@ from spherefunc_bullet.console import print_table, progress, run
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.settling.drops import DropsByRadius, Length
+from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
 from spherefunc_bullet.settling.kept_object import CloudObject
 
 
@@ -30,7 +30,7 @@ class TimedObject(CloudObject):
 
     seconds: list[float] = field(default_factory=list)
 
-    def drops(self, length: Length) -> DropsByRadius:
+    def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         start = perf_counter()
         drops = super().drops(length)

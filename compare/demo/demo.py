@@ -26,7 +26,7 @@ from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_leng
 from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
-from spherefunc_bullet.learning.model_file import model_of_views
+from spherefunc_bullet.learning.model_file import model_for_views
 from spherefunc_bullet.settling.records import Dropping, Loading
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
@@ -99,7 +99,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
-        how = (model, Loading(up="z"), partial(model_of_views, model, given=True))
+        how = (model, Loading(up="z"), partial(model_for_views, model, given=True))
         rows = [classified_file(item.path, *how) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)

@@ -61,7 +61,7 @@ class Trial:
         """Return what was said of some of the objects (T,) bool."""
         return replace(self, rows=self.rows[which], scores=self.scores[which])
 
-    def saying_no(self) -> Trial:
+    def always_negative(self) -> Trial:
         """Return the same trial with no to everything."""
         return replace(self, scores=np.zeros_like(self.scores), weights=())
 
@@ -102,10 +102,10 @@ class Evaluation:
         """Which object was said to have which function with all others learnt, (N, F) bool."""
         return self.scores > THRESHOLD
 
-    def saying_no(self) -> Evaluation:
+    def always_negative(self) -> Evaluation:
         """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
-        trials = {size: [trial.saying_no() for trial in trials] for size, trials in self.trials.items()}
-        left_out = {name: trial.saying_no() for name, trial in self.left_out.items()}
+        trials = {size: [trial.always_negative() for trial in trials] for size, trials in self.trials.items()}
+        left_out = {name: trial.always_negative() for name, trial in self.left_out.items()}
         return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
 
 

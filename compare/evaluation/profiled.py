@@ -15,7 +15,7 @@ from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
-from spherefunc_bullet.learning.profiles.calibration import Kin, kin_of
+from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
 from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
 
@@ -37,7 +37,7 @@ class Profiled:
     profiles: np.ndarray  # (N, R * Q) float
     labels: Labels
     classifier: FunctionClassifier
-    kin: Kin | None = None  # of the objects, where some are copies of others
+    copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
     fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they are for nothing
 
     def trial(self, splits: Sequence[Split]) -> Trial:
@@ -52,8 +52,8 @@ class Profiled:
         """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
         rows, functions = fold.train, self.labels.functions
         members, names = self.labels.members[rows], [str(row) for row in rows]
-        kin = None if self.kin is None else self.kin.of(rows)
-        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, kin)
+        copy_groups = None if self.copy_groups is None else self.copy_groups.of(rows)
+        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, copy_groups)
         weights = [{learnt.radius_[name]: 1.0} for name in functions]
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.fallen is not None:
@@ -125,19 +125,19 @@ def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, .
     """Return the quantities of the spheres that fell on objects, and which objects fall over."""
     read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
     fallen = np.array([record.falls_over for record in simulated.records], bool)
-    return replace(read, kin=kin_in(simulated.objects), fallen=fallen)
+    return replace(read, copy_groups=copy_groups_in(simulated.objects), fallen=fallen)
 
 
-def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
+def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
     """Return which objects are copies of others, as their manifests say; None where none is."""
     names, originals = distinct_names(objects)
-    return kin_of(names, originals) if any(originals) else None
+    return group_copies(names, originals) if any(originals) else None
 
 
 def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
     points = of_each(partial(points_as_drops, radii=radii), simulated.records)
-    return replace(profiled(points, labels, FunctionClassifier(radii=radii)), kin=kin_in(simulated.objects))
+    return replace(profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects))
 
 
 def fused(features: Sequence[Profiled]) -> Profiled:

@@ -116,7 +116,7 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
     fitting = np.flatnonzero(fits & (inside >= _MOST)) if len(fits) else []
     if len(fitting):
         best = max(fitting, key=lambda p: scan.asked[p].scores[verdict.function])
-        return cause_of_telling(scan, scan.asked[best], verdict.function)
+        return cause_of_misclassification(scan, scan.asked[best], verdict.function)
     if fits.any():
         best = int(np.argmax(np.where(fits, inside, -1)))
         return MERGED, f"one part with {others_in(scan, overlaps, best, t)}"
@@ -131,7 +131,7 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
     return TORN, f"one part of {covered[best]:.0%} of its points, too small for its box"
 
 
-def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
+def cause_of_misclassification(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
     """Return why an object that was proposed as it is was not told what it is for."""
     score = proposal.scores[function]
     if function in proposal.functions:

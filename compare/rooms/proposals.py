@@ -106,7 +106,7 @@ class Asked:
         """Return each proposal as spheres met it: completed, standing on its support."""
         return [object_cloud(item.points, completion, item.support)[0] for item in self.room.proposals]
 
-    def told_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
+    def classified_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
         """Return the objects that the same proposals become by other scores, one for each proposal."""
         candidates = [self.candidate(place, told) for place, told in enumerate(scores)]
         return [self.as_chosen(one) for one in chosen(candidates, FEWEST)]

@@ -163,7 +163,7 @@ class Fold:
         dropping = Dropping(simulator=model.simulator, radii=radii, seed=model.seed, length=model.length)
         for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
-            self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)
+            self.of_models[paths[index]] = frozenset(name for name, membership in functions.items() if membership.member)
 
 
 def run_trial(

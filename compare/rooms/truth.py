@@ -123,7 +123,7 @@ def is_disputed(name: str, remark: str) -> bool:
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
     """Return the object of a row of boxes."""
     center, size = (np.array([number_of(row, f"{kind}{axis}", path) for axis in "xyz"]) for kind in "cd")
-    true = nowhere_yet(row, "class", "comment", path)
+    true = object_without_place(row, "class", "comment", path)
     return replace(true, box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)))
 
 
@@ -131,11 +131,11 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
     """Return the object of a row of instances, by the points that carry its label."""
     if labels is None:
         raise InputError(f"{path.name}: expected a scan with a label for each point, found none")
-    true = nowhere_yet(row, "name", "pose", path)
+    true = object_without_place(row, "name", "pose", path)
     return replace(true, points=labels == int(number_of(row, "label", path)))
 
 
-def nowhere_yet(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
+def object_without_place(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
     """Return the object of a row but its place, its name and a remark being in columns of these names."""
     called = value_of(row, name, path)
     disputed = frozenset({DISPUTED}) if is_disputed(called, row.get(remark) or "") else frozenset()

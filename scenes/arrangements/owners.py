@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud
 
-NOBODY = -1
+NO_OWNER = -1
 SLACK = 1.02  # of the farthest that a sample of a touched surface can be: simulators leave that much
 TOUCHING = 2.1  # radii between the centres of spheres that touch, as in the resting profile
 PATCH = 2.5  # gaps between samples, the radius of the patch that says how a surface slopes
@@ -48,7 +48,7 @@ def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> 
             bases[number] = bases[upon[rises.argmax()]]
         total = shares[number] + through
         shares[number] = total / max(total.sum(), LEAST)
-    owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NOBODY)
+    owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NO_OWNER)
     return Carried(owners, bases)
 
 

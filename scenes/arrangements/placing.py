@@ -73,7 +73,7 @@ def number(text: str, part: str) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedThing:
+class ArrangedObject:
     """A thing in its place; its own frame is that of its cloud, the world's that of all of them."""
 
     name: str  # no other thing of the arrangement has it
@@ -118,6 +118,6 @@ class PlacedThing:
         places = (columns - self.shift[:2]) @ self.turn[:2, :2]
         return ((places >= low) & (places <= high)).all(axis=1)
 
-    def at(self, height: float) -> PlacedThing:
+    def at(self, height: float) -> ArrangedObject:
         """Return the thing with its foot at another height, metres."""
         return replace(self, height=height)

@@ -16,7 +16,7 @@ from spherefunc_bullet.clouds.conversion import Anything, as_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
-from spherefunc_bullet.learning.model_file import model_to_ask
+from spherefunc_bullet.learning.model_file import inference_model
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropResult, DropSettings, make_simulator
 
@@ -24,7 +24,7 @@ from .falls import Falls, drop_on, within_boxes
 from .functions import functions_alone, functions_among
 from .levels import Level, layer_of, level_of
 from .overlaps import crossing
-from .placing import PlacedThing, Placement
+from .placing import ArrangedObject, Placement
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
 
 if TYPE_CHECKING:
@@ -44,11 +44,11 @@ class TogetherSettings:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ThingAmong:
+class ArrangedResult:
     """What is known of one of several things."""
 
     name: str
-    placed: PlacedThing
+    placed: ArrangedObject
     stands_on: tuple[str, ...]  # names of others, or the ground
     carries: np.ndarray  # (S, 3) spheres of the common drop that it carries, metres, the world's frame
     level: Level | None  # None where nothing rests on it
@@ -58,14 +58,14 @@ class ThingAmong:
     @property
     def lost(self) -> tuple[str, ...]:
         """Functions that it has alone and not among the others."""
-        return tuple(name for name, told in self.alone.items() if told.member and not self.together[name].member)
+        return tuple(name for name, membership in self.alone.items() if membership.member and not self.together[name].member)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Together:
     """Several things in their places."""
 
-    things: tuple[ThingAmong, ...]
+    objects: tuple[ArrangedResult, ...]
     drop: DropResult  # on all of them at once, the world's frame
     radius: float  # of its spheres, metres
     notes: tuple[str, ...]  # what a reader has to know of how they stand
@@ -74,7 +74,7 @@ class Together:
 
 
 def together(
-    things: Sequence[tuple[Anything, Placement]],
+    objects: Sequence[tuple[Anything, Placement]],
     *,
     model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
@@ -100,19 +100,19 @@ def together(
     InputError
         If there are fewer than two, one cannot be used, or nothing carries it where it is put.
     """
-    if len(things) < FEWEST:
-        raise InputError(f"expected at least two things to stand together, got {len(things)}")
-    clouds = [as_cloud(thing, units=units, up=up, name=f"thing {k}") for k, (thing, _) in enumerate(things, 1)]
-    placed = put_down(clouds, [placement for _, placement in things])
-    return told_together(placed, model_to_ask(model, backend), settings or TogetherSettings())
+    if len(objects) < FEWEST:
+        raise InputError(f"expected at least two things to stand together, got {len(objects)}")
+    clouds = [as_cloud(item, units=units, up=up, name=f"thing {k}") for k, (item, _) in enumerate(objects, 1)]
+    placed = put_down(clouds, [placement for _, placement in objects])
+    return classify_together(placed, inference_model(model, backend), settings or TogetherSettings())
 
 
-def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[PlacedThing]:
+def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[ArrangedObject]:
     """Return things in their places, those without a height set down on what stands there before them."""
-    placed: list[PlacedThing] = []
+    placed: list[ArrangedObject] = []
     for name, cloud, placement in zip(unlike(clouds), clouds, placements, strict=True):
-        thing = PlacedThing(name, cloud, placement, placement.z or 0.0)
-        placed.append(thing if placement.z is not None else set_down(thing, placed))
+        item = ArrangedObject(name, cloud, placement, placement.z or 0.0)
+        placed.append(item if placement.z is not None else set_down(item, placed))
     return placed
 
 
@@ -125,20 +125,20 @@ def unlike(clouds: Sequence[Cloud]) -> list[str]:
     return names
 
 
-def told_together(placed: Sequence[PlacedThing], model: FunctionModel, settings: TogetherSettings) -> Together:
+def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, settings: TogetherSettings) -> Together:
     """Return what becomes of drops on things in their places, and what each of them is for."""
     started = time.perf_counter()
-    feet = [require_carried(thing, without(placed, k)) for k, thing in enumerate(placed)]
+    feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
-    size = np.ptp(np.concatenate([thing.cloud.bounds for thing in placed]), axis=0)
+    size = np.ptp(np.concatenate([item.cloud.bounds for item in placed]), axis=0)
     radius = common_radius(size) if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)
     run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer)
     drop, falls = drop_on(placed, simulator, run, settings.seed, "all together")
     falls = within_boxes(falls, placed)
-    things = [told_of(placed, k, feet[k], falls, model, settings) for k in range(len(placed))]
+    objects = [classify_one(placed, k, feet[k], falls, model, settings) for k in range(len(placed))]
     return Together(
-        things=tuple(things),
+        objects=tuple(objects),
         drop=drop,
         radius=radius,
         notes=tuple(notes_on(placed, feet)),
@@ -152,17 +152,17 @@ def common_radius(size: np.ndarray) -> float:
     return float(np.clip(size.max() / ACROSS, *LIMITS))
 
 
-def told_of(
-    placed: Sequence[PlacedThing],
+def classify_one(
+    placed: Sequence[ArrangedObject],
     number: int,
     feet: Feet,
     falls: Falls,
     model: FunctionModel,
     settings: TogetherSettings,
-) -> ThingAmong:
+) -> ArrangedResult:
     """Return what is known of one thing."""
     simulator = make_simulator(model.simulator)
-    return ThingAmong(
+    return ArrangedResult(
         name=placed[number].name,
         placed=placed[number],
         stands_on=feet.carriers([other.name for other in without(placed, number)]),
@@ -173,21 +173,21 @@ def told_of(
     )
 
 
-def without(placed: Sequence[PlacedThing], number: int) -> list[PlacedThing]:
+def without(placed: Sequence[ArrangedObject], number: int) -> list[ArrangedObject]:
     """Return all things but one."""
-    return [thing for k, thing in enumerate(placed) if k != number]
+    return [item for k, item in enumerate(placed) if k != number]
 
 
-def notes_on(placed: Sequence[PlacedThing], feet: Sequence[Feet]) -> list[str]:
+def notes_on(placed: Sequence[ArrangedObject], feet: Sequence[Feet]) -> list[str]:
     """Return in sentences which things interpenetrate, and which would not stay where they are put."""
     notes = []
-    for k, thing in enumerate(placed):
+    for k, item in enumerate(placed):
         for other in placed[:k]:
-            place = crossing(thing, other)
+            place = crossing(item, other)
             if place is not None:
                 where = ", ".join(f"{number:.2f}" for number in place)
-                notes.append(f"{thing.name} and {other.name} interpenetrate, at {where} m")
-        beyond = tips_by(thing, feet[k])
+                notes.append(f"{item.name} and {other.name} interpenetrate, at {where} m")
+        beyond = tips_by(item, feet[k])
         if beyond > 0 and feet[k].carriers([other.name for other in without(placed, k)]) != (GROUND,):
-            notes.append(f"{thing.name} would tip: its weight acts {format_length(round(beyond, 3))} beyond its feet")
+            notes.append(f"{item.name} would tip: its weight acts {format_length(round(beyond, 3))} beyond its feet")
     return notes

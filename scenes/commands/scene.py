@@ -52,7 +52,7 @@ def scene(
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
-    from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+    from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
     from ..recognition.completion import steps_of
     from ..recognition.proposals import kinds_of
@@ -61,7 +61,7 @@ def scene(
 
     kinds = kinds_of(proposals)
     require_method(method, model)
-    classifier = model_to_ask(model or shipped_model(backend or "fast", scans=True), backend)
+    classifier = inference_model(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),

@@ -8,13 +8,13 @@ from dataclasses import replace
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import Membership
 
-Told = dict[str, Membership]  # by the function's name
+Memberships = dict[str, Membership]  # by the function's name
 _LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above the floor: legs are hidden or cut off
 
 
 def holding_anywhere(
-    clouds: Sequence[Cloud], told: Sequence[Told], asked: Callable[[Sequence[int], float], list[Told]], large: float
-) -> list[Told]:
+    clouds: Sequence[Cloud], predictions: Sequence[Memberships], asked: Callable[[Sequence[int], float], list[Memberships]], large: float
+) -> list[Memberships]:
     """Return what is told of objects, without what a lower ground would make untrue of large ones.
 
     Parameters
@@ -31,9 +31,9 @@ def holding_anywhere(
     doubted = [
         k
         for k, cloud in enumerate(clouds)
-        if cloud.size.max() >= large and any(membership.member for membership in told[k].values())
+        if cloud.size.max() >= large and any(membership.member for membership in predictions[k].values())
     ]
-    kept = list(told)
+    kept = list(predictions)
     for lower in _LOWER:
         for k, other in zip(doubted, asked(doubted, lower), strict=True):
             kept[k] = {

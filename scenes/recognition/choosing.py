@@ -64,7 +64,7 @@ class Candidate:
 
 def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:
     """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
-    return {name: replace(told, member=told.score > bar.of(name)) for name, told in functions.items()}
+    return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
 
 
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:

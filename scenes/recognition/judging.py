@@ -21,7 +21,7 @@ from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
-from .assumed_ground import Told, holding_anywhere
+from .assumed_ground import Memberships, holding_anywhere
 from .choosing import Bar, Candidate, claiming
 from .completion import TOP, complete
 from .proposals import Proposal
@@ -37,7 +37,7 @@ FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Asking:
+class RecognitionContext:
     """How proposals are asked about."""
 
     model: FunctionModel
@@ -71,7 +71,7 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     return Surroundings(points=points, is_wall=is_wall)
 
 
-def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, watch: Stopwatch) -> list[Candidate]:
+def judged(points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch) -> list[Candidate]:
     """Return what a model says of each proposal.
 
     A fragment is for nothing, whatever the few spheres on it would look like, so none are dropped there.
@@ -84,11 +84,11 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
     """
     parts = [part_of(points, one) for one in proposals]
     whole = [not is_fragment(part.points, part.box, part.proposal.support) for part in parts]
-    told = iter(told_of_whole([part for part, one in zip(parts, whole, strict=True) if one], asking, watch))
-    radius = asking.model.radius_
-    nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in asking.model.functions_}
+    predictions = iter(classify_parts([part for part, one in zip(parts, whole, strict=True) if one], context, watch))
+    radius = context.model.radius_
+    nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        Candidate(proposal=part.proposal, functions=next(told) if one else nothing, place=place)
+        Candidate(proposal=part.proposal, functions=next(predictions) if one else nothing, place=place)
         for place, (part, one) in enumerate(zip(parts, whole, strict=True))
     ]
 
@@ -100,38 +100,38 @@ def part_of(points: np.ndarray, proposal: Proposal) -> Part:
     return Part(replace(proposal, box=box), own, box)
 
 
-def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch) -> list[Told]:
+def classify_parts(parts: Sequence[Part], context: RecognitionContext, watch: Stopwatch) -> list[Memberships]:
     """Return what a model says of parts that are no fragments, completed, on which spheres fall."""
     clouds = [
-        object_cloud(part.points, asking.completion, part.proposal.support, part.proposal.pool, part.box)[0]
+        object_cloud(part.points, context.completion, part.proposal.support, part.proposal.pool, part.box)[0]
         for part in parts
     ]
     watch.lap("completion")
-    settled = settled_on(clouds, asking.model)
+    settled = settled_on(clouds, context.model)
     watch.lap("spheres")
-    functions = told_of(parts, settled, asking)
-    if not asking.ground_seen:
+    functions = classify_dropped(parts, settled, context)
+    if not context.ground_seen:
 
-        def asked_lower(doubted: Sequence[int], lower: float) -> list[Told]:
+        def asked_lower(doubted: Sequence[int], lower: float) -> list[Memberships]:
             raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
-            return told_of([parts[k] for k in doubted], settled_on(raised, asking.model), asking, lower)
+            return classify_dropped([parts[k] for k in doubted], settled_on(raised, context.model), context, lower)
 
         functions = holding_anywhere(clouds, functions, asked_lower, LARGE)
     watch.lap("classification")
     return functions
 
 
-def told_of(parts: Sequence[Part], settled: Sequence[DropsByRadius], asking: Asking, lower: float = 0.0) -> list[Told]:
+def classify_dropped(parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext, lower: float = 0.0) -> list[Memberships]:
     """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
-    if asking.surroundings is None or not parts:
-        told = asking.model.memberships_of(settled, any_heading=True)
+    if context.surroundings is None or not parts:
+        predictions = context.model.memberships_of(settled, any_heading=True)
     else:
-        around = asking.surroundings.of
+        around = context.surroundings.of
         beside = [around(one.points, one.box.size, one.proposal.support - lower) for one in parts]
-        told = asking.model.memberships_in_scene(settled, np.array(beside))
-    if asking.bars is None:
-        return told
-    return [claiming(own, asking.bars[one.proposal.by]) for own, one in zip(told, parts, strict=True)]
+        predictions = context.model.memberships_in_scene(settled, np.array(beside))
+    if context.bars is None:
+        return predictions
+    return [claiming(own, context.bars[one.proposal.by]) for own, one in zip(predictions, parts, strict=True)]
 
 
 def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
@@ -158,7 +158,7 @@ def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRad
     An object that the simulator cannot do holds no spheres, and that is logged.
     """
     settled: list[DropsByRadius] = [{} for _ in clouds]
-    radii = [telling_radii(cloud, model) for cloud in clouds]
+    radii = [informative_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
     for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
         if isinstance(outcome, InputError):
@@ -173,7 +173,7 @@ def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float
     return next((value for least, value in choices if side >= least), 0.0)
 
 
-def telling_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
+def informative_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
     """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
     if model.length.drops is not None:
         return model.chosen_radii()

@@ -11,10 +11,10 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import BOLD, Boldness, cuts_of
+from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
 from ..pools.resting import resting_places
 from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.things import Top, ground_top, things_on, top_of_pool
+from ..pools.tops import Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
@@ -78,7 +78,7 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
 
 
 def propose(
-    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, how: Boldness = BOLD
+    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, how: CutSettings = LOOSE_CUTS
 ) -> list[Proposal]:
     """Return what may be an object, clusters in the order of their labels first.
 
@@ -90,7 +90,7 @@ def propose(
     kinds : sequence of {"clusters", "pools"}
     seed : int
         Of the drops.
-    how : Boldness
+    how : CutSettings
         How pools are cut out.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
@@ -140,7 +140,7 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
     return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
-def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Boldness) -> list[Proposal]:
+def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
     thinned = cells(scene.points[solid], _VOXEL)
@@ -175,17 +175,17 @@ def on_top(
         Of its length, a vessel's least width.
     """
     proposed = []
-    for members in things_on(top):
-        thing = points[own[members]]
-        box = bounding_box(thing)
+    for members in objects_on(top):
+        item = points[own[members]]
+        box = bounding_box(item)
         if box.size[1] < _NARROWEST:
             continue
-        support = float(np.median(top.height_at(thing)))
+        support = float(np.median(top.height_at(item)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box))
-        if np.ptp(thing[:, :2], axis=0).max() > _BLOB:
-            alone = Top(plane=top.plane, points=thing, indices=members)
+        if np.ptp(item[:, :2], axis=0).max() > _BLOB:
+            alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
-                inside = own[members[cut_vessel(thing, pool)]]
+                inside = own[members[cut_vessel(item, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
                 if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))

@@ -22,7 +22,7 @@ from ..segmentation.segmentation import LEFT_OVER, WALL, Segmentation, segment
 from .choosing import BARS, Candidate, chosen
 from .completion import DEFAULT
 from .inferring import inferred_seats
-from .judging import Asking, is_fragment, judged, surroundings_for
+from .judging import RecognitionContext, is_fragment, judged, surroundings_for
 from .proposals import KINDS, Scene, cluster_proposals, propose
 from .room import Room, SceneObject
 from .smoothing import smoothed
@@ -85,10 +85,10 @@ def recognise(
     watch.lap("pools")
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
-    asking = Asking(
+    context = RecognitionContext(
         model=model, completion=completion, ground_seen=levelling.floor_seen, bars=bars, surroundings=around
     )
-    candidates = judged(dense, proposed, asking, watch)
+    candidates = judged(dense, proposed, context, watch)
     objects = chosen(candidates, FEWEST)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")
@@ -119,8 +119,8 @@ def recognise_objects(
     model, completion
         See `recognise`.
     """
-    asking = Asking(model=model, completion=completion)
-    candidates = judged(points, cluster_proposals(points, labels), asking, Stopwatch())
+    context = RecognitionContext(model=model, completion=completion)
+    candidates = judged(points, cluster_proposals(points, labels), context, Stopwatch())
     return [scene_object(number, points, one) for number, one in enumerate(candidates)]
 
 

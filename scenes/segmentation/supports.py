@@ -86,32 +86,32 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         outside = top.outside(points)
         apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
-        for thing in (apart[members] for members in members_of(clusters)):
-            if not above[thing].any():
+        for item in (apart[members] for members in members_of(clusters)):
+            if not above[item].any():
                 continue  # a leg that spreads outward
             # Crumbs over a table are noise, and would make it higher than it is.
-            if top.is_table if len(thing) < _FEWEST else stands_apart(points[thing], outside[thing], top):
-                parts.append(thing)
-                left[thing] = False
+            if top.is_table if len(item) < _FEWEST else stands_apart(points[item], outside[item], top):
+                parts.append(item)
+                left[item] = False
     return parts
 
 
-def stands_apart(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+def stands_apart(item: np.ndarray, outside: np.ndarray, top: Top) -> bool:
     """Return whether a thing (T, 3), at distances (T,) outside a top's outline, is no part of what has the top."""
     if not top.is_table:
-        return stands_within(thing, outside, top)
+        return stands_within(item, outside, top)
     if outside.max() < -_INSIDE:
         return True
-    own = bounding_box(thing)
+    own = bounding_box(item)
     along = abs(np.cos(own.yaw - top.box.yaw)) > np.sqrt(0.5)
     return bool(own.size[0] < _SPANS * top.box.size[0 if along else 1])
 
 
-def stands_within(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+def stands_within(item: np.ndarray, outside: np.ndarray, top: Top) -> bool:
     """Return whether a thing (T, 3) stands on a seat, away from its edges, and is small beside it."""
-    foot = thing[:, 2] < thing[:, 2].min() + 2 * _GAP
-    area = np.prod(np.ptp(thing[:, :2], axis=0))
-    near = thing[:, 2].min() <= top.height + _GAP
+    foot = item[:, 2] < item[:, 2].min() + 2 * _GAP
+    area = np.prod(np.ptp(item[:, :2], axis=0))
+    near = item[:, 2].min() <= top.height + _GAP
     return bool(near and area < _SMALL * top.area and outside[foot].max() < -_INSIDE)
 
 

@@ -18,7 +18,7 @@ from .chairs_at_tables import chairs_to_tables
 from .contents import Contents, decks_by_category
 from .fixtures import fixtures_added
 from .furnishing import Deck, Stock, VirtualRoom, furnish, take_stock
-from .stacking import clutter_on_seats, small_things_stacked
+from .stacking import clutter_on_seats, small_objects_stacked
 
 EVERYTHING = "all"
 
@@ -110,7 +110,7 @@ class Filling:
         if "chairs" in kinds:
             chairs_to_tables(contents)
         if "stacks" in kinds:
-            small_things_stacked(contents)
+            small_objects_stacked(contents)
         if "clutter" in kinds:
             clutter_on_seats(contents)
         return contents.finished()

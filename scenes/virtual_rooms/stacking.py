@@ -21,16 +21,16 @@ SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
 
 
-def small_things_stacked(contents: Contents):
+def small_objects_stacked(contents: Contents):
     """Stack some of the small things on tops, and push others together."""
     occupancy, moved = contents.occupancy(), set()
     for number in range(len(contents.objects)):
-        thing = contents.objects[number]
+        item = contents.objects[number]
         partners = [k for k in neighbours(contents, number) if k not in moved]
-        if not is_small(thing) or not partners or number in contents.carriers() or contents.rng.uniform() > MOVED:
+        if not is_small(item) or not partners or number in contents.carriers() or contents.rng.uniform() > MOVED:
             continue
         partner = partners[int(contents.rng.integers(len(partners)))]
-        occupancy.clear(thing.points)
+        occupancy.clear(item.points)
         if contents.rng.uniform() > STACKED or not stacked(contents, occupancy, number, partner):
             pushed_together(contents, number, partner)
         occupancy.fill(contents.objects[number].points)
@@ -44,11 +44,11 @@ def is_small(placed: PlacedObject) -> bool:
 
 def neighbours(contents: Contents, number: int) -> list[int]:
     """Return the small things on the same top as another."""
-    thing = contents.objects[number]
+    item = contents.objects[number]
     return [
         k
         for k, other in enumerate(contents.objects)
-        if k != number and is_small(other) and other.support == thing.support
+        if k != number and is_small(other) and other.support == item.support
     ]
 
 
@@ -65,12 +65,12 @@ def pushed_together(contents: Contents, number: int, partner: int):
     """Slide a thing towards another on the same top until it touches that, or whatever is between."""
     from scipy.spatial import cKDTree
 
-    thing, other = contents.objects[number], contents.objects[partner]
-    carrier = contents.objects[thing.support].points
+    item, other = contents.objects[number], contents.objects[partner]
+    carrier = contents.objects[item.support].points
     near = [contents.objects[k].points for k in neighbours(contents, number)]
-    near.append(carrier[carrier[:, 2] > thing.points[:, 2].min() + TOUCH + STEP])
-    tree, own = cKDTree(np.vstack(near)), some_of(thing.points)
-    way = other.T_room_object[:2, 3] - thing.T_room_object[:2, 3]
+    near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
+    tree, own = cKDTree(np.vstack(near)), some_of(item.points)
+    way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
         return
@@ -80,9 +80,9 @@ def pushed_together(contents: Contents, number: int, partner: int):
         gone += free
     moved = min(gone, length) * direction
     if ((own + moved > 0) & (own + moved < contents.size)).all():
-        T_room_object = thing.T_room_object.copy()
+        T_room_object = item.T_room_object.copy()
         T_room_object[:3, 3] += moved
-        contents.move(number, T_room_object, thing.support)
+        contents.move(number, T_room_object, item.support)
 
 
 def some_of(points: np.ndarray) -> np.ndarray:

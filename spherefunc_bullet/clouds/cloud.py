@@ -74,7 +74,7 @@ class Cloud:
 
         return cKDTree(self.points)
 
-    def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
+    def cached(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
         """Return what ``derive`` makes of this cloud, made once and kept until the cloud is gone.
 
         It stays in this process: a cloud that is copied or sent to another process leaves it behind.
@@ -99,7 +99,7 @@ class Cloud:
 
         points, cell = self.points, THINNED
         while cell <= side:  # each from the one before, which is shorter
-            points = self.once(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
+            points = self.cached(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
             cell *= 2
         return points
 

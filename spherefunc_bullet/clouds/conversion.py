@@ -58,11 +58,11 @@ def as_cloud(
     return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
 
 
-def as_clouds(things: Iterable[Anything]) -> list[Cloud]:
+def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
     """Return the clouds of several objects, which are in metres with z up, see `as_cloud`; errors number them."""
-    if isinstance(things, str | Path | Cloud):
+    if isinstance(objects, str | Path | Cloud):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
-    return [as_cloud(thing, name=f"object {number}") for number, thing in enumerate(things)]
+    return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
 
 
 def require_own_frame(cloud: Cloud, units: str, up: str) -> Cloud:

@@ -11,7 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_length
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:
@@ -62,9 +62,9 @@ def carry(
         density=density,
     )
     failures = Failures()
-    told = told_of_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
-    rows = [row_of(file, result) for file, (_, result) in told]
-    draw([carried for _, carried in told], picture)
+    results = run_on_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
+    rows = [row_of(file, result) for file, (_, result) in results]
+    draw([carried for _, carried in results], picture)
     print_json(rows) if json else print_kept(rows, settings.angles_deg)
     failures.exit()
 

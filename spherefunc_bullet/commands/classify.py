@@ -49,21 +49,21 @@ def classify(
 ):
     """Say what each object is for."""
     from ..formats.writing import require_place
-    from ..learning.model_file import model_of_views, model_to_ask
+    from ..learning.model_file import model_for_views, inference_model
     from ..processes.tasks import run_tasks
     from ..settling.records import Loading
     from ..simulator import isolated, make_simulator
 
     if table is not None:
         require_place(table)
-    classifier = model_to_ask(model, backend)
+    classifier = inference_model(model, backend)
     classifier = classifier if function is None else classifier.only(function)
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
         from .any_pose import classify_any_pose
 
         return classify_any_pose(names, classifier, units, json)
-    view_model = partial(model_of_views, classifier, given=model is not None)
+    view_model = partial(model_for_views, classifier, given=model is not None)
     how = (classifier, Loading(up=up, units=units), view_model, json or explain, explain)
     isolate = isolated(make_simulator(classifier.simulator))
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)

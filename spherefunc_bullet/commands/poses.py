@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def poses(
     json: Json = False,
 ):
     """Say how each object can lie, how likely each pose is, and what it is for so."""
-    from ..learning.model_file import model_to_ask, shipped_model
+    from ..learning.model_file import inference_model, shipped_model
     from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
     from ..viewer.mechanics_pictures import require_png
@@ -49,11 +49,11 @@ def poses(
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "poses")
     settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
-    classifier = model_to_ask(model or shipped_model("fast"), None)
+    classifier = inference_model(model or shipped_model("fast"), None)
     failures = Failures()
-    told = told_of_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
-    rows = [row_of(file, *posed) for file, (_, *posed) in told]
-    draw([(cloud, answers) for _, (cloud, _, answers, _) in told], picture, page)
+    results = run_on_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
+    rows = [row_of(file, *posed) for file, (_, *posed) in results]
+    draw([(cloud, answers) for _, (cloud, _, answers, _) in results], picture, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
     failures.exit()
 
@@ -102,7 +102,7 @@ def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | N
     """Draw objects in their poses where a picture or a page is asked for."""
     from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
 
-    shown = [ObjectPoses(cloud=cloud, told=answers) for cloud, answers in objects if answers]
+    shown = [ObjectPoses(cloud=cloud, results=answers) for cloud, answers in objects if answers]
     if picture is not None and shown:
         write_picture(poses_picture(shown), picture)
     if page is not None and shown:

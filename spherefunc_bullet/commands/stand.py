@@ -11,7 +11,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, format_mass, parse_length
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import BY_FILE, AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
@@ -51,12 +51,12 @@ def stand(
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)
     failures = Failures()
-    told = told_of_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
-    draw([stood for _, stood in told], settings, picture)
+    results = run_on_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
+    draw([stood for _, stood in results], settings, picture)
     if json:
-        print_json([row_of(file, result, settings) for file, (_, result) in told])
+        print_json([row_of(file, result, settings) for file, (_, result) in results])
     else:
-        print_stances([(file, result) for file, (_, result) in told], settings.load)
+        print_stances([(file, result) for file, (_, result) in results], settings.load)
     failures.exit()
 
 

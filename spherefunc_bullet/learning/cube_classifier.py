@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import NO_DROPS, DropsByRadius, Length
+from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .histogram import quarter_turns, widened
@@ -100,7 +100,7 @@ class CubeClassifier(CloudClassifier):
         return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
         return find_cube_method(self.method).length
 

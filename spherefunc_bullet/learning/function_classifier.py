@@ -18,7 +18,7 @@ from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
-from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
+from .profiles.calibration import AS_VOTED, CopyGroups, Line, calibrated, calibration_line, grown_on, held_out_votes, group_copies
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
@@ -69,7 +69,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
-    kin_ : Kin
+    copy_groups_ : Kin
         Which of them are changed copies of others.
     early_ : FunctionClassifier or None
         What was learnt from the first drops alone, by `fit` and `fit_settled`.
@@ -116,8 +116,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        kin = kin_of(names, originals or [""] * len(names))
-        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
+        copy_groups = group_copies(names, originals or [""] * len(names))
+        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, copy_groups)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
             self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
@@ -134,8 +134,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.in_scenes_ = None
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
-        kin = self.kin_.with_more(len(names))
-        self.fit_profiles(profiles, members, functions, [*self.names_, *names], kin)
+        copy_groups = self.copy_groups_.with_more(len(names))
+        self.fit_profiles(profiles, members, functions, [*self.names_, *names], copy_groups)
         if self.early_ is not None:
             self.early_.add_settled([first_drops(one, self.early_.drops) for one in settled], y, names)
         return self._know()
@@ -150,7 +150,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         members: np.ndarray,
         functions: Sequence[str],
         names: Sequence[str],
-        kin: Kin | None = None,
+        copy_groups: CopyGroups | None = None,
         taught: np.ndarray | None = None,
     ) -> FunctionClassifier:
         """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool.
@@ -164,7 +164,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
-        self.kin_ = kin_of(self.names_, [""] * len(self.names_)) if kin is None else kin
+        self.copy_groups_ = group_copies(self.names_, [""] * len(self.names_)) if copy_groups is None else copy_groups
         base = forest(self.random_state) if self.estimator is None else self.estimator
         columns = list(zip(members.T, (np.ones_like(members) if taught is None else taught).T, strict=True))
         grown = [self._grown(base, *column) for column in columns]
@@ -186,9 +186,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             See `fit_profiles`, which comes first.
         """
         both = clone(self).fit_profiles(
-            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.kin_, taught
+            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.copy_groups_, taught
         )
-        forests = [one.in_short() for one in both.forests_ if isinstance(one, Forest)]
+        forests = [one.to_float32() for one in both.forests_ if isinstance(one, Forest)]
         if len(forests) == len(self.functions_):  # else some function is all examples', or none's
             self.in_scenes_ = SceneForests(names=tuple(names), forests=forests, lines=both.lines_)
         return self
@@ -204,9 +204,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
         """
         self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
-        self.members_, self.kin_ = self.members_[rows], self.kin_.of(rows)
+        self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
         self.names_ = [self.names_[row] for row in rows]
-        self.forests_ = [one.in_short() if isinstance(one, Forest) else one for one in self.forests_]
+        self.forests_ = [one.to_float32() if isinstance(one, Forest) else one for one in self.forests_]
         return self._know()
 
     def _know(self) -> FunctionClassifier:
@@ -240,7 +240,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         own = np.flatnonzero(taught)
         if members[own].all() or not members[own].any():
             return None
-        return grown_on(base, self.profiles_[own], members[own], self.kin_.of(own))
+        return grown_on(base, self.profiles_[own], members[own], self.copy_groups_.of(own))
 
     def _held_out(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> np.ndarray | None:
         """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples.
@@ -248,23 +248,23 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         What is no example of the function has none: not a number.
         """
         own = np.flatnonzero(taught)
-        kin = self.kin_.of(own)
-        if min(len(set(kin.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
+        copy_groups = self.copy_groups_.of(own)
+        if min(len(set(copy_groups.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
             return None
         votes = np.full(len(members), np.nan)
-        votes[own] = held_out_votes(base, self.profiles_[own], members[own], kin, self.random_state)
+        votes[own] = held_out_votes(base, self.profiles_[own], members[own], copy_groups, self.random_state)
         return votes
 
     def _line(self, votes: np.ndarray | None, members: np.ndarray) -> Line:
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
         if votes is None:
             return AS_VOTED
-        whole = (self.kin_.weights == 1) & ~np.isnan(votes)
+        whole = (self.copy_groups_.weights == 1) & ~np.isnan(votes)
         return calibration_line(votes[whole], members[whole])
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
-        whole = (self.kin_.weights == 1) & ~np.isnan(scores)
+        whole = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
 
 

@@ -104,10 +104,10 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     changed : int
         When the file was, so that one written since is read anew.
     """
-    return read_model(path, backend, rebuilt_to_ask)
+    return read_model(path, backend, rebuilt_for_inference)
 
 
-def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
+def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
     """Return a model for asking alone: one that is made, a file's, or the one that ships; files are read once.
 
     What is read of a file by profiles is a `ProfileModel`, which does without scikit-learn.
@@ -123,7 +123,7 @@ def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) 
     return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
 
 
-def model_of_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
+def model_for_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
     """Return the model that tells single views: the one asked, if the user gave it, else the one that ships for scans.
 
     What is asked for one function alone is so here.
@@ -131,7 +131,7 @@ def model_of_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
     if given:
         return asked
     backend = make_simulator(asked.simulator).name
-    shipped = model_to_ask(shipped_model(backend, scans=True), backend)
+    shipped = inference_model(shipped_model(backend, scans=True), backend)
     return shipped.only(asked.functions_[0]) if len(asked.functions_) == 1 else shipped
 
 
@@ -150,7 +150,7 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
-    return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_to_learn)
+    return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_for_training)
 
 
 def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
@@ -200,10 +200,10 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
 
 
-def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
+def rebuilt_for_inference(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
     """Return what a model file describes, for asking alone where it is by profiles."""
     if about["method"]["name"] != PROFILE:
-        return rebuilt_to_learn(about, arrays)
+        return rebuilt_for_training(about, arrays)
     how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
     model = ProfileModel(**how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
@@ -213,7 +213,7 @@ def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel
     return model
 
 
-def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
+def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:

@@ -124,14 +124,14 @@ def settled_count(drops: Mapping[float, Drops], radius: float) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Length:
+class RunLimit:
     """When a run for features ends: after so many misses in a row or settled spheres, unless it says otherwise."""
 
     drops: int | None = None  # exactly so many, whatever becomes of them
     to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres
     miss_limit: int = MISS_LIMIT  # of the paper's rule: consecutive spheres not placed that end the run
 
-    def ending(self, miss_limit: int | None) -> Length:
+    def ending(self, miss_limit: int | None) -> RunLimit:
         """Return the same with another miss limit; None: as it is.
 
         Raises
@@ -148,5 +148,5 @@ class Length:
         return replace(self, miss_limit=miss_limit)
 
 
-LIMITED = Length()
-TO_THE_END = Length(to_the_end=True)
+LIMITED = RunLimit()
+TO_THE_END = RunLimit(to_the_end=True)

@@ -15,7 +15,7 @@ from ..clouds.orientation import Report
 from ..errors import one_line
 from ..formats.sources import as_source
 from .cache import entry_path
-from .drops import DropsByRadius, Length
+from .drops import DropsByRadius, RunLimit
 from .records import Dropping, computed_once, kept_answer, kept_runs, settle_kept
 from .settling import settle
 
@@ -36,7 +36,7 @@ class CloudObject:
         """Return the object whose cloud is changed."""
         return replace(self, own=prepare(self.own))
 
-    def drops(self, length: Length) -> DropsByRadius:
+    def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         drop = settle_kept if self.cache else settle
         return drop(self.own, self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
@@ -70,7 +70,7 @@ class KeptFile:
         changed.cloud = cache(lambda: prepare(self.cloud()))
         return changed
 
-    def drops(self, length: Length) -> DropsByRadius:
+    def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         dropping = replace(self.dropping, length=length)
         return dropping.drops(kept_runs(self.content, self.cloud, dropping))

@@ -25,7 +25,7 @@ from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
-from .drops import LIMITED, DropsByRadius, Length, drops_from_rows
+from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
 from .settling import drop_settings, measured_run
 
 FORMAT = 1  # of the cache; another number, other entries
@@ -57,7 +57,7 @@ class Dropping:
     radii: tuple[float, ...]  # metres
     seed: int = 0
     loading: Loading = field(default_factory=Loading)
-    length: Length = LIMITED  # of runs
+    length: RunLimit = LIMITED  # of runs
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
@@ -179,7 +179,7 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
 
 
 def settle_kept(
-    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
 ) -> DropsByRadius:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
 from ..errors import InputError
-from ..processes.memory import forget_peak, peak_bytes
+from ..processes.memory import reset_peak, peak_bytes
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
-from .drops import LIMITED, NO_DROPS, Drops, DropsByRadius, Length, drops_of, resting_drops
+from .drops import LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
 DENSE = 0.5  # radii between points, about, that few drops pay for
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than this fall only on what a hand can hold, if drops are few
@@ -22,7 +22,7 @@ _warm: set[str] = set()  # the simulators that have run in this process
 
 
 def settle(
-    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
 ) -> DropsByRadius:
     """Return what becomes of the spheres of each radius (metres) that are dropped on a cloud.
 
@@ -38,7 +38,7 @@ def settle_all(
     radii: Sequence[Sequence[float]],
     seed: int,
     names: Sequence,
-    length: Length = LIMITED,
+    length: RunLimit = LIMITED,
 ) -> Iterator[tuple[int, DropsByRadius | InputError]]:
     """Settle several clouds, each at radii of its own; a simulator that may crash does so in another process.
 
@@ -58,7 +58,7 @@ def settle_all(
 
 
 def drop_or_nothing(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: RunLimit
 ) -> tuple[Drops, float, int]:
     """Return what becomes of the spheres of one radius, the seconds, and how many were dropped."""
     if too_fine(radius, cloud, length) or radius > cloud.size.max():
@@ -73,17 +73,17 @@ def drop_or_nothing(
     return drops, result.seconds, result.drops
 
 
-def too_fine(radius: float, cloud: Cloud, length: Length) -> bool:
+def too_fine(radius: float, cloud: Cloud, length: RunLimit) -> bool:
     """Return whether spheres of a radius are too small, of a stated number of them, to tell of so large an object."""
     return length.drops is not None and radius < FINE and cloud.size.max() > HANDHELD
 
 
-def no_drops(radius: float, length: Length) -> Drops:
+def no_drops(radius: float, length: RunLimit) -> Drops:
     """Return what becomes of no spheres."""
     return replace(NO_DROPS, radius=radius, losses_known=length.drops is not None)
 
 
-def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED) -> DropSettings:
+def drop_settings(simulator: Simulator, radius: float, length: RunLimit = LIMITED) -> DropSettings:
     """Return the settings of a run whose spheres become features.
 
     Runs to the end stop by the paper's rule alone (§III-A), unless the simulator declares a limit of its own.
@@ -96,14 +96,14 @@ def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED)
 
 
 def measured_run(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length = LIMITED
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: RunLimit = LIMITED
 ) -> dict[str, np.ndarray]:
     """Return a cache entry: the drops as `Drops.rows`, their number, the seconds and, where it is known, the memory.
 
     Entries that were made before memory was measured, or outcomes were kept, lack them.
     """
     warm_up(simulator, length)
-    forget_peak()
+    reset_peak()
     drops, seconds, count = drop_or_nothing(cloud, simulator, radius, seed, length)
     run = {"centers": drops.rows(), "seconds": np.array(seconds), "drops": np.array(count)}
     if drops.losses_known:
@@ -112,7 +112,7 @@ def measured_run(
     return run if peak is None or not count else run | {"memory": np.array(peak)}
 
 
-def warm_up(simulator: Simulator, length: Length = LIMITED):
+def warm_up(simulator: Simulator, length: RunLimit = LIMITED):
     """Have a simulator compile or load its code for runs of a length before the first one of this process is timed."""
     few = None if length.drops is None else 1
     kind = f"{simulator.name} {simulator.options()} {few}"

@@ -99,10 +99,10 @@ def lesson_of(name: str, example: Example, item: DatasetObject | None, record: O
     own = {"name": name, "record": record, "beside": example.beside}
     if item is None:
         return Lesson(thing="", functions=frozenset(), overlap=0.0, shown=0.0, **own)
-    return Lesson(thing=thing_of(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
+    return Lesson(thing=source_object(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
 
 
-def thing_of(item: DatasetObject) -> str:
+def source_object(item: DatasetObject) -> str:
     """Return what an object of one of several data sets is called."""
     return f"{item.path.parent.name}/{item.path.name}"
 
@@ -115,7 +115,7 @@ def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) 
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
     """Return what a whole model teaches."""
     settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
-    name, thing = item.path.name, thing_of(item)
+    name, thing = item.path.name, source_object(item)
     beside = alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
     return Lesson(name=name, thing=thing, functions=item.functions, record=record, beside=beside)

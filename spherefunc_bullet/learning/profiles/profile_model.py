@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from ...function_model import FunctionModel, Membership, Reading
-from ...settling.drops import FEW, DropsByRadius, Length, settled_count
+from ...settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
-from .calibration import Kin, Line, calibrated
-from .forest import Forest, Grove, grove_of
+from .calibration import CopyGroups, Line, calibrated
+from .forest import Forest, ForestBatch, forest_batch
 from .in_scenes import SceneForests
 from .quantities import NAMES, Ranks, profiles_over
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
-HAIR = 0.1  # score either side of the threshold that is no answer
+UNCERTAIN_MARGIN = 0.1  # score either side of the threshold that is no answer
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
@@ -39,7 +39,7 @@ class ProfileModel(FunctionModel):
 
     Attributes
     ----------
-    functions_, forests_, lines_, radius_, profiles_, members_, names_, kin_, familiar_
+    functions_, forests_, lines_, radius_, profiles_, members_, names_, copy_groups_, familiar_
         What was learnt, see `FunctionClassifier`.
     early_ : ProfileModel or None
         What was learnt from the first drops on the same objects; it answers where it is sure.
@@ -51,14 +51,14 @@ class ProfileModel(FunctionModel):
     forests_: list[Forest | ClassifierMixin | None]
     lines_: list[Line]
     profiles_: np.ndarray  # (N, R * Q) float
-    kin_: Kin
+    copy_groups_: CopyGroups
     familiar_: float
     early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
     checks_stability = True
     # What was learnt in the order in which it is searched, made when it is first needed.
     _ranks: Ranks | None = None
-    _grove: tuple[list[Forest], Grove] | None = None
+    _forest_batch: tuple[list[Forest], ForestBatch] | None = None
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -67,9 +67,9 @@ class ProfileModel(FunctionModel):
         self.seed = seed
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
-        return Length(drops=self.drops)
+        return RunLimit(drops=self.drops)
 
     def profiles(self, settled: Sequence[DropsByRadius]) -> np.ndarray:
         """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
@@ -95,7 +95,7 @@ class ProfileModel(FunctionModel):
         """Return what objects of a scan are for by what surrounds them (N, S) as well, see `in_scenes_`."""
         return self.memberships_by(self.in_scenes_.scores(self.profiles(settled), beside))
 
-    def read(self, drop: Callable[[Length], DropsByRadius]) -> Reading:
+    def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
         """Return the first drops where these make sure what the object is for, else all; see `FunctionModel`."""
         if self.early_ is not None:
             first = self.early_.reading_of(drop(self.early_.length))
@@ -131,7 +131,7 @@ class ProfileModel(FunctionModel):
         found = [
             f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
             for name, score in zip(self.functions_, reading.rounded, strict=True)
-            if abs(score - 0.5) < HAIR
+            if abs(score - 0.5) < UNCERTAIN_MARGIN
         ]
         stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
         dropped = sum(len(reading.drops.get(radius, ())) for radius in self.radii)
@@ -162,9 +162,9 @@ class ProfileModel(FunctionModel):
     def votes(self, profiles: np.ndarray) -> list[np.ndarray | None]:
         """Return what each function's forest says of objects given as quantities, None where there is none to ask."""
         forests = [one for one in self.forests_ if isinstance(one, Forest)]
-        if forests and (self._grove is None or self._grove[0] != forests):
-            self._grove = forests, grove_of(forests)
-        told = iter(self._grove[1].votes(profiles) if forests else ())
+        if forests and (self._forest_batch is None or self._forest_batch[0] != forests):
+            self._forest_batch = forests, forest_batch(forests)
+        told = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
             next(told) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
             for one in self.forests_

@@ -90,7 +90,7 @@ def nearest(reading: Reading, count: int = NEAREST) -> list[Near]:
     """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
     model = reading.model
     distances = model.distances(reading.profile[None])[0]
-    distances[model.kin_.weights < 1] = np.inf
+    distances[model.copy_groups_.weights < 1] = np.inf
     return [
         {
             "name": model.names_[i],

@@ -13,7 +13,7 @@ from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...formats.units import BY_FILE
 from ...settling.kept_object import CloudObject
-from ..model_file import model_of_views, model_to_ask
+from ..model_file import model_for_views, inference_model
 
 if TYPE_CHECKING:
     from ..classifier import CloudClassifier
@@ -112,9 +112,9 @@ def classify(
     >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
     (['cup'], True, 'cup ')
     """
-    asked = model_to_ask(model, backend)
+    asked = inference_model(model, backend)
     asked = asked if function is None else asked.only(function)
-    view_model = partial(model_of_views, asked, given=model is not None)
+    view_model = partial(model_for_views, asked, given=model is not None)
     several = holds_several(anything)
     clouds = [
         as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)

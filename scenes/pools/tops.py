@@ -82,7 +82,7 @@ def unveiled(fine: Cells) -> list[np.ndarray]:
     return members_of(number[fine.cell_of])
 
 
-def things_on(top: Top) -> list[np.ndarray]:
+def objects_on(top: Top) -> list[np.ndarray]:
     """Return the members of each thing that stands on a top, indices of the scene's points, by both tolerances."""
     if not len(top.points):
         return []
