@@ -18,12 +18,12 @@ from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
 
-FALLS = "it falls over when it is put down like this, so it is for nothing, whatever spheres say of it"
+FALLS = "it would fall over when put down like this; an object that would fall over has no function"
 NOTHING = (
-    "hardly anything settled on it; it looks like one view of an object, "
+    "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
 )
-COMPLETED = "it looks like one view of an object, so it was completed as objects of a scan are, and told by their model"
+COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
 
 
 class DroppedOn(Protocol):

@@ -16,7 +16,7 @@ from .settling.records import Dropping, Loading
 from .simulator import Simulator
 
 # What a model may ask for: its file may be anybody's, and runs without bounds would not end.
-SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are told by: larger ones lie on no seat
+SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are classified by: larger ones lie on no seat
 MOST_RADII, MOST_DROPS = 20, 10_000  # the drops at each radius
 THRESHOLD = 0.5  # score above which an object is a member
 

@@ -31,7 +31,7 @@ def slab_on_posts(width, depth, height):
 
 
 def write_objects(folder: Path, names=tuple(THINGS)) -> Path:
-    """Write things as meshes with a manifest; return the folder."""
+    """Write objects as meshes with a manifest; return the folder."""
     for name in names:
         size, label = THINGS[name]
         mesh = slab_on_posts(*size) if label == "table" else trimesh.creation.box(size)

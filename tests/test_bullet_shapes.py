@@ -24,8 +24,8 @@ from spherefunc_bullet.bullet.collision.triangulation import (
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
 from spherefunc_bullet.bullet.flights import (
-    LEANING,
     IN_FLIGHT,
+    LEANING,
     ROLLED_OFF,
     SETTLED,
     TIMED_OUT,

@@ -136,7 +136,7 @@ def test_functions_are_learnt(method):
     assert model.functions_ == ("cup", "sittable", "table")
     scores = model.score_settled(settled)
     assert np.all((scores >= 0) & (scores <= 1))
-    # The four kinds lie in different cubes whatever their size, so that all but the odd object are told.
+    # The four kinds lie in different cubes whatever their size, so that all but the odd object are classified.
     assert f_measures(model, settled, labels).min() > 0.9
 
 

@@ -297,13 +297,13 @@ def test_classify_refuses_what_it_cannot_use(call, trained, data):
 
 
 def test_classify_takes_folders_and_names_on_stdin(run, call, trained, data, tmp_path):
-    (tmp_path / "things" / "deep").mkdir(parents=True)
+    (tmp_path / "objects" / "deep").mkdir(parents=True)
     for name in ("cup_3", "table_3"):
-        (tmp_path / "things" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
-    (tmp_path / "things" / "notes.txt").write_text("no model")
-    (tmp_path / "things" / "broken.ply").write_text("junk")
-    table = tmp_path / "told.csv"
-    done = call("classify", tmp_path / "things", "--model", trained[0], "--csv", table, "--jobs", 2)
+        (tmp_path / "objects" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
+    (tmp_path / "objects" / "notes.txt").write_text("no model")
+    (tmp_path / "objects" / "broken.ply").write_text("junk")
+    table = tmp_path / "classified.csv"
+    done = call("classify", tmp_path / "objects", "--model", trained[0], "--csv", table, "--jobs", 2)
     assert done.returncode == 2 and "1 of 3 files" in done.stderr and "cup_3.npz" in done.stdout
     with open(table, encoding="utf-8") as file:
         rows = {Path(row["file"]).name: row for row in csv.DictReader(file)}
@@ -350,7 +350,7 @@ def test_a_narrow_terminal_gets_whole_scores(monkeypatch, capsys, count, width):
     names = [f"function_{i:02}" for i in range(count)]
     scores = {name: 0.9 if i == 1 else 0.01 * i for i, name in enumerate(names)}
     answer = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
-    answer_tables.print_functions([{"file": "a/thing.ply", "functions": answer, "unsure": False}], names, False)
+    answer_tables.print_functions([{"file": "a/object.ply", "functions": answer, "unsure": False}], names, False)
     printed = capsys.readouterr().out
     assert "function_01" in printed and "0.90" in printed and "…" not in printed
     assert max(map(len, printed.splitlines()[1:])) <= max(width, 75)

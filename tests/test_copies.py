@@ -9,7 +9,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.tree import DecisionTreeClassifier
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, CopyGroups, grown_on, held_out_votes, group_copies
+from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, CopyGroups, group_copies, grown_on, held_out_votes
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
 

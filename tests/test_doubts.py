@@ -49,13 +49,13 @@ def model() -> FunctionClassifier:
 @pytest.mark.parametrize(("score", "close"), [(0.39, False), (0.41, True), (0.5, True), (0.59, True), (0.61, False)])
 def test_a_score_within_a_tenth_of_a_half_is_close(model, score, close):
     said = model.doubts(read(model, score, height=0.8))
-    assert [f"high by a hair's breadth: {score:.2f}" in doubt for doubt in said] == [True] * close
+    assert [f"high is uncertain: its score {score:.2f}" in doubt for doubt in said] == [True] * close
 
 
 @pytest.mark.parametrize("stays", [0, 2, 3, 8])
 def test_fewer_than_five_spheres_of_all_radii_say_little(model, stays):
     said = model.doubts(read(model, 1.0, height=0.8, stays=stays))
-    few = [doubt for doubt in said if "hardly a sphere" in doubt]
+    few = [doubt for doubt in said if "almost no sphere" in doubt]
     assert len(few) == (2 * stays < 5) and all(f"{2 * stays} of {2 * DROPS}" in doubt for doubt in few)
 
 
@@ -80,7 +80,9 @@ def test_the_nearest_are_named_and_no_copy_among_them(model):
     assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside
     kept = model.copy_groups_
     try:
-        model.copy_groups_ = group_copies(model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_])
+        model.copy_groups_ = group_copies(
+            model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_]
+        )
         found = nearest(between, 2)
     finally:
         model.copy_groups_ = kept

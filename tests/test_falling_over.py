@@ -1,4 +1,4 @@
-"""What falls over when it is put down is for nothing, whatever spheres say that were dropped on it held still."""
+"""What falls over when it is put down has no function, whatever spheres say that were dropped on it held still."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def cloud_of(mesh: trimesh.Trimesh) -> Cloud:
-    return cloud_from_mesh(mesh.vertices, mesh.faces, "thing")
+    return cloud_from_mesh(mesh.vertices, mesh.faces, "object")
 
 
 def turned(mesh: trimesh.Trimesh, degrees: float) -> trimesh.Trimesh:

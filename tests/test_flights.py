@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.bullet.flights import LEANING, IN_FLIGHT, TOUCH, Flights, first_apart
+from spherefunc_bullet.bullet.flights import IN_FLIGHT, LEANING, TOUCH, Flights, first_apart
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.simulator import Outcome
 

@@ -64,7 +64,7 @@ def specimen(mesh: trimesh.Trimesh, function: str) -> Specimen:
 def changed(target: Specimen, kind: str, seed: int = 0) -> Surface | None:
     """Return an impaired copy of one kind."""
     each = next(each for each in IMPAIRMENTS if each.kind == kind and target.function in each.functions)
-    return each.applied(target, "thing", seed)
+    return each.applied(target, "object", seed)
 
 
 def heights_on(surface: Surface, x: float, y: float) -> list[float]:
@@ -307,7 +307,7 @@ def test_another_seed_makes_another_copy():
 
 @pytest.fixture
 def targets(tmp_path) -> Path:
-    folder = tmp_path / "things"
+    folder = tmp_path / "objects"
     folder.mkdir()
     return write_objects(folder, ("desk", "stand", "chest", "tin"))
 

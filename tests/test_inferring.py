@@ -1,4 +1,4 @@
-"""Seats that are inferred from backs at tables: told apart, with a reason, and only where a back is one."""
+"""Seats that are inferred from backs at tables: distinguished, with a reason, and only where a back is one."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Sure(FunctionClassifier):
 
 @pytest.fixture(scope="module")
 def learnt() -> FunctionClassifier:
-    """Return a model that knows a function by what surrounds things alone: the first quantity of that."""
+    """Return a model that knows a function by what surrounds objects alone: the first quantity of that."""
     forest = ExtraTreesClassifier(50, random_state=0)
     model = FunctionClassifier("fast", radii=(0.03,), drops=20, early_drops=0, estimator=forest)
     rng = np.random.default_rng(0)

@@ -25,8 +25,8 @@ class Thing:
 
 def test_what_is_derived_is_made_once_and_goes_with_the_cloud():
     cloud = clouds.mug()
-    item = cloud.cached("thing", Thing)
-    assert cloud.cached("thing", Thing) is item and cloud.cached("other thing", Thing) is not item
+    item = cloud.cached("object", Thing)
+    assert cloud.cached("object", Thing) is item and cloud.cached("other object", Thing) is not item
     watched = weakref.ref(item)
     del item, cloud
     gc.collect()

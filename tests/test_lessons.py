@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sklearn.base import clone
 from objects_to_scan import write_objects
+from sklearn.base import clone
 
 from spherefunc_bullet.compare.rooms.baselines import learnt_objects
 from spherefunc_bullet.compare.rooms.lessons.files import kept_lessons, lesson_paths, read_lessons
@@ -31,7 +31,7 @@ def model():
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    return open_dataset(write_objects(tmp_path_factory.mktemp("things"), ("desk", "bench", "chest", "mug", "tin")))
+    return open_dataset(write_objects(tmp_path_factory.mktemp("objects"), ("desk", "bench", "chest", "mug", "tin")))
 
 
 @pytest.fixture(scope="module")
@@ -81,8 +81,8 @@ def test_rooms_teach_what_stands_in_them(kept):
 def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     folder, (first, _) = kept
     for one, other in zip(kept_lessons(rooms[0], SIGHT, model, 0, None), first, strict=True):
-        answer = ("name", "thing", "functions", "overlap", "shown")
-        assert [getattr(one, name) for name in answer] == [getattr(other, name) for name in answer]
+        fields = ("name", "source", "functions", "overlap", "shown")
+        assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
         assert np.array_equal(one.record.voxels, other.record.voxels)
         assert np.array_equal(one.beside, other.beside)
         for radius, drops in one.record.settled.items():

@@ -17,7 +17,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import limits
 from spherefunc_bullet.learning.model_file import load_model
-from spherefunc_bullet.processes.memory import reset_peak, peak_bytes
+from spherefunc_bullet.processes.memory import peak_bytes, reset_peak
 from spherefunc_bullet.settling.records import Dropping
 
 DROPPING = Dropping(simulator="fast", radii=(0.02,))

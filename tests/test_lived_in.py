@@ -8,8 +8,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 import trimesh
-from scipy.spatial import cKDTree
 from objects_to_scan import slab_on_posts, write_objects
+from scipy.spatial import cKDTree
 from typer.testing import CliRunner
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
@@ -91,7 +91,7 @@ def test_nothing_crosses_anything(rooms, kind):
                 everything.clear(points)
             cubes = np.unique(np.floor(placed.points / SIDE).astype(int), axis=0)
             cubes = cubes[((cubes >= 0) & (cubes < everything.counts.shape)).all(axis=1)]
-            # Things that touch share the cubes in which they do: a face of one at most, never what is behind it.
+            # Objects that touch share the cubes in which they do: a face of one at most, never what is behind it.
             assert (everything.counts[tuple(cubes.T)] > 0).mean() < 0.25, (kind, placed.item.category)
             for points in own:
                 everything.fill(points)

@@ -12,7 +12,7 @@ from test_classifier import collection, fitted
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import load_model, inference_model, save_model
+from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -156,7 +156,7 @@ def test_about_without_a_field_is_refused(saved):
     for name in about:
         rest = {key: value for key, value in about.items() if key not in (name, "versions")}
         np.savez(saved, **arrays | {"about": np.array(json.dumps(rest))})
-        if name != "versions":  # which are told, not needed
+        if name != "versions":  # which are informative, not needed
             check_refused(saved, "expected")
 
 

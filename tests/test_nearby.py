@@ -12,9 +12,9 @@ from spherefunc_bullet.fast_sim.grid import insert, may_touch_points, point_grid
 from spherefunc_bullet.fast_sim.nearby import (
     POINT_REACH,
     SPHERE_REACH,
+    empty_neighborhood,
     in_strip,
     look_around,
-    empty_neighborhood,
     still_serves,
     touches_points,
 )

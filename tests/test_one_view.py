@@ -1,4 +1,4 @@
-"""A cloud that is one view of an object: completed, and told by the model for scans, as in a scene."""
+"""A cloud that is one view of an object: completed, and classified by the model for scans, as in a scene."""
 
 from __future__ import annotations
 

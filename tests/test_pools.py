@@ -140,7 +140,7 @@ def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
 
 @pytest.mark.parametrize(("count", "parted"), [(12_000, True), (800, False)])
 def test_a_veil_that_joins_two_things_is_left_out_where_surfaces_are_dense(count, parted):
-    """Stereo cameras draw veils from a thing's edge to what is behind it, of few points."""
+    """Stereo cameras draw veils from an object's edge to what is behind it, of few points."""
     rng = np.random.default_rng(0)
     ends = np.array([0, 2, 3, 1])[rng.integers(0, 4, count)]  # which side of a square tower of 6 cm
     along, up = rng.uniform(-0.03, 0.03, count), rng.uniform(0.0, 0.08, count)

@@ -1,4 +1,4 @@
-"""How things can lie: against theory where there is one, and as the command says it."""
+"""How objects can lie: against theory where there is one, and as the command says it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def simulator(request):
         pytest.skip(str(error))
 
 
-def cloud_of(mesh: trimesh.Trimesh, name: str = "thing") -> Cloud:
+def cloud_of(mesh: trimesh.Trimesh, name: str = "object") -> Cloud:
     return cloud_from_mesh(mesh.vertices, mesh.faces, name)
 
 

@@ -140,7 +140,7 @@ def test_budget_draws_and_prints_what_drops_give_and_cost(simulated, tmp_path, c
     rows = budget.budgets(simulated, timed, "fast", [4, 16])
     assert {(row.drops, row.function) for row in rows} == {(n, name) for n in (4, 16) for name in FUNCTIONS}
     assert all(row.milliseconds > 0 and 0 <= row.f_measure <= 1 for row in rows)
-    written = write_plate(budget.budget_plate(rows, "things"), tmp_path)
+    written = write_plate(budget.budget_plate(rows, "objects"), tmp_path)
     assert [path.name for path in written] == ["budget.png", "budget.svg", "budget.csv"]
     words = (tmp_path / "budget.svg").read_text()
     assert all(f"{name}, fast" in words for name in FUNCTIONS) and "drops at each radius" in words
@@ -158,7 +158,9 @@ def test_stopping_counts_what_is_sure_and_what_is_wrong():
     assert (row.stopped, row.wrong, row.wrong_to_the_end) == (0.667, 1, 0)
     assert row.f_measures == {"table": pytest.approx(2 / 3, abs=1e-4), "cup": 0}
     doubtful = replace(asked, doubtful=np.array([False, False, True]))
-    assert stopping.stopped_at("whole", doubtful, labels, 40, 0.05).wrong == 0  # it goes on, and is told right
+    assert (
+        stopping.stopped_at("whole", doubtful, labels, 40, 0.05).wrong == 0
+    )  # it goes on, and is classified correctly
 
 
 def test_toys_are_sure_after_a_few_drops(simulated):

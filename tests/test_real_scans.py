@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from room_shapes import room
 from objects_to_scan import THINGS, write_objects
+from room_shapes import room
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.rooms.baselines import baselines, learnt_objects, shape_record
@@ -246,8 +246,8 @@ def real_scans(*words) -> subprocess.CompletedProcess:
 
 def test_the_command_scores_a_room_that_is_known(tmp_path):
     write_labelled_room(tmp_path)
-    (tmp_path / "things").mkdir()
-    targets = write_objects(tmp_path / "things", ("mug", "desk"))
+    (tmp_path / "objects").mkdir()
+    targets = write_objects(tmp_path / "objects", ("mug", "desk"))
     done = real_scans(tmp_path, "--json", "--learnt", targets, "--review", tmp_path / "review")
     assert done.returncode == 0, done.stderr
     about = json.loads(done.stdout)

@@ -364,7 +364,11 @@ def test_growth_is_learning_everything():
 def test_copies_count_less_and_belong_to_their_original():
     copy_groups = group_copies(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
     assert copy_groups.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
-    assert copy_groups.groups[2] == copy_groups.groups[0] and copy_groups.groups[3] == copy_groups.groups[1] and len(set(copy_groups.groups)) == 3
+    assert (
+        copy_groups.groups[2] == copy_groups.groups[0]
+        and copy_groups.groups[3] == copy_groups.groups[1]
+        and len(set(copy_groups.groups)) == 3
+    )
 
 
 def test_useless_copies_teach_what_is_missing():

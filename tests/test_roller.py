@@ -19,7 +19,7 @@ from spherefunc_bullet.fast_sim.contact import (
 )
 from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
 from spherefunc_bullet.fast_sim.grid import find_nearest, insert, point_grid, sphere_grid
-from spherefunc_bullet.fast_sim.nearby import DEPTH, knows_fall, look_around, empty_neighborhood
+from spherefunc_bullet.fast_sim.nearby import DEPTH, empty_neighborhood, knows_fall, look_around
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 

@@ -88,7 +88,7 @@ def test_the_plot_draws_what_it_is_given(tmp_path):
     ]
     rows = curve_rows(measured)
     assert [row["value"] for row in rows if row["curve"] == "cup"] == [0.5] * 4
-    about = {"data": "things", "backend": "fast"}
+    about = {"data": "objects", "backend": "fast"}
     write_report(tmp_path, about, measured)
     assert (tmp_path / "rooms.csv").read_text().count("\n") == 1 + 3 * 4
     assert (tmp_path / "rooms.svg").read_text().startswith("<?xml")

@@ -16,7 +16,9 @@ FLOOR = level(3.0, 3.0, 0.0)
 NO_WALL = np.empty((0, 3))
 
 
-def described(own: np.ndarray, *others: np.ndarray, wall: np.ndarray = NO_WALL, support: float = 0.0) -> dict[str, float]:
+def described(
+    own: np.ndarray, *others: np.ndarray, wall: np.ndarray = NO_WALL, support: float = 0.0
+) -> dict[str, float]:
     """Return what surrounds some points where others are, by name."""
     points = np.vstack([own, *others, wall])
     is_wall = np.arange(len(points)) >= len(points) - len(wall)
@@ -72,7 +74,9 @@ def test_turning_and_moving_a_scene_changes_little():
     chair, wall = np.vstack([STOOL, BACK]), sheet([-1.5, 0.35, 0.0], [3, 0, 0], [0, 0, 2.0])
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     here = described(chair, FLOOR, wall=wall)
-    there = described(chair @ turn.T + [1.3, -0.7, 0], FLOOR @ turn.T + [1.3, -0.7, 0], wall=wall @ turn.T + [1.3, -0.7, 0])
+    there = described(
+        chair @ turn.T + [1.3, -0.7, 0], FLOOR @ turn.T + [1.3, -0.7, 0], wall=wall @ turn.T + [1.3, -0.7, 0]
+    )
     for name, value in here.items():
         assert there[name] == pytest.approx(value, abs=0.09, rel=0.1), name  # two directions of 24, or a square's width
 

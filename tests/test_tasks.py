@@ -12,7 +12,7 @@ from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_asked, read_experiment
 from spherefunc_bullet.compare.evaluation import profiled
-from spherefunc_bullet.compare.mechanics.measures import beside, benefit_sentence, measured, read_tasks, task_reports
+from spherefunc_bullet.compare.mechanics.measures import benefit_sentence, beside, measured, read_tasks, task_reports
 from spherefunc_bullet.compare.mechanics.tasks import Outcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
@@ -26,7 +26,7 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 
 def outcome(backend: str, right: str, seconds: float = 1.0) -> Outcome:
-    """Return an outcome of which things are told right, 1, and wrong, 0."""
+    """Return an outcome of which objects are classified correctly, 1, and wrong, 0."""
     answer = {str(number): digit == "1" for number, digit in enumerate(right)}
     value = float(np.mean(list(answer.values())))
     return Outcome(backend=backend, measure="share", value=value, asked=len(answer), seconds=seconds, right=answer)
@@ -139,11 +139,13 @@ def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
     monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
-    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "things", "six")
+    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "objects", "six")
     asked = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]
 
     def said(command: str, *arguments: str) -> dict:
-        monkeypatch.setattr("sys.argv", ["spherefunc", command, str(tmp_path / "things"), *arguments, *asked, "--json"])
+        monkeypatch.setattr(
+            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *asked, "--json"]
+        )
         with pytest.raises(SystemExit) as ended:
             main()
         out, err = capsys.readouterr()

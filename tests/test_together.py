@@ -1,4 +1,4 @@
-"""Several things together: who carries what, and what one takes from another, against areas that are known."""
+"""Several objects together: who carries what, and what one takes from another, against areas that are known."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
 from objects_to_scan import slab_on_posts
+from PIL import Image
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
@@ -232,7 +232,7 @@ def test_moving_all_things_changes_no_owner():
 
 
 def test_one_thing_alone_is_no_company():
-    with pytest.raises(InputError, match="at least two things"):
+    with pytest.raises(InputError, match="at least two objects"):
         sf.together([(table(), Placement())])
 
 

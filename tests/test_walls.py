@@ -1,4 +1,4 @@
-"""What is taken for a wall: a plane that is filled, and not one that cuts across things."""
+"""What is taken for a wall: a plane that is filled, and not one that cuts across objects."""
 
 from __future__ import annotations
 

@@ -33,11 +33,11 @@ def table_row(backend: str, simulated: Simulated) -> tuple[list[str], dict[str, 
     seconds = np.array([sum(record.seconds.values()) for record in records])
     kept = sum(len(drops.rests) for record in records for drops in record.settled.values())
     row = [backend, str(len(records)), str(drops), f"{drops / seconds.sum():.0f}", f"{1e3 * np.median(seconds):.0f}"]
-    return [*row, f"{kept / drops:.2f}"], told(simulated)
+    return [*row, f"{kept / drops:.2f}"], left_out_f_measures(simulated)
 
 
-def told(simulated: Simulated) -> dict[str, float]:
-    """Return the F-measure of each function, every object told by what the others teach."""
+def left_out_f_measures(simulated: Simulated) -> dict[str, float]:
+    """Return the F-measure of each function, every object classified by a model of all others."""
     labels = labels_of(simulated)
     trial = spheres_profiled(simulated, labels, PROFILE_RADII).trial(leave_one_out(len(labels), 0))
     said, true = trial.scores > 0.5, labels.members[trial.rows]

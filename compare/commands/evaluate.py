@@ -42,7 +42,7 @@ def evaluate(
         bool, typer.Option("--confusion", help="Also print what is taken for what, and the radii chosen; JSON has it.")
     ] = False,
     picture: Annotated[
-        Path | None, typer.Option(help="With --impaired: draw what still works and what is told, a .png or .svg.")
+        Path | None, typer.Option(help="With --impaired: draw what still works and what is classified, a .png or .svg.")
     ] = None,
     tasks: Annotated[
         str, typer.Option(help="labels, and of poses, standing and keeping what else the backend is asked.")
@@ -62,7 +62,7 @@ def evaluate(
     run: options.RunDir = None,
     json: options.Json = False,
 ):
-    """Measure how well functions are told, beside baselines that need no spheres."""
+    """Measure how well functions are classified, beside baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method

@@ -25,7 +25,7 @@ Weights = Mapping[float, float]  # radius in metres -> how much it counts
 
 
 class FunctionQuality(TypedDict):
-    """How well one function is told, as `spherefunc evaluate` writes it: means over trials."""
+    """How well one function is classified, as `spherefunc evaluate` writes it: means over trials."""
 
     f_measure: float
     f_measure_std: float | None  # one trial has no spread
@@ -52,7 +52,7 @@ class Trial:
         return self.scores > THRESHOLD
 
     def quality(self, labels: Labels, column: int) -> tuple[Quality, float]:
-        """Return how well one function was told, and its fair F-measure."""
+        """Return how well one function was classified, and its fair F-measure."""
         members, predicted = labels.members[self.rows, column], self.predicted[:, column]
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure

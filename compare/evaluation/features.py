@@ -1,4 +1,4 @@
-"""What objects are told by: settled spheres, and what those have to beat, features that need no simulation.
+"""What objects are classified by: settled spheres, and what those have to beat, features that need no simulation.
 
 If nearest neighbours on the bounding box do as well as the spheres, the physics adds nothing.
 """

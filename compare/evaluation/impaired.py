@@ -35,7 +35,7 @@ from .readings import Reading, readings, spheres_read
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
-HELD = ", held up"  # behind the name of what does not ask whether things fall over when they are put down
+HELD = ", held up"  # behind the name of what does not ask whether objects fall over when they are put down
 COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
 UNSEEN_KIND = ", this kind left out"  # and behind that: of all kinds but the one that is asked about
 USELESS, HARMLESS = "useless, mean", "harmless, mean"

@@ -38,7 +38,7 @@ class Profiled:
     labels: Labels
     classifier: FunctionClassifier
     copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
-    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they are for nothing
+    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they have no function
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
@@ -137,7 +137,9 @@ def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
 def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
     points = of_each(partial(points_as_drops, radii=radii), simulated.records)
-    return replace(profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects))
+    return replace(
+        profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects)
+    )
 
 
 def fused(features: Sequence[Profiled]) -> Profiled:

@@ -91,7 +91,7 @@ def stopped_at(objects: str, asked: Asked, labels: Labels, drops: int, error: fl
         stopped=round(float(sure.mean()), 3),
         wrong=wrong[0],
         wrong_to_the_end=wrong[1],
-        f_measures={name: round(quality(has, told).f_measure, 4) for name, has, told in columns},
+        f_measures={name: round(quality(has, positive).f_measure, 4) for name, has, positive in columns},
     )
 
 

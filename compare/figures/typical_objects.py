@@ -43,7 +43,7 @@ def typical_objects(data: EvaluatedData) -> Plate:
     return Plate(
         stem="fig1_settled",
         caption=f"Where spheres come to rest on objects of {data.name} (not shown to scale): of each "
-        "function those that were told most clearly when left out, and an ordinary object without a function. Spheres "
+        "function those with the clearest score when left out, and an ordinary object without a function. Spheres "
         "are coloured by height within each picture; objects smaller than half a metre are cut open.",
         size=(DOUBLE, rows * 1.72),
         draw=lambda figure: draw_exhibits(figure, data, shown),

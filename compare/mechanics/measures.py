@@ -129,7 +129,7 @@ def benefit_sentence(task: str, outcomes: Sequence[Outcome], unable: Sequence[st
 def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
     """Return whether the second is right more often, and how likely chance alone gives such a difference.
 
-    An exact sign test of the things of which one alone is right (McNemar).
+    An exact sign test of the objects of which one alone is right (McNemar).
     """
     from scipy.stats import binomtest
 

@@ -79,7 +79,7 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
         known += lessons_learnt(rooms) if rooms else objects_learnt(open_dataset(source).objects, failed)
     if not known:
         raise InputError(f"{', '.join(sources)}: expected objects to learn, found none that can be used")
-    if of_rooms:  # as a model for scans keeps them: neighbours of all that is for nothing would not fit into memory
+    if of_rooms:  # as a model for scans keeps them: neighbours of all that has no function would not fit into memory
         known = [known[k] for k in examples_kept(np.array([bool(functions) for _, functions in known]))]
     return Learnt(records=[record for record, _ in known], labels=[functions for _, functions in known])
 

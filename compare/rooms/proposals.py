@@ -108,11 +108,11 @@ class Asked:
 
     def classified_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
         """Return the objects that the same proposals become by other scores, one for each proposal."""
-        candidates = [self.candidate(place, told) for place, told in enumerate(scores)]
+        candidates = [self.candidate(place, row) for place, row in enumerate(scores)]
         return [self.as_chosen(one) for one in chosen(candidates, FEWEST)]
 
     def candidate(self, place: int, scores: Scores) -> Candidate:
-        """Return a proposal with what is said of it; a fragment is for nothing."""
+        """Return a proposal with what is said of it; a fragment has no function."""
         item = self.room.proposals[place]
         functions = {
             name: Membership(member=score > THRESHOLD and not item.fragment, score=score, radius=0.0)

@@ -70,7 +70,9 @@ def main(
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
     proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
-    alone: Annotated[bool, typer.Option("--alone", help="Tell things by spheres, not by what surrounds them.")] = False,
+    alone: Annotated[
+        bool, typer.Option("--alone", help="Tell objects by spheres, not by what surrounds them.")
+    ] = False,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
     points: Annotated[int | None, typer.Option(help="Take at most so many points, of scans known by boxes.")] = None,
     learnt: Annotated[str | None, typer.Option(help="Data sets that the model has learnt: adds baselines.")] = None,

@@ -14,7 +14,7 @@ from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.segmentation.box import Box
 
 SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
-BACK_ONLY = "back-only"  # of a chair only the back shows: told apart
+BACK_ONLY = "back-only"  # of a chair only the back shows: counted separately
 HIDDEN = "none"  # outside the view: not asked for
 VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
 DISPUTED = "cup"  # the function that people dispute of bowls, open pots and what may be a cup

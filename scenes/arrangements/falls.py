@@ -1,6 +1,6 @@
-"""Spheres that fall on several things at once, told by the thing that carries each.
+"""Spheres that fall on several objects at once, assigned to the object that carries each.
 
-A thing is asked by the drops over its own box, with all others in their places: so it gets as many as it would alone.
+An object is asked by the drops over its own box, with all others in their places: so it gets as many as it would alone.
 What is farther off than a few radii is left out of such a run.
 """
 
@@ -20,7 +20,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simul
 from .owners import NO_OWNER, carriers_of
 from .placing import ArrangedObject
 
-MARGIN = 4.0  # radii around a thing's box that other things are kept in
+MARGIN = 4.0  # radii around an object's box that other objects are kept in
 SPARE = 3.0  # standard deviations of the number of drops that fall beside the box
 
 
@@ -31,7 +31,7 @@ class Falls:
     radius: float
     columns: np.ndarray  # (D, 2) where each began
     centers: np.ndarray  # (D, 3) where it rests; NaN where it did not settle
-    owners: np.ndarray  # (D,) number of the thing that carries it, or `NOBODY`
+    owners: np.ndarray  # (D,) number of the object that carries it, or `NOBODY`
     bases: np.ndarray  # (D,) height of the surface that carries it, metres; NaN where it did not settle
     upon: np.ndarray  # (D,) bool: it rests on spheres alone
 
@@ -45,7 +45,7 @@ class Falls:
         return self.columns, self.centers, self.owners, self.bases, self.upon
 
     def by(self, number: int) -> np.ndarray:
-        """Return which drops a thing carries, (D,) bool."""
+        """Return which drops an object carries, (D,) bool."""
         return self.owners == number
 
 
@@ -80,22 +80,22 @@ def cut_mesh(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> Mesh:
 def drop_on(
     objects: Sequence[ArrangedObject], simulator: Simulator, settings: DropSettings, seed: int, name: str
 ) -> tuple[DropResult, Falls]:
-    """Return what becomes of drops on things as they stand together, all over them."""
+    """Return what becomes of drops on objects as they stand together, all over them."""
     clouds = [item.cloud for item in objects]
     return falls_on(clouds, united(clouds, name), simulator, settings, seed)
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """One of some things, and what of the others stands within a few radii of its box."""
+    """One of some objects, and what of the others stands within a few radii of its box."""
 
     objects: Sequence[ArrangedObject]
-    number: int  # of the thing
-    present: dict[int, Cloud]  # by number, the thing itself too, in the world's frame
+    number: int  # of the object
+    present: dict[int, Cloud]  # by number, the object itself too, in the world's frame
     union: Cloud
 
     def drop(self, simulator: Simulator, settings: DropSettings, seed: int) -> Falls:
-        """Return what becomes of the drops over the thing's box.
+        """Return what becomes of the drops over the object's box.
 
         Parameters
         ----------
@@ -108,14 +108,14 @@ class Surroundings:
             most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
             run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
         _, falls = falls_on(list(self.present.values()), self.union, simulator, run, seed)
-        numbers = np.array([*self.present, NO_OWNER])  # of all things; the last stands for nobody
+        numbers = np.array([*self.present, NO_OWNER])  # of all objects; the last stands for nobody
         falls = replace(falls, owners=numbers[falls.owners])
         over = np.flatnonzero(asked.over(falls.columns))[: settings.max_drops]
         return within_boxes(falls.kept(over), self.objects)
 
 
 def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> Surroundings:
-    """Return one of some things with what stands around it, for spheres of a radius in metres."""
+    """Return one of some objects with what stands around it, for spheres of a radius in metres."""
     asked = objects[number]
     low, high = asked.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
     parts = {k: asked.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
@@ -140,7 +140,7 @@ def falls_on(
 
 
 def within_boxes(falls: Falls, objects: Sequence[ArrangedObject]) -> Falls:
-    """Return falls without those that rest on spheres alone, above the thing that carries these (paper, §III-A)."""
+    """Return falls without those that rest on spheres alone, above the object that carries these (paper, §III-A)."""
     tops = np.array([*(item.cloud.bounds[1, 2] for item in objects), np.inf])[falls.owners]
     outside = falls.upon & (falls.centers[:, 2] > tops)
     centers, bases = falls.centers.copy(), falls.bases.copy()

@@ -1,4 +1,4 @@
-"""What a thing is for among others: by the drops over its own box, of which those count that it carries itself."""
+"""What an object is for among others: by the drops over its own box, of which those count that it carries itself."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .placing import ArrangedObject
 
 
 def functions_alone(item: ArrangedObject, model: FunctionModel) -> dict[str, Membership]:
-    """Return what a thing is for by itself, as `classify` says it."""
+    """Return what an object is for by itself, as `classify` says it."""
     return decide(CloudObject(own=item.own, dropping=model.dropping()), model).memberships
 
 
 def functions_among(objects: Sequence[ArrangedObject], number: int, model: FunctionModel) -> dict[str, Membership]:
-    """Return what one of some things is for where they stand together."""
+    """Return what one of some objects is for where they stand together."""
     simulator = make_simulator(model.simulator)
 
     def drop(length: RunLimit) -> DropsByRadius:
@@ -37,7 +37,7 @@ def functions_among(objects: Sequence[ArrangedObject], number: int, model: Funct
 def drops_for(
     objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float, seed: int, length: RunLimit
 ) -> Drops:
-    """Return the drops of one radius in the thing's own frame; what another thing carries did not settle."""
+    """Return the drops of one radius in the object's own frame; what another object carries did not settle."""
     own = objects[number].own
     if too_fine(radius, own, length) or radius > own.size.max():
         return no_drops(radius, length)
@@ -48,7 +48,7 @@ def drops_for(
 
 
 def own_drops(falls: Falls, objects: Sequence[ArrangedObject], number: int) -> Drops:
-    """Return all drops over a thing in its own frame."""
+    """Return all drops over an object in its own frame."""
     asked, kept = objects[number], falls.by(number)
     around = np.concatenate([asked.to_own(item.cloud.thinned(DENSE * falls.radius)) for item in objects])
     begun = np.column_stack([falls.columns, np.zeros(len(falls.columns))])

@@ -1,4 +1,4 @@
-"""What things take from one another: the level that each needs, and who carries the drops over it instead."""
+"""What objects take from one another: the level that each needs, and who carries the drops over it instead."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from .falls import Falls, surroundings
 from .placing import ArrangedObject
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
-FINER = 2.0  # times smaller than the spheres that find places to put things on
+FINER = 2.0  # times smaller than the spheres that find places to put objects on
 FEWEST = 10  # drops of a run
 
 
 @dataclass(frozen=True, kw_only=True)
 class Level:
-    """The level at which a thing carries most, and how much of it is left to it. Areas in square metres."""
+    """The level at which an object carries most, and how much of it is left to it. Areas in square metres."""
 
     height: float  # above the ground, metres
     alone: float  # area of the places from which spheres come to rest on it
-    together: float  # the same with the other things in place
-    taken: dict[str, float]  # area over it whose spheres another thing carries, by that thing's name
+    together: float  # the same with the other objects in place
+    taken: dict[str, float]  # area over it whose spheres another object carries, by that object's name
     drops: int  # that fell over its box, in either case
 
     @property
@@ -39,12 +39,12 @@ class Level:
 def level_of(
     objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float | None, drops: int, seed: int
 ) -> Level | None:
-    """Return the level of one thing alone and together with the others; None where nothing rests on it.
+    """Return the level of one object alone and together with the others; None where nothing rests on it.
 
     Parameters
     ----------
     radius : float, optional
-        Of the spheres, metres; by default as the thing is large.
+        Of the spheres, metres; by default as the object is large.
     drops : int
         At least so many fall over its box; the error of areas falls with the root of their number.
     """
@@ -83,7 +83,7 @@ def fullest_height(bases: np.ndarray, radius: float) -> float:
 
 
 def level_radius(item: ArrangedObject) -> float:
-    """Return the radius of spheres that find a thing's level, metres."""
+    """Return the radius of spheres that find an object's level, metres."""
     return float(np.clip(item.own.size.max() / (ACROSS * FINER), *LIMITS))
 
 
@@ -93,7 +93,7 @@ def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
 
 
 def on_level(falls: Falls, number: int, height: float) -> np.ndarray:
-    """Return which drops come to rest on one thing at a height, or on spheres that do, (D,) bool."""
+    """Return which drops come to rest on one object at a height, or on spheres that do, (D,) bool."""
     return falls.by(number) & (np.abs(falls.bases - height) <= falls.radius)
 
 

@@ -1,4 +1,4 @@
-"""Several things together, in one call: where each stands, what it carries and is for, alone and among the others."""
+"""Several objects together, in one call: where each stands, what it carries and is for, alone and among the others."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
 FEWEST = 2
-SHOWN = 0.4  # of the box of all things, what the spheres of the common drop cover
+SHOWN = 0.4  # of the box of all objects, what the spheres of the common drop cover
 
 
 @dataclass(frozen=True, kw_only=True)
 class TogetherSettings:
-    """How spheres are dropped on several things."""
+    """How spheres are dropped on several objects."""
 
-    radius: float | None = None  # metres; None: as the things are large
-    drops: int = 1000  # over each thing's box, alone and together, of which areas are told
+    radius: float | None = None  # metres; None: as the objects are large
+    drops: int = 1000  # over each object's box, alone and together, from which areas are measured
     seed: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ArrangedResult:
-    """What is known of one of several things."""
+    """What is known of one of several objects."""
 
     name: str
     placed: ArrangedObject
@@ -58,12 +58,14 @@ class ArrangedResult:
     @property
     def lost(self) -> tuple[str, ...]:
         """Functions that it has alone and not among the others."""
-        return tuple(name for name, membership in self.alone.items() if membership.member and not self.together[name].member)
+        return tuple(
+            name for name, membership in self.alone.items() if membership.member and not self.together[name].member
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Together:
-    """Several things in their places."""
+    """Several objects in their places."""
 
     objects: tuple[ArrangedResult, ...]
     drop: DropResult  # on all of them at once, the world's frame
@@ -82,11 +84,11 @@ def together(
     units: str = "m",
     up: str = "file",
 ) -> Together:
-    """Drop spheres on several things at once, and say what each carries, is for, and takes from the others.
+    """Drop spheres on several objects at once, and say what each carries, is for, and takes from the others.
 
     Parameters
     ----------
-    things : sequence of (object, Placement)
+    objects : sequence of (object, Placement)
         Each a path, an (N, 3) array, an Open3D or trimesh object or a `Cloud`. Those without a height are set down in
         this order, each on what stands there already, or on the ground.
     model, backend
@@ -101,14 +103,14 @@ def together(
         If there are fewer than two, one cannot be used, or nothing carries it where it is put.
     """
     if len(objects) < FEWEST:
-        raise InputError(f"expected at least two things to stand together, got {len(objects)}")
-    clouds = [as_cloud(item, units=units, up=up, name=f"thing {k}") for k, (item, _) in enumerate(objects, 1)]
+        raise InputError(f"expected at least two objects to stand together, got {len(objects)}")
+    clouds = [as_cloud(item, units=units, up=up, name=f"object {k}") for k, (item, _) in enumerate(objects, 1)]
     placed = put_down(clouds, [placement for _, placement in objects])
     return classify_together(placed, inference_model(model, backend), settings or TogetherSettings())
 
 
 def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[ArrangedObject]:
-    """Return things in their places, those without a height set down on what stands there before them."""
+    """Return objects in their places, those without a height set down on what stands there before them."""
     placed: list[ArrangedObject] = []
     for name, cloud, placement in zip(unlike(clouds), clouds, placements, strict=True):
         item = ArrangedObject(name, cloud, placement, placement.z or 0.0)
@@ -126,7 +128,7 @@ def unlike(clouds: Sequence[Cloud]) -> list[str]:
 
 
 def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, settings: TogetherSettings) -> Together:
-    """Return what becomes of drops on things in their places, and what each of them is for."""
+    """Return what becomes of drops on objects in their places, and what each of them is for."""
     started = time.perf_counter()
     feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
@@ -148,7 +150,7 @@ def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, se
 
 
 def common_radius(size: np.ndarray) -> float:
-    """Return the radius of spheres that are dropped on a box of a size (3,) full of things, metres."""
+    """Return the radius of spheres that are dropped on a box of a size (3,) full of objects, metres."""
     return float(np.clip(size.max() / ACROSS, *LIMITS))
 
 
@@ -160,7 +162,7 @@ def classify_one(
     model: FunctionModel,
     settings: TogetherSettings,
 ) -> ArrangedResult:
-    """Return what is known of one thing."""
+    """Return what is known of one object."""
     simulator = make_simulator(model.simulator)
     return ArrangedResult(
         name=placed[number].name,
@@ -174,12 +176,12 @@ def classify_one(
 
 
 def without(placed: Sequence[ArrangedObject], number: int) -> list[ArrangedObject]:
-    """Return all things but one."""
+    """Return all objects but one."""
     return [item for k, item in enumerate(placed) if k != number]
 
 
 def notes_on(placed: Sequence[ArrangedObject], feet: Sequence[Feet]) -> list[str]:
-    """Return in sentences which things interpenetrate, and which would not stay where they are put."""
+    """Return in sentences which objects interpenetrate, and which would not stay where they are put."""
     notes = []
     for k, item in enumerate(placed):
         for other in placed[:k]:

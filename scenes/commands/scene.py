@@ -24,7 +24,7 @@ def scene(
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="The backend whose shipped model to use.")] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the JSON, a labelled PLY, a picture and a page to turn about.")
+        Path | None, typer.Option(help="Folder for the JSON, a labelled PLY, a picture and an interactive page.")
     ] = None,
     up: Annotated[str, typer.Option(help="auto (by the floor), an axis (z, -y), or numbers x,y,z.")] = "auto",
     units: Units = "auto",

@@ -1,4 +1,4 @@
-"""``spherefunc together``: several things in their places, and what each takes from the others."""
+"""``spherefunc together``: several objects in their places, and what each takes from the others."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z it is set do
 def together(
     files: Annotated[list[str], typer.Argument(metavar="FILE@PLACE...", help=PLACES)],
     radius: Annotated[str | None, typer.Option(help="Of the spheres; by default by size.")] = None,
-    drops: Annotated[int, typer.Option(min=1, help="Over each thing, alone and together, for areas.")] = 1000,
+    drops: Annotated[int, typer.Option(min=1, help="Over each object, alone and together, for areas.")] = 1000,
     model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
     backend: Annotated[str | None, typer.Option(help="fast or bullet: the model must be for it.")] = None,
     seed: Seed = 0,
@@ -37,7 +37,7 @@ def together(
     page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write picture and table as one page.")] = None,
     json: Json = False,
 ):
-    """Put several things beside, on and under each other, and say what each carries, is for, and takes away."""
+    """Put several objects beside, on and under each other, and say what each carries, is for, and takes away."""
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
     from spherefunc_bullet.processes.tasks import run_tasks
     from spherefunc_bullet.simulator import isolated, make_simulator
@@ -72,14 +72,14 @@ def classify_files(
     """Return what is known of files' objects in their places."""
     from spherefunc_bullet.clouds.cloud import load_cloud
 
-    from ..arrangements.together import put_down, classify_together
+    from ..arrangements.together import classify_together, put_down
 
     clouds = [load_cloud(path, up=up, units=units, report=say) for path, _ in placed]
     return classify_together(put_down(clouds, [placement for _, placement in placed]), classifier, settings)
 
 
 def draw(found: Together, picture: Path | None, page: Path | None):
-    """Draw things and write their page, where that is asked for."""
+    """Draw objects and write their page, where that is asked for."""
     if picture is None and page is None:
         return
     from spherefunc_bullet.viewer.mechanics_pictures import write_picture
@@ -106,7 +106,7 @@ def as_json(found: Together, files: list[Path]) -> Row:
 
 
 def json_of(item: ArrangedResult, file: Path) -> Row:
-    """Return what is printed of one thing."""
+    """Return what is printed of one object."""
     level = item.level
     return {
         "file": str(file),
@@ -124,7 +124,7 @@ def json_of(item: ArrangedResult, file: Path) -> Row:
 
 
 def membership_json(membership: Any) -> Row:
-    """Return whether and how much a thing has a function."""
+    """Return whether and how much an object has a function."""
     return {"member": membership.member, "score": membership.score}
 
 
@@ -142,12 +142,12 @@ def head_of(found: Together) -> list[str]:
 
 
 def rows_of(found: Together) -> list[list[str]]:
-    """Return a row for each thing; scores alone and together where they differ."""
+    """Return a row for each object; scores alone and together where they differ."""
     return [row_of(item) for item in found.objects]
 
 
 def row_of(item: ArrangedResult) -> list[str]:
-    """Return one thing's row."""
+    """Return one object's row."""
     at = " ".join(f"{coordinate:.2f}" for coordinate in item.placed.shift)
     start = [item.name, ", ".join(item.stands_on), at, str(len(item.carries))]
     scores = [change_of(membership.score, item.together[name].score) for name, membership in item.alone.items()]

@@ -10,7 +10,7 @@ import numpy as np
 from ..segmentation.clusters import euclidean_clusters, members_of
 from .surfaces import CELL, Pool
 
-_CLOSED = 0.12  # metres: gaps in a surface, where things stand on it or nothing was measured
+_CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
 _MARGIN = 0.04  # metres around the surface that are cut out with it
 _TOP = 0.03  # metres above the surface that still belong to it
 _REACH = 0.08  # metres around it in which a back or an arm rises
@@ -141,7 +141,7 @@ def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:
-    """Return whether what rises (P, 3) around a pool is a back or an arm, and not a thing that stands on it."""
+    """Return whether what rises (P, 3) around a pool is a back or an arm, and not an object that stands on it."""
     if part[:, 2].min() > pool.height + gap:
         return False
     squares = np.unique(np.floor(part[:, :2] / CELL).astype(np.int64), axis=0)

@@ -1,4 +1,4 @@
-"""What holds: places where small spheres rest with a wall around them, above tops that carry things.
+"""What holds: places where small spheres rest with a wall around them, above tops that carry objects.
 
 A vessel's rim is one surface around the pool: pushed along the ground in most directions a sphere meets it, at about
 the same distance. Where the sensor did not see the far wall, less than half may lack.
@@ -125,7 +125,7 @@ def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | Non
 def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return those of the points (N, 3) that are the one connected surface around most of a pool's middle (3,).
 
-    Two things that stand close leave a gap that spheres stay in, but neither goes around it.
+    Two objects that stand close leave a gap that spheres stay in, but neither goes around it.
     """
     way = points - middle
     near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]

@@ -13,20 +13,23 @@ _LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above 
 
 
 def holding_anywhere(
-    clouds: Sequence[Cloud], predictions: Sequence[Memberships], asked: Callable[[Sequence[int], float], list[Memberships]], large: float
+    clouds: Sequence[Cloud],
+    predictions: Sequence[Memberships],
+    asked: Callable[[Sequence[int], float], list[Memberships]],
+    large: float,
 ) -> list[Memberships]:
-    """Return what is told of objects, without what a lower ground would make untrue of large ones.
+    """Return the predictions for objects, without what a lower ground would make untrue of large ones.
 
     Parameters
     ----------
     clouds : sequence of Cloud
         Objects, standing on a ground that is only assumed.
-    told : sequence of dict
-        What is told of them there.
+    predictions : sequence of dict
+        Those for them there.
     asked : callable
         Tells it of some of them, by their places, on a ground so much lower, metres.
     large : float
-        Metres: what is smaller stands on what was seen, or is told by its own height.
+        Metres: what is smaller stands on what was seen, or is classified by its own height.
     """
     doubted = [
         k

@@ -36,7 +36,7 @@ class Example:
 
     @property
     def number(self) -> int | None:
-        """The object that it is; None where it is none: a shelf, a part, several things at once."""
+        """The object that it is; None where it is none: a shelf, a part, several objects at once."""
         return self.nearest if self.overlap >= _OBJECT else None
 
     @property
@@ -55,7 +55,7 @@ def proposed_examples(
 ) -> Iterator[Example]:
     """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
 
-    Pools are cut out cautiously: taught by what half is guessed, models told seats less well.
+    Pools are cut out cautiously: taught by what half is guessed, models recognised seats less well.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ from .proposals import Proposal
 from .surroundings import NAMES, Surroundings
 
 logger = logging.getLogger("spherefunc")
-LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a fragment would be one of
-# Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
+LARGE = 0.5  # metres: what is larger is no cup, and holds no small object that a fragment would be one of
+# Smallest radii by an object's largest side, both metres. Small spheres on large objects take seconds and tell nothing
 # that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
 SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
 SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
@@ -42,7 +42,7 @@ class RecognitionContext:
 
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
-    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large things hold wherever it may lie
+    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large objects hold wherever it may lie
     bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
     surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
 
@@ -71,10 +71,12 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     return Surroundings(points=points, is_wall=is_wall)
 
 
-def judged(points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch) -> list[Candidate]:
+def judged(
+    points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch
+) -> list[Candidate]:
     """Return what a model says of each proposal.
 
-    A fragment is for nothing, whatever the few spheres on it would look like, so none are dropped there.
+    A fragment has no function, whatever the few spheres on it would look like, so none are dropped there.
 
     Parameters
     ----------
@@ -121,7 +123,9 @@ def classify_parts(parts: Sequence[Part], context: RecognitionContext, watch: St
     return functions
 
 
-def classify_dropped(parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext, lower: float = 0.0) -> list[Memberships]:
+def classify_dropped(
+    parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext, lower: float = 0.0
+) -> list[Memberships]:
     """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
     if context.surroundings is None or not parts:
         predictions = context.model.memberships_of(settled, any_heading=True)

@@ -1,4 +1,4 @@
-"""The paper's own way (§IV-C): floor by RANSAC, clusters at 2 cm, each as it is, told by whole models."""
+"""The paper's own way (§IV-C): floor by RANSAC, clusters at 2 cm, each as it is, classified by whole models."""
 
 from __future__ import annotations
 

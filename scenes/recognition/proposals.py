@@ -29,9 +29,9 @@ _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat c
 _VOXEL = 0.01  # metres: the scene as these spheres see it
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
-_TOP = 0.1  # square metres: the least that things stand on
+_TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
-_NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
+_NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
@@ -78,7 +78,12 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
 
 
 def propose(
-    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, how: CutSettings = LOOSE_CUTS
+    scene: Scene,
+    simulator: str | Simulator,
+    kinds: Sequence[str] = KINDS,
+    *,
+    seed: int = 0,
+    how: CutSettings = LOOSE_CUTS,
 ) -> list[Proposal]:
     """Return what may be an object, clusters in the order of their labels first.
 
@@ -164,7 +169,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
 def on_top(
     points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int, least_round: float
 ) -> list[Proposal]:
-    """Return the things that stand on a top, and the vessels in those of them that are more than one thing.
+    """Return the objects that stand on a top, and the vessels in those of them that are more than one object.
 
     Parameters
     ----------

@@ -14,15 +14,15 @@ import numpy as np
 from ..scans.cells import cells
 
 _SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
-_SQUARE = 2  # voxels along the side of the squares that areas are told in
+_SQUARE = 2  # voxels along the side of the squares that areas are measured in
 _REACH = 0.42  # metres beyond a proposal within which the scene is looked at
 _WAYS = 24  # directions
 _BAND = 0.02  # metres above and below the level that are of it
 _SLAB = 0.03  # metres likewise, of the points that its outline is of
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
-_LOW = 0.25  # metres above the level: things that stand on it
-_LOWER = 0.04  # metres below the level: another thing beside it
+_LOW = 0.25  # metres above the level: objects that stand on it
+_LOWER = 0.04  # metres below the level: another object beside it
 _GROUND = 0.03  # metres above the ground
 _WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (

@@ -1,4 +1,4 @@
-"""Small things on top of each other and side by side without a gap, and what lies on seats."""
+"""Small objects on top of each other and side by side without a gap, and what lies on seats."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .grounds import top_of
 from .occupancy import Occupancy
 from .surroundings import CLUTTER
 
-MOVED = 0.6  # of the small things on a top, that are stacked or pushed together
+MOVED = 0.6  # of the small objects on a top, that are stacked or pushed together
 STACKED = 0.5  # of those
-TOUCH = 0.002  # metres at which two things touch
-STEP = 0.001  # metres: a thing that could slide on by less has come to its end
-PROBES = 1_500  # points of a thing that are looked at
+TOUCH = 0.002  # metres at which two objects touch
+STEP = 0.001  # metres: an object that could slide on by less has come to its end
+PROBES = 1_500  # points of an object that are looked at
 CLUTTERED = 0.6  # of the seats
 SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
 
 
 def small_objects_stacked(contents: Contents):
-    """Stack some of the small things on tops, and push others together."""
+    """Stack some of the small objects on tops, and push others together."""
     occupancy, moved = contents.occupancy(), set()
     for number in range(len(contents.objects)):
         item = contents.objects[number]
@@ -38,12 +38,12 @@ def small_objects_stacked(contents: Contents):
 
 
 def is_small(placed: PlacedObject) -> bool:
-    """Return whether a thing is small and stands on another."""
+    """Return whether an object is small and stands on another."""
     return placed.support != FLOOR and placed.cloud.size.max() <= SMALL
 
 
 def neighbours(contents: Contents, number: int) -> list[int]:
-    """Return the small things on the same top as another."""
+    """Return the small objects on the same top as another."""
     item = contents.objects[number]
     return [
         k
@@ -53,7 +53,7 @@ def neighbours(contents: Contents, number: int) -> list[int]:
 
 
 def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int) -> bool:
-    """Put one thing on another's top, if it has room there."""
+    """Put one object on another's top, if it has room there."""
     ground = top_of(contents.objects[partner].points)
     T_room_object = contents.place_on(contents.objects[number].cloud, ground, occupancy)
     if T_room_object is not None:
@@ -62,7 +62,7 @@ def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int)
 
 
 def pushed_together(contents: Contents, number: int, partner: int):
-    """Slide a thing towards another on the same top until it touches that, or whatever is between."""
+    """Slide an object towards another on the same top until it touches that, or whatever is between."""
     from scipy.spatial import cKDTree
 
     item, other = contents.objects[number], contents.objects[partner]
@@ -91,7 +91,7 @@ def some_of(points: np.ndarray) -> np.ndarray:
 
 
 def clutter_on_seats(contents: Contents):
-    """Leave things on some of the seats, where nothing is in the way."""
+    """Leave objects on some of the seats, where nothing is in the way."""
     occupancy = contents.occupancy()
     for number, seat in enumerate(list(contents.objects)):
         if SEAT not in seat.item.functions or contents.rng.uniform() > CLUTTERED:

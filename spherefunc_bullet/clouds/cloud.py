@@ -255,7 +255,7 @@ def load_cloud(
     max_gap : float, metres
         The largest distance from a mesh's surface to its nearest sample.
     report : callable, optional
-        Takes one line of text for each guess and for whatever looks odd; by default nobody is told.
+        Takes one line of text for each guess and for whatever looks odd; by default nothing is reported.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Clouds from whatever holds an object in Python: a path, an array, an Open3D or a trimesh object.
 
-Those libraries are told by what their objects have and never imported here.
+Those libraries are recognised by what their objects have and never imported here.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
 
 
 def require_own_frame(cloud: Cloud, units: str, up: str) -> Cloud:
-    """Return a cloud; raise InputError where it is told to be what no cloud is."""
+    """Return a cloud; raise InputError where units or axes are given that a cloud does not have."""
     if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
         raise InputError(f"{cloud.name}: a Cloud is in metres with z up; got units {units!r} and up {up!r}")
     return cloud

@@ -1,4 +1,4 @@
-"""``spherefunc carry``: does a thing keep what it holds when it is tilted and shaken?"""
+"""``spherefunc carry``: does an object keep what it holds when it is tilted and shaken?"""
 
 from __future__ import annotations
 

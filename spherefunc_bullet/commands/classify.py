@@ -49,7 +49,7 @@ def classify(
 ):
     """Say what each object is for."""
     from ..formats.writing import require_place
-    from ..learning.model_file import model_for_views, inference_model
+    from ..learning.model_file import inference_model, model_for_views
     from ..processes.tasks import run_tasks
     from ..settling.records import Loading
     from ..simulator import isolated, make_simulator

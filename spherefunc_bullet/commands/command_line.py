@@ -23,7 +23,9 @@ def say_version(asked: bool):
 
 
 def spherefunc(
-    version: Annotated[bool, typer.Option("--version", callback=say_version, is_eager=True, help="Say which.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=say_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ):
     """Tell what an object is for from how spheres come to rest on it."""
 

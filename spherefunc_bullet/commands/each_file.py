@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def run_on_files(
     function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
 ) -> list[tuple[Path, Any]]:
-    """Return each file with what is told of it; a file that fails is said, and left out.
+    """Return each file with the function's result; a file that fails is reported, and left out.
 
     Parameters
     ----------

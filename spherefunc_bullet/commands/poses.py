@@ -1,4 +1,4 @@
-"""``spherefunc poses``: how things can lie, how likely, and what they are for so."""
+"""``spherefunc poses``: how objects can lie, how likely, and what they are for so."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | N
     """Draw objects in their poses where a picture or a page is asked for."""
     from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
 
-    shown = [ObjectPoses(cloud=cloud, results=answers) for cloud, answers in objects if answers]
+    shown = [ObjectPoses(cloud=cloud, answers=answers) for cloud, answers in objects if answers]
     if picture is not None and shown:
         write_picture(poses_picture(shown), picture)
     if page is not None and shown:
@@ -126,4 +126,4 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
             table.append([*start, *shares, ", ".join(members) or "none", *scores])
     if table:
         head = ["file", "turned by", "probability", "by statics", "for", *functions]
-        print_table("How things can lie, and what they are for so (above 0.5 they are)", head, table)
+        print_table("How objects can lie, and what they are for so (positive if > 0.5)", head, table)

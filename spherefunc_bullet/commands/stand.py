@@ -1,4 +1,4 @@
-"""``spherefunc stand``: does a thing stand, alone and with a load where spheres came to rest?"""
+"""``spherefunc stand``: does an object stand, alone and with a load where spheres came to rest?"""
 
 from __future__ import annotations
 

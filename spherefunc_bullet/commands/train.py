@@ -80,7 +80,7 @@ def summary(model: CloudClassifier, backend: str) -> Summary:
 
 
 def print_learnt(model: CloudClassifier, method: str):
-    """Print each function's examples, its radius, and how well objects are told that were held out."""
+    """Print each function's examples, its radius, and how well objects are classified that were held out."""
     measured, total = model.held_out_f_measures(), len(model.names_)
     rows = [
         [

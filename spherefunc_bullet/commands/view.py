@@ -1,4 +1,4 @@
-"""``spherefunc view``: an object, its settled spheres and its histogram, to turn about in a browser."""
+"""``spherefunc view``: an object, its settled spheres and its histogram, as an interactive page."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def view(
     package_path: PackagePath = None,
     json: Json = False,
 ):
-    """Show objects with settled spheres and the histogram's cubes, as pages for a browser."""
+    """Show objects with settled spheres and histogram cubes as interactive pages."""
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     check_place(out)

@@ -1,7 +1,7 @@
 """What all classifiers of functions share: clouds go in, spheres fall on them, functions come out.
 
 How settled spheres are read is a subclass's: as named quantities (`function_classifier`) or counted in cubes
-(`cube_classifier`). What labels look like is told in `labels`.
+(`cube_classifier`). `labels` says what labels look like.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return [frozenset(name for name, has in zip(self.functions_, row, strict=True) if has) for row in members]
 
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
-        """Return the share of objects whose functions are all told right, as scikit-learn does for multilabel."""
+        """Return the share of objects whose functions are all right, as scikit-learn does for multilabel."""
         columns = getattr(self, "columns_", None)
         labels = sets_of(y) if columns is None else sets_of(labels_of_indicator(y, columns))
         probabilities, names = self.predict_proba(X), self._columns()

@@ -202,7 +202,7 @@ class CubeClassifier(CloudClassifier):
         return alone
 
     def held_out_f_measures(self) -> dict[str, float | None]:
-        """Return each function's F-measure on training objects, each told by all others; None of too few examples."""
+        """Return each function's F-measure on training objects, each left out; None of too few examples."""
         from sklearn.metrics.pairwise import euclidean_distances
 
         measured: dict[str, float | None] = dict.fromkeys(self.functions_)

@@ -18,7 +18,16 @@ from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
-from .profiles.calibration import AS_VOTED, CopyGroups, Line, calibrated, calibration_line, grown_on, held_out_votes, group_copies
+from .profiles.calibration import (
+    AS_VOTED,
+    CopyGroups,
+    Line,
+    calibrated,
+    calibration_line,
+    group_copies,
+    grown_on,
+    held_out_votes,
+)
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
@@ -44,7 +53,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     drops : int
         Spheres dropped on an object at each radius.
     early_drops : int
-        Those after which an object is told where that is sure, the others not dropped; 0: always all.
+        Those after which an object is classified where that is sure, the others not dropped; 0: always all.
     estimator : classifier, optional
         One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int
@@ -69,7 +78,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
-    copy_groups_ : Kin
+    copy_groups_ : CopyGroups
         Which of them are changed copies of others.
     early_ : FunctionClassifier or None
         What was learnt from the first drops alone, by `fit` and `fit_settled`.

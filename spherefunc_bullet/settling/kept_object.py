@@ -52,7 +52,7 @@ class KeptFile:
     Parameters
     ----------
     report : callable, optional
-        Is told what looks odd about the file, or was guessed, whether it is read again or not.
+        Receives what looks odd about the file, or was guessed, whether it is read again or not.
     """
 
     def __init__(self, path: Path, dropping: Dropping, report: Report | None = None):

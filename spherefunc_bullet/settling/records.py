@@ -28,6 +28,7 @@ from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
 from .settling import drop_settings, measured_run
 
+_ANSWER = "told"  # what entries call the answer of a check
 FORMAT = 1  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
@@ -204,9 +205,9 @@ def cloud_hash(cloud: Cloud) -> str:
     return digest.hexdigest()
 
 
-def kept_answer(content: str, name: str, tell: Callable[[], bool], home: Path | None = None) -> bool:
-    """Return what ``tell``, which is known by a name, says of the object with this hash."""
-    return bool(computed_once(entry_path(name, content, home), lambda: {"told": np.array(tell())})["told"])
+def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
+    """Return what ``check``, which is known by a name, says of the object with this hash."""
+    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
 
 
 def computed_once(entry: Path, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
 from ..errors import InputError
-from ..processes.memory import reset_peak, peak_bytes
+from ..processes.memory import peak_bytes, reset_peak
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
 from .drops import LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops

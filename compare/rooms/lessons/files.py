@@ -23,6 +23,7 @@ from spherefunc_bullet.simulator import make_simulator
 from .lesson import Lesson, Sight, record_of, room_lessons
 
 FORMAT = 5  # of the files; another number, scanned anew
+_SOURCE = "thing"  # what files call the source of a lesson
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
 
 
@@ -62,7 +63,8 @@ def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: 
 def write_lessons(path: Path, lessons: Sequence[Lesson]):
     """Write lessons as arrays, whole or not at all."""
     records = [one.record for one in lessons]
-    arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "thing")}
+    arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "source")}
+    arrays[_SOURCE] = arrays.pop("source")
     arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in ("overlap", "shown")}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
     arrays["beside"] = np.array([one.beside for one in lessons], float)
@@ -96,7 +98,7 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
     return [
         Lesson(
             name=str(name),
-            thing=str(arrays["thing"][row]),
+            source=str(arrays[_SOURCE][row]),
             functions=frozenset(filter(None, str(arrays["functions"][row]).split(";"))),
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),

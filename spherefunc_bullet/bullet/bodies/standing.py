@@ -11,7 +11,7 @@ from ...simulator.statics.body import Body
 from ...simulator.statics.facets import Facets, facets_of
 from ...simulator.statics.poses import at_rest
 from ...simulator.statics.standing import Stand, let_down, stance_at
-from .parallel_drops import ROLLING, Rests, ParallelDropWorld, free_body
+from .parallel_drops import ROLLING, ParallelDropWorld, Rests, free_body
 
 
 def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 COPY_WEIGHT = 0.1  # of a changed copy in learning: ten count as their original
 FOLDS = 3  # of the cross-validation whose votes are looked at
-SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot tell them apart
+SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot distinguish them
 STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
 LOWEST = -700.0  # log odds: below, their exponential is none that floats hold
 Line = tuple[float, float]  # slope, and what is added to the log odds
@@ -45,7 +45,9 @@ def group_copies(names: Sequence[str], originals: Sequence[str]) -> CopyGroups:
     return CopyGroups(weights=np.where([bool(of) for of in originals], COPY_WEIGHT, 1.0), groups=np.array(groups, int))
 
 
-def grown_on(estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups) -> ClassifierMixin:
+def grown_on(
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
+) -> ClassifierMixin:
     """Return a classifier fitted to objects (N, D) and who is a member (N,) bool.
 
     Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise. One that

@@ -129,14 +129,14 @@ class ProfileModel(FunctionModel):
     def doubts(self, reading: Reading) -> list[str]:
         """Return why the answer is unsure, each a sentence; none where it is sure."""
         found = [
-            f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
+            f"{name} is uncertain: its score {score:.2f} is close to the threshold 0.5"
             for name, score in zip(self.functions_, reading.rounded, strict=True)
             if abs(score - 0.5) < UNCERTAIN_MARGIN
         ]
         stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
         dropped = sum(len(reading.drops.get(radius, ())) for radius in self.radii)
         if stayed < FEW:
-            return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
+            return [*found, f"almost no sphere settled: {stayed} of {dropped}"]
         away = float(self.distances(reading.profile[None]).min())
         if away > self.familiar_:
             found.append(
@@ -164,9 +164,9 @@ class ProfileModel(FunctionModel):
         forests = [one for one in self.forests_ if isinstance(one, Forest)]
         if forests and (self._forest_batch is None or self._forest_batch[0] != forests):
             self._forest_batch = forests, forest_batch(forests)
-        told = iter(self._forest_batch[1].votes(profiles) if forests else ())
+        own = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
-            next(told) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
+            next(own) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
             for one in self.forests_
         ]
 

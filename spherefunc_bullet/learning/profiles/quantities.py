@@ -16,7 +16,7 @@ from ...settling.drops import NO_DROPS, Drops, DropsByRadius
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
-_BLOCK = 32  # rows whose distances are told at once
+_BLOCK = 32  # rows whose distances are computed at once
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 
 

@@ -13,7 +13,7 @@ from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...formats.units import BY_FILE
 from ...settling.kept_object import CloudObject
-from ..model_file import model_for_views, inference_model
+from ..model_file import inference_model, model_for_views
 
 if TYPE_CHECKING:
     from ..classifier import CloudClassifier

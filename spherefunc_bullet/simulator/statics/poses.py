@@ -25,7 +25,11 @@ def stable_poses(facets: Facets, settings: PoseSettings, counts: np.ndarray | No
     """
     statics = np.bincount(facets.pose_numbers, weights=facets.solid_angles())
     shares = statics if counts is None else counts
-    likely = [number for number in np.unique(facets.pose_numbers[facets.stable]) if max(shares[number], statics[number]) >= settings.least]
+    likely = [
+        number
+        for number in np.unique(facets.pose_numbers[facets.stable])
+        if max(shares[number], statics[number]) >= settings.least
+    ]
     poses = [
         Pose(
             rotation=turned_down(facets.normals[facets.lowest(number)]),
