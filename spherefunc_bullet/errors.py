@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -62,6 +63,11 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
 def one_line(value: object) -> str:
     """Return a value as text without line breaks: a file's name may hold one."""
     return " ".join(str(value).split())
+
+
+def warn_renamed(old: str, new: str):
+    """Warn whoever calls the caller that a public name has another one; the old one goes with the next version."""
+    warnings.warn(f"{old} is now {new}, and goes with the next version", DeprecationWarning, stacklevel=3)
 
 
 def attempt(function: Callable, task: tuple) -> Any:

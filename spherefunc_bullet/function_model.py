@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, warn_renamed
 from .formats.units import format_length
 from .settling.drops import DropsByRadius, RunLimit
 from .settling.records import Dropping, Loading
@@ -77,6 +77,11 @@ class FunctionModel(ABC):
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
         """Return as many drops as an answer needs, of ``drop`` that makes a run of some length, read."""
         return self.reading_of(drop(self.length))
+
+    def settled_by(self, drop: Callable[[RunLimit], DropsByRadius]) -> DropsByRadius:
+        """Return the drops of `read`, under its old name."""
+        warn_renamed("settled_by", "read, whose result holds the drops")
+        return self.read(drop).drops
 
     def reading_of(self, drops: DropsByRadius) -> Reading:
         """Return one object's drops, read."""

@@ -19,14 +19,14 @@ from spherefunc_bullet.simulator import DropSettings, make_simulator
 SHORT, LONG = (DropSettings(radius=0.008, miss_limit=count, max_drops=count) for count in (40, 200))
 
 
-class Thing:
+class Derived:
     """Something that can be watched."""
 
 
 def test_what_is_derived_is_made_once_and_goes_with_the_cloud():
     cloud = clouds.mug()
-    item = cloud.cached("object", Thing)
-    assert cloud.cached("object", Thing) is item and cloud.cached("other object", Thing) is not item
+    item = cloud.cached("object", Derived)
+    assert cloud.cached("object", Derived) is item and cloud.cached("other object", Derived) is not item
     watched = weakref.ref(item)
     del item, cloud
     gc.collect()

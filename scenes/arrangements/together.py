@@ -13,7 +13,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, warn_renamed
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
@@ -73,6 +73,12 @@ class Together:
     notes: tuple[str, ...]  # what a reader has to know of how they stand
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def things(self) -> tuple[ArrangedResult, ...]:
+        """The objects, under their old name."""
+        warn_renamed("Together.things", "objects")
+        return self.objects
 
 
 def together(

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, one_line
+from ..errors import InputError, one_line, warn_renamed
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
 from ..formats.sources import Source, as_source
@@ -82,6 +82,11 @@ class Cloud:
         if what not in self._derived:
             self._derived[what] = derive()
         return self._derived[what]
+
+    def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
+        """Return `cached`, under its old name."""
+        warn_renamed("Cloud.once", "Cloud.cached")
+        return self.cached(what, derive)
 
     @cached_property
     def _derived(self) -> dict[Hashable, Any]:

@@ -8,7 +8,7 @@ from copy import copy
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit
+from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .histogram import quarter_turns, widened
@@ -67,7 +67,7 @@ class CubeClassifier(CloudClassifier):
 
     def fit_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
         """Learn from settled centres: per object the drops of each radius, as `settle` returns them."""
-        labels = as_sets(y)
+        settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         method = find_cube_method(self.method)
         self.functions_ = tuple(sorted(set().union(*labels)))
@@ -84,6 +84,7 @@ class CubeClassifier(CloudClassifier):
         from scipy import sparse
 
         check_is_fitted(self)
+        settled = typed_drops(settled)
         self.functions_, self.members_ = more_members(self.functions_, self.members_, as_sets(y))
         self.names_ = [*self.names_, *names]
         for radius, histogram in self.histograms_.items():
@@ -116,6 +117,7 @@ class CubeClassifier(CloudClassifier):
             best of four quarter turns.
         """
         check_is_fitted(self)
+        settled = typed_drops(settled)
         scores = np.zeros((len(settled), len(self.functions_)))
         if not len(settled):
             return scores

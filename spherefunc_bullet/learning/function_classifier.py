@@ -12,8 +12,9 @@ import numpy as np
 from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
+from ..errors import warn_renamed
 from ..function_model import THRESHOLD
-from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops
+from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .labels import Label, as_sets, memberships, more_members
@@ -107,6 +108,12 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.random_state = random_state
         self.cache = cache
 
+    @property
+    def kin_(self) -> CopyGroups:
+        """The same as ``copy_groups_``, under its old name."""
+        warn_renamed("FunctionClassifier.kin_", "copy_groups_")
+        return self.copy_groups_
+
     def fit_settled(
         self,
         settled: Sequence[DropsByRadius],
@@ -122,7 +129,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
         """
-        labels = as_sets(y)
+        settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
         copy_groups = group_copies(names, originals or [""] * len(names))
@@ -140,7 +147,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         What was learnt of scans is given up, since nothing surrounds these.
         """
         check_is_fitted(self, "members_")
-        self.in_scenes_ = None
+        self.in_scenes_, settled = None, typed_drops(settled)
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
         copy_groups = self.copy_groups_.with_more(len(names))
@@ -205,7 +212,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
-        return super().score_settled(settled, any_heading=any_heading)
+        return super().score_settled(typed_drops(settled), any_heading=any_heading)
 
     def keep(self, rows: np.ndarray) -> FunctionClassifier:
         """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.

@@ -5,13 +5,13 @@ What falls through is evidence too: a hole in the bottom, a missing seat and a s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
 ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others nothing is known
@@ -111,6 +111,19 @@ def fallen_where_they_rest(rests: np.ndarray, points: np.ndarray, radius: float)
     asked = slice(None, None, max(1, len(rests) // ASKED))
     walls[asked] = walled_in(points, rests[asked], radius)
     return replace(resting_drops(radius, rests, losses_known=True), places=rests[:, :2], walled_in=walls)
+
+
+def typed_drops(objects: Iterable[Mapping[float, Drops | np.ndarray]]) -> list[DropsByRadius]:
+    """Return the drops of objects; of rows of numbers, as versions before had them, with a warning."""
+    return [{radius: typed(radius, drops) for radius, drops in each.items()} for each in objects]
+
+
+def typed(radius: float, drops: Drops | np.ndarray) -> Drops:
+    """Return drops of a radius, also of rows of numbers, see `Drops.rows`."""
+    if isinstance(drops, Drops):
+        return drops
+    warn_renamed("drops as an array", "Drops, see drops_from_rows")
+    return drops_from_rows(radius, np.asarray(drops))
 
 
 def first_drops(drops: DropsByRadius, count: int) -> DropsByRadius:
