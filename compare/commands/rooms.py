@@ -41,9 +41,10 @@ def rooms(
         str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
     ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
-    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
+    large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     completion: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
+        str | None,
+        typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
     ] = None,
     proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
     cut_out: Annotated[

@@ -139,7 +139,7 @@ def rank_sentence(features: Mapping[str, Qualities]) -> str:
 
 
 def impaired_section(summary: Summary) -> str:
-    """Return the picture of what still works and what is classified."""
+    """Return the picture of impaired copies and their answers."""
     return f"""<section><h2>Does it still work?</h2><p>Copies of objects that were not learnt: made useless, though they
 look right, or changed in ways that do not matter. What tells functions must drop the first and keep the second.</p>
 {image(summary.impaired, "Share of useless and harmless copies still called by their function")}</section>"""

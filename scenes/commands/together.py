@@ -20,24 +20,35 @@ if TYPE_CHECKING:
     from ..arrangements.together import ArrangedResult, Together, TogetherSettings
 
 Row = dict[str, Any]
-PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z it is set down on what stands there."
+PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z, the object is put on what stands there."
 
 
 def together(
     files: Annotated[list[str], typer.Argument(metavar="FILE@PLACE...", help=PLACES)],
-    radius: Annotated[str | None, typer.Option(help="Of the spheres; by default by size.")] = None,
-    drops: Annotated[int, typer.Option(min=1, help="Over each object, alone and together, for areas.")] = 1000,
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
-    backend: Annotated[str | None, typer.Option(help="fast or bullet: the model must be for it.")] = None,
+    radius: Annotated[str | None, typer.Option(help="Sphere radius. Default: by the object's size.")] = None,
+    drops: Annotated[
+        int, typer.Option(min=1, help="Spheres dropped on each object, alone and together, to measure areas.")
+    ] = 1000,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(help="Simulator (fast or bullet) the model must have been trained with.")
+    ] = None,
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
-    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw them, spheres by their carrier.")] = None,
-    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write picture and table as one page.")] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="PNG", help="Draw the objects; each sphere has the colour of the object that carries it."),
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option(metavar="HTML", help="Write the picture and the table as an HTML page.")
+    ] = None,
     json: Json = False,
 ):
-    """Put several objects beside, on and under each other, and say what each carries, is for, and takes away."""
+    """Arrange several objects, and report what each carries, its functions, and what it takes from others."""
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
     from spherefunc_bullet.processes.tasks import run_tasks
     from spherefunc_bullet.simulator import isolated, make_simulator

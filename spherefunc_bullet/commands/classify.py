@@ -31,23 +31,29 @@ def classify(
     files: Annotated[
         list[Path], typer.Argument(metavar="FILE...", help="Models or scans, folders of them, or - for names on stdin.")
     ],
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
-    backend: Annotated[str | None, typer.Option(help="The backend that the model must be for.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
+    backend: Annotated[str | None, typer.Option(help="The simulator the model must have been trained with.")] = None,
     function: Annotated[
-        str | None, typer.Option(help="Ask for this one alone; by cubes, at its own radius alone.")
+        str | None, typer.Option(help="Classify this function only; models by cubes then run its radius only.")
     ] = None,
-    explain: Annotated[bool, typer.Option(help="Say why: in words, by what decided, by training objects.")] = False,
+    explain: Annotated[
+        bool, typer.Option(help="Explain: reasons, the quantities that decided, similar training objects.")
+    ] = False,
     table: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row for each file, failed ones too.")
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write one row per file, also for files that failed.")
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")] = 1,
-    any_pose: Annotated[bool, typer.Option(help="However it lies: in the best pose for each function.")] = False,
+    jobs: Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")] = 1,
+    any_pose: Annotated[
+        bool, typer.Option(help="Classify in every stable pose; report the best pose for each function.")
+    ] = False,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
     json: Json = False,
 ):
-    """Say what each object is for."""
+    """Classify the function of each object."""
     from ..formats.writing import require_place
     from ..learning.model_file import inference_model, model_for_views
     from ..processes.tasks import run_tasks

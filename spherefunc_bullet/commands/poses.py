@@ -25,22 +25,28 @@ Row = dict[str, Any]  # what the contract prints of one file
 
 def poses(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, in any pose.")],
-    backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast answers by statics.")] = "bullet",
+    backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast computes statics.")] = "bullet",
     drops: Annotated[int, typer.Option(min=1, help="How often the object is dropped.")] = 100,
-    fall: Annotated[float, typer.Option(min=0, help="How far it falls, in its largest extent.")] = 0.1,
+    fall: Annotated[
+        float, typer.Option(min=0, help="Height of the fall, relative to the object's largest extent.")
+    ] = 0.1,
     mass: Mass = None,
     area_density: AreaDensity = 5.0,
     friction: Friction = 0.5,
     restitution: Restitution = 0.0,
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
     seed: Seed = 0,
     units: Units = "m",
     package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object as it lies.")] = None,
-    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as one page.")] = None,
+    page: Annotated[
+        Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as an HTML page.")
+    ] = None,
     json: Json = False,
 ):
-    """Say how each object can lie, how likely each pose is, and what it is for so."""
+    """Find the stable poses of each object, their probabilities, and its functions in each."""
     from ..learning.model_file import inference_model, shipped_model
     from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability

@@ -20,13 +20,19 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import StandResult, StandSettings
 
 Row = dict[str, Any]  # what the command prints of one file
-BACKENDS = "fast answers by statics, exact on level ground; bullet lets go what tips, rolls or has a round bottom."
+BACKENDS = "fast computes statics, exact on level ground; bullet also simulates what tips, rolls or has a round bottom."
 
 
 def stand(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
-    load: Annotated[str, typer.Option(help="Set on one place after another: 5kg; a person weighs 75kg.")] = "5kg",
-    radius: Annotated[str | None, typer.Option(help="Of the spheres that find the places; by default by size.")] = None,
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
+    ],
+    load: Annotated[
+        str, typer.Option(help="Load put on one place after another, such as 5kg; a person weighs 75kg.")
+    ] = "5kg",
+    radius: Annotated[
+        str | None, typer.Option(help="Radius of the spheres that find the places. Default: by the object's size.")
+    ] = None,
     backend: Annotated[str, typer.Option(help=BACKENDS)] = "fast",
     mass: Mass = None,
     area_density: AreaDensity = 5.0,
@@ -36,10 +42,12 @@ def stand(
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
-    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Draw the places that can carry the load.")
+    ] = None,
     json: Json = False,
 ):
-    """Say whether each object stands, and where it can carry a load without tipping."""
+    """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
     from ..simulator import make_simulator
     from ..simulator.mechanics import StandSettings, require_ability

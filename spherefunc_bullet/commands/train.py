@@ -42,7 +42,7 @@ def train(
     run: options.RunDir = None,
     json: options.Json = False,
 ):
-    """Learn every function's radius and examples, and write the model."""
+    """Train a model on labelled objects and write it to a file."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.agreement import require_agreement
     from ..datasets.dataset import joined_datasets, open_dataset

@@ -41,7 +41,7 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     Parameters
     ----------
     file : str, Path or Source
-        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, classified by the
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the
         ending. Polygons are cut into triangles; the parts of a scene become one object in the scene's frame.
 
     Returns

@@ -54,7 +54,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     drops : int
         Spheres dropped on an object at each radius.
     early_drops : int
-        Those after which an object is classified where that is sure, the others not dropped; 0: always all.
+        Spheres after which an answer is given if it is sure, without dropping the others; 0: always drop all.
     estimator : classifier, optional
         One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int

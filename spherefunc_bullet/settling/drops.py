@@ -16,7 +16,7 @@ from ..simulator import MISS_LIMIT, DropResult, Outcome
 
 ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others nothing is known
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
-EARLY_DROPS = 40  # at each radius, of which most objects need no more to be classified (compare/evaluation/stopping.py)
+EARLY_DROPS = 40  # at each radius: enough to classify most objects (compare/evaluation/stopping.py)
 FEW = 5  # settled spheres of all radii together from which much can be concluded
 LOST = -1  # in place of an `Outcome`: it did not settle, and a kept run does not say why
 _KEPT_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN

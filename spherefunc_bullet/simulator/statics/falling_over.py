@@ -1,7 +1,7 @@
-"""Does an object fall over when it is put down as it is? Then it serves nobody in that pose.
+"""The stability check: an object that would fall over when it is put down as it is has no function in that pose.
 
 Asked of what claims a function by its spheres alone, which hold it still: an armchair upside down has a level between
-objects that rise around it, and seats nobody.
+parts that rise around it, and nobody can sit on it.
 """
 
 from __future__ import annotations
