@@ -40,7 +40,7 @@ class FastSimulator(FastOptions):
 
         require_fitting(cloud, settings.radius)
         started = time.perf_counter()
-        kept = cloud.once("the short run of each radius by fast", dict[float, DropRun])
+        kept = cloud.cached("the short run of each radius by fast", dict[float, DropRun])
         run = kept.pop(settings.radius, None)  # taken out, so that no other thread goes on with it
         if run is None or not run.begins(settings, self, seed):
             run = DropRun(cloud, settings, self, seed)
@@ -52,15 +52,15 @@ class FastSimulator(FastOptions):
         return run.result(provenance_of(self, settings, seed))
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
-        """Return by statics how a cloud's object can lie (see `TellsPoses.poses`); nothing is dropped."""
+        """Return by statics how a cloud's object can lie (see `SupportsPoses.poses`); nothing is dropped."""
         from spherefunc_bullet.simulator.statics.body import body_of
         from spherefunc_bullet.simulator.statics.facets import facets_of
-        from spherefunc_bullet.simulator.statics.poses import ways_down
+        from spherefunc_bullet.simulator.statics.poses import stable_poses
 
         started = time.perf_counter()
         body = body_of(cloud, settings.matter)
         return PoseResult(
-            poses=ways_down(facets_of(body), settings),
+            poses=stable_poses(facets_of(body), settings),
             drops=0,
             timed_out=0,
             notes=body.notes,
@@ -69,7 +69,7 @@ class FastSimulator(FastOptions):
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Return by statics whether a cloud's object stands (see `TellsStance.stands`)."""
+        """Return by statics whether a cloud's object stands (see `SupportsStance.stands`)."""
         from spherefunc_bullet.simulator.statics.body import body_of
         from spherefunc_bullet.simulator.statics.standing import stood
 

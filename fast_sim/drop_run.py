@@ -15,7 +15,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
 from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
-from .nearby import POINT_REACH, nowhere
+from .nearby import POINT_REACH, empty_neighborhood
 from .options import FastOptions
 from .rolling import MAX_STEPS, SETTLED, RollShape
 from .strips import LARGE, Strips
@@ -42,10 +42,10 @@ class DropRun:
         margin = settings.radius if how.inside == "sphere" else 0.0
         self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
-        self.nearby = nowhere(len(points), MAX_CONTACTS)
+        self.nearby = empty_neighborhood(len(points), MAX_CONTACTS)
         self.strips = None
         if settings.max_drops is None and not how.as_drawn and self.spheres.nx * self.spheres.ny >= LARGE:
-            scratch = [nowhere(len(points), MAX_CONTACTS) for _ in range(how.cores)]
+            scratch = [empty_neighborhood(len(points), MAX_CONTACTS) for _ in range(how.cores)]
             self.strips = Strips(self.spheres, settings.radius, scratch)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)

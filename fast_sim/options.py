@@ -1,4 +1,4 @@
-"""What the fast backend can be told, and what the paper leaves open of it."""
+"""The options of the fast backend, and what the paper leaves open of it."""
 
 from __future__ import annotations
 

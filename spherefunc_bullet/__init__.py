@@ -3,7 +3,7 @@
 import spherefunc_bullet as sf
 
 answer = sf.classify(points, units="mm", up="y")          # a path, an array, an Open3D or trimesh object
-things = sf.find_objects(scan)                            # each with .box, .functions, .scores, .points
+objects = sf.find_objects(scan)                            # each with .box, .functions, .scores, .points
 
 cloud = sf.load_cloud("chair.ply")                        # metres, z up, on the ground
 result = sf.make_simulator("fast").drop(cloud, sf.DropSettings(radius=0.02), seed=0)

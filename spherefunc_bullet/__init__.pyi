@@ -7,10 +7,10 @@ from .clouds.conversion import as_cloud as as_cloud
 from .datasets.dataset import open_dataset as open_dataset
 from .errors import InputError as InputError
 from .formats.units import parse_length as parse_length
+from .function_model import Membership as Membership
 from .learning.classifier import CloudClassifier as CloudClassifier
 from .learning.cube_classifier import CubeClassifier as CubeClassifier
 from .learning.function_classifier import FunctionClassifier as FunctionClassifier
-from .learning.function_model import Membership as Membership
 from .learning.histogram import CubeHistogram as CubeHistogram
 from .learning.histogram import SphereHistogram as SphereHistogram
 from .learning.inverse_distance import InverseDistanceClassifier as InverseDistanceClassifier

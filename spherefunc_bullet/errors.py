@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import warnings
+from collections.abc import Callable, Iterable
+from typing import Any
 
 
 class InputError(ValueError):
@@ -61,3 +63,16 @@ def require_known(what: str, names: Iterable[str], known: Iterable[str]):
 def one_line(value: object) -> str:
     """Return a value as text without line breaks: a file's name may hold one."""
     return " ".join(str(value).split())
+
+
+def warn_renamed(old: str, new: str):
+    """Warn whoever calls the caller that a public name has another one; the old one goes with the next version."""
+    warnings.warn(f"{old} is now {new}, and goes with the next version", DeprecationWarning, stacklevel=3)
+
+
+def attempt(function: Callable, task: tuple) -> Any:
+    """Return what a function returns, or the InputError that it raises."""
+    try:
+        return function(*task)
+    except InputError as error:
+        return error

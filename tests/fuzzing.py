@@ -1,7 +1,7 @@
 """Damaged files, many of them, for every reader: bits flipped, cut off, headers swapped, numbers made extreme.
 
 By hand: ``python tests/fuzzing.py --files 10000`` (``make fuzz``) prints what became of them. Each is read in a
-process of its own kind, that may take 5 s a file and 2 GiB, so that a crash, a hang and hunger are told apart.
+process of its own kind, that may take 5 s a file and 2 GiB, so that a crash, a hang and hunger are distinguished.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from cloud_files import cloud_bytes, mesh_bytes, missing_packages, mug
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
+from spherefunc_bullet.processes.memory import peak_bytes, reset_peak
 from spherefunc_bullet.processes.tasks import run_tasks
 
 MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz", "dae", "3mf", "urdf")
@@ -118,7 +118,7 @@ def judge(kind: str, first: int, count: int, seconds: float) -> dict:
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / f"model.{kind.split()[0]}"
         load(path, GOOD[kind])  # compiles and loads what it needs
-        forget_peak()
+        reset_peak()
         until = time.process_time() + seconds
         for number in range(first, first + count):
             started = time.process_time()  # a machine under load is not the file's fault; a standstill ends otherwise

@@ -97,7 +97,7 @@ class MishapSimulator:
 
 @dataclass(frozen=True)
 class MishapPoser(MishapSimulator):
-    """The same, asked how a thing lies."""
+    """The same, asked how an object lies."""
 
     def poses(self, cloud, settings, seed=0):
         """Do as the cloud is called, and answer as `fast` does."""

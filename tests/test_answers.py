@@ -125,14 +125,14 @@ def test_the_model_that_ships_is_loaded_without_arguments():
 def test_objects_of_a_table_top_are_found():
     top = clouds.level(0.8, 0.6, 0.0)
     mugs = [clouds.mug().points + [x, 0.0, 0.004] for x in (-0.2, 0.2)]
-    things = sf.find_objects(np.vstack([top, *mugs]), up="z", units="m")
-    cups = [thing for thing in things if "cup" in thing.functions]
+    targets = sf.find_objects(np.vstack([top, *mugs]), up="z", units="m")
+    cups = [target for target in targets if "cup" in target.functions]
     assert len(cups) == 2
-    for thing, x in zip(sorted(cups, key=lambda cup: cup.box.center[0]), (-0.2, 0.2), strict=True):
-        assert set(thing.scores) == {"cup", "sittable", "table"}
+    for target, x in zip(sorted(cups, key=lambda cup: cup.box.center[0]), (-0.2, 0.2), strict=True):
+        assert set(target.scores) == {"cup", "sittable", "table"}
         # The scan is thinned to voxels of 1 cm, and a box may lose one at its edge.
-        assert abs(thing.box.center[0] - x) < 0.02 and abs(thing.points[:, 0].mean() - x) < 0.02
-        assert thing.corners.shape == (8, 3)
+        assert abs(target.box.center[0] - x) < 0.02 and abs(target.points[:, 0].mean() - x) < 0.02
+        assert target.corners.shape == (8, 3)
 
 
 def test_spheres_fall_once_on_the_same_cloud(monkeypatch):

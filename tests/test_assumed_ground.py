@@ -9,7 +9,7 @@ from clouds import level as sheet_at
 from clouds import mug
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.assumed_ground import holding_anywhere
 
 
@@ -32,8 +32,8 @@ def on_lower_ground(*clouds: Cloud) -> Callable[[Sequence[int], float], list[dic
 
 
 def kept(*clouds: Cloud) -> list[set[str]]:
-    told = holding_anywhere(clouds, by_height(list(clouds)), on_lower_ground(*clouds), 0.5)
-    return [{name for name, membership in one.items() if membership.member} for one in told]
+    answer = holding_anywhere(clouds, by_height(list(clouds)), on_lower_ground(*clouds), 0.5)
+    return [{name for name, membership in one.items() if membership.member} for one in answer]
 
 
 def test_a_seat_that_a_lower_floor_would_make_a_table_is_not_claimed():
@@ -45,8 +45,8 @@ def test_small_things_keep_their_claims_and_scores_stay():
     cup = Cloud(mug().points)
     assert kept(cup) == [{"cup"}]
     seat = Cloud(sheet_at(0.8, 0.6, 0.42)[::8])
-    (told,) = holding_anywhere([seat], by_height([seat]), on_lower_ground(seat), 0.5)
-    assert told["sittable"].score == 0.7
+    (answer,) = holding_anywhere([seat], by_height([seat]), on_lower_ground(seat), 0.5)
+    assert answer["sittable"].score == 0.7
 
 
 def test_nothing_is_asked_where_nothing_is_claimed():

@@ -100,7 +100,7 @@ def test_centres_are_those_that_the_other_commands_get(data, copy):
     files = sorted(data.glob("mug*"))
     for index, record in simulate_objects(files, Dropping(simulator="fast", radii=RADII), jobs=1):
         twin = dict(simulate_objects([files[index]], Dropping(simulator="fast", radii=RADII), jobs=1, home=copy))[0]
-        assert all(np.array_equal(record.settled[radius], twin.settled[radius]) for radius in RADII)
+        assert all(np.array_equal(record.centers(radius), twin.centers(radius)) for radius in RADII)
 
 
 def test_second_call_does_nothing_again(data, copy):
@@ -304,9 +304,9 @@ def test_command_prints_the_contract_and_its_status(data, tmp_path):
     about = json.loads(done.stdout)
     assert done.exit_code == 2 and about.pop("seconds") > 0
     assert about == {"done": OBJECTS - 1, "failed": 1, "skipped": 0} and "broken.ply" in done.stderr
-    told = json.loads(call("batch", "--run", run, "--status", "--json").stdout)
-    assert (told["objects"], told["done"], told["failed"], told["waiting"]) == (OBJECTS, OBJECTS - 1, 1, 0)
-    assert told["seconds_left"] == 0 and told["rate"] > 0 and told["failures"][0]["object"] == "broken.ply"
+    answer = json.loads(call("batch", "--run", run, "--status", "--json").stdout)
+    assert (answer["objects"], answer["done"], answer["failed"], answer["waiting"]) == (OBJECTS, OBJECTS - 1, 1, 0)
+    assert answer["seconds_left"] == 0 and answer["rate"] > 0 and answer["failures"][0]["object"] == "broken.ply"
     text = call("batch", "--run", run, "--status").stdout
     assert f"{OBJECTS - 1} of {OBJECTS} objects done, 1 failed, 0 waiting" in text and "refused" in text
 
@@ -404,8 +404,8 @@ def test_status_of_a_killed_run_says_that_nothing_runs(tmp_path):
         assert status(ledger)["running"] is True
     process.kill()
     process.wait()
-    told = json.loads(call("batch", "--run", tmp_path / "run", "--status", "--json").stdout)
-    assert told["waiting"] > 0 and told["running"] is False and told["seconds_left"] is None
+    answer = json.loads(call("batch", "--run", tmp_path / "run", "--status", "--json").stdout)
+    assert answer["waiting"] > 0 and answer["running"] is False and answer["seconds_left"] is None
     text = call("batch", "--run", tmp_path / "run", "--status").stdout
     assert "nothing runs" in text and "the same call goes on" in text
 

@@ -24,8 +24,8 @@ from spherefunc_bullet.bullet.collision.triangulation import (
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
 from spherefunc_bullet.bullet.flights import (
+    IN_FLIGHT,
     LEANING,
-    ON_ITS_WAY,
     ROLLED_OFF,
     SETTLED,
     TIMED_OUT,
@@ -267,10 +267,10 @@ def test_a_bend_keeps_what_sticks_out():
 def contact_height(points: np.ndarray, centers: np.ndarray, x: float, y: float) -> float:
     """Return the height of a sphere that comes down a column, by trying everything there is."""
     heights = [-np.inf]
-    for things, reach in ((points, 1.0), (centers, 2.0)):
-        aside = np.hypot(things[:, 0] - x, things[:, 1] - y)
+    for objects, reach in ((points, 1.0), (centers, 2.0)):
+        aside = np.hypot(objects[:, 0] - x, objects[:, 1] - y)
         near = aside < reach
-        heights += (things[near, 2] + np.sqrt(reach**2 - aside[near] ** 2)).tolist()
+        heights += (objects[near, 2] + np.sqrt(reach**2 - aside[near] ** 2)).tolist()
     return max(heights)
 
 
@@ -328,7 +328,7 @@ def test_flights_end_as_they_should(form):
     still, moving = 1.0, 0.0
     cases = [
         ([0, 0, 5], still, SETTLED),
-        ([0, 0, 5], moving, ON_ITS_WAY),
+        ([0, 0, 5], moving, IN_FLIGHT),
         ([11.5, 0, 5], still, ROLLED_OFF),  # beside the box, and nothing that could hold it
         ([0, -11.5, 5], still, ROLLED_OFF),
         ([10.9, 0, 5], still, SETTLED),  # over the edge
@@ -341,10 +341,10 @@ def test_flights_end_as_they_should(form):
         # A sphere that is still has been so for 1 unit of time, and 0.8 more makes it 1.8 of the 1.6 that it takes.
         found, _ = judged(form, [place], slow=rest)
         assert found == [outcome], place
-    assert judged(form, [[0, 0, 5]], before=[[0, 0, 5.1]], slow=1.5)[0] == [ON_ITS_WAY]  # faster than rest
+    assert judged(form, [[0, 0, 5]], before=[[0, 0, 5.1]], slow=1.5)[0] == [IN_FLIGHT]  # faster than rest
     assert judged(form, [[0, 0, 5]], before=[[0, 0, 5.1]], time=99.5)[0] == [TIMED_OUT]
     assert judged(form, [[0, 0, 5]], slow=1.0, time=99.5)[0] == [SETTLED]  # at rest in the last moment
-    assert judged(form, [[0, 0, 0]], flying=[False])[0] == [ON_ITS_WAY]
+    assert judged(form, [[0, 0, 0]], flying=[False])[0] == [IN_FLIGHT]
 
 
 @FORMS
@@ -359,12 +359,12 @@ def test_spheres_that_lean_on_a_moving_one_are_not_at_rest(form):
     chain = [[0, 0, 1], [2, 0, 1], [4, 0, 1], [0, 6, 1]]
     before = [[0, 0, 1], [2, 0, 1], [4, 0.5, 1], [0, 6, 1]]
     # The third moves; the second leans on it, the first on the second; the fourth stands alone.
-    assert judged(form, chain, before, slow=[2.0, 2, 0, 2])[0] == [ON_ITS_WAY] * 3 + [SETTLED]
+    assert judged(form, chain, before, slow=[2.0, 2, 0, 2])[0] == [IN_FLIGHT] * 3 + [SETTLED]
     assert judged(form, chain, chain, slow=2.0)[0] == [SETTLED] * 4
     apart = [[0, 0, 1], [LEANING + 0.01, 0, 1]]
-    assert judged(form, apart, [apart[0], [9, 0, 1]], slow=[2.0, 0])[0] == [SETTLED, ON_ITS_WAY]
+    assert judged(form, apart, [apart[0], [9, 0, 1]], slow=[2.0, 0])[0] == [SETTLED, IN_FLIGHT]
     # A slot that is free moves nobody.
-    assert judged(form, chain[:2], before[:2], slow=[2.0, 0], flying=[True, False])[0] == [SETTLED, ON_ITS_WAY]
+    assert judged(form, chain[:2], before[:2], slow=[2.0, 0], flying=[True, False])[0] == [SETTLED, IN_FLIGHT]
 
 
 def test_compiled_and_python_judge_alike():
@@ -404,7 +404,7 @@ def test_flights_time_of_rest_is_reached_after_two_looks():
     flights = flights_module.Flights(1, physics, LOW, HIGH)
     flights.start(0, np.array([0.0, 0, 5]))
     looks = 0
-    while flights.look(np.array([[0.0, 0, 5]]))[0] == ON_ITS_WAY:
+    while flights.look(np.array([[0.0, 0, 5]]))[0] == IN_FLIGHT:
         looks += 1
     assert (looks + 1) * physics.look == pytest.approx(physics.rest_time, abs=physics.look)
 

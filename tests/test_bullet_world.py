@@ -159,7 +159,7 @@ def lattice(count: int) -> np.ndarray:
 
 
 def met_from_above(world: World, centers: np.ndarray) -> np.ndarray:
-    """Return the heights at which rays down upon centres meet something, -inf for nothing."""
+    """Return the heights at which rays down upon centres meet something, -inf without a function."""
     ends = centers * [1, 1, 0] - [0, 0, 5]
     starts = centers + [0, 0, 100]
     scaled = ((world.scale * each).tolist() for each in (starts, ends))

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.choosing import BARS, Candidate, chosen, claiming
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
 def candidate(place: int, by: str, members: range, **scores: float) -> Candidate:
-    told = {
+    answer = {
         name: Membership(member=scores.get(name, 0.0) > 0.5, score=scores.get(name, 0.0), radius=0.02)
         for name in ("cup", "sittable", "table")
     }
     proposal = Proposal(by=by, members=np.arange(members.start, members.stop), support=0.0)
-    return Candidate(proposal=proposal, functions=told, place=place)
+    return Candidate(proposal=proposal, functions=answer, place=place)
 
 
 def claims(candidates: list[Candidate]) -> list[tuple[str, int]]:
@@ -60,14 +60,14 @@ def test_what_claims_leave_too_little_of_is_no_object():
 
 
 def test_a_pool_alone_has_to_be_surer_than_a_cluster():
-    told = candidate(0, CLUSTERS, range(100), table=0.6, cup=0.5, sittable=0.7).functions
-    claimed = {by: {name for name, one in claiming(told, BARS[by]).items() if one.member} for by in BARS}
+    answer = candidate(0, CLUSTERS, range(100), table=0.6, cup=0.5, sittable=0.7).functions
+    claimed = {by: {name for name, one in claiming(answer, BARS[by]).items() if one.member} for by in BARS}
     assert claimed == {CLUSTERS: {"table", "sittable"}, POOLS: {"sittable"}}
 
 
 def test_seats_are_told_less_surely_than_cups():
-    told = candidate(0, CLUSTERS, range(100), table=0.4, cup=0.4, sittable=0.4).functions
-    assert {name for name, one in claiming(told, BARS[CLUSTERS]).items() if one.member} == {"sittable"}
+    answer = candidate(0, CLUSTERS, range(100), table=0.4, cup=0.4, sittable=0.4).functions
+    assert {name for name, one in claiming(answer, BARS[CLUSTERS]).items() if one.member} == {"sittable"}
 
 
 def test_shared_points_are_counted():

@@ -26,6 +26,7 @@ from spherefunc_bullet.learning.validation import (
     validated_f_measure,
     validation_splits,
 )
+from spherefunc_bullet.settling.drops import resting_drops
 
 BY_CUBES = (CUBES, PAPER)
 RADII = (0.01, 0.02)
@@ -108,7 +109,8 @@ def heap(kind: str, seed: int) -> dict:
         centers = np.column_stack([0.4 * (x - 0.5), 0.4 * (y - 0.5), 0.45 + 0.35 * y * z])
     else:
         centers = np.column_stack([0.5 * (x - 0.5), 0.3 * (y - 0.5), np.full(x.size, random.uniform(1.2, 2))])[:30]
-    return {radius: (size * centers[:: round(radius / 0.01)]).astype(np.float32) for radius in RADII}
+    kept = {radius: (size * centers[:: round(radius / 0.01)]).astype(np.float32) for radius in RADII}
+    return {radius: resting_drops(radius, rests) for radius, rests in kept.items()}
 
 
 def collection(count: int, start: int = 0) -> tuple[list[dict], list[str], list[str]]:
@@ -134,7 +136,7 @@ def test_functions_are_learnt(method):
     assert model.functions_ == ("cup", "sittable", "table")
     scores = model.score_settled(settled)
     assert np.all((scores >= 0) & (scores <= 1))
-    # The four kinds lie in different cubes whatever their size, so that all but the odd object are told.
+    # The four kinds lie in different cubes whatever their size, so that all but the odd object are classified.
     assert f_measures(model, settled, labels).min() > 0.9
 
 
@@ -158,13 +160,17 @@ def test_several_functions_or_none():
     assert held.tolist() == [[False, False, True, True], [True, False, False, False], [False] * 4]
 
 
+def moved(objects: list[dict]) -> list[dict]:
+    return [{radius: resting_drops(radius, one.rests + 3) for radius, one in each.items()} for each in objects]
+
+
 def test_growth_is_learning_everything():
     """Also where the new objects bring a function and cubes that were not there before."""
     (settled, labels, names), (more, _, more_names) = collection(6), collection(6, 50)
-    far = [{radius: centers + 3 for radius, centers in each.items()} for each in more]
+    far = moved(more)
     grown = fitted(settled, labels, names).add_settled(far, ["shelf"] * len(far), more_names)
     whole = fitted(settled + far, labels + ["shelf"] * len(far), names + more_names)
-    asked = collection(4, 90)[0] + [{radius: each[radius] + 3 for radius in RADII} for each in collection(2, 70)[0]]
+    asked = collection(4, 90)[0] + moved(collection(2, 70)[0])
     assert grown.functions_ == whole.functions_ == ("cup", "shelf", "sittable", "table")
     assert grown.weights_ == whole.weights_ and grown.names_ == whole.names_
     assert np.allclose(grown.score_settled(asked), whole.score_settled(asked), rtol=1e-9)

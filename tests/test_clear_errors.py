@@ -10,7 +10,7 @@ from sklearn.exceptions import NotFittedError
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
 POINTS = np.random.default_rng(0).random((200, 3)) * 0.1
 
@@ -49,7 +49,7 @@ def asking(path, **about):
     return path
 
 
-@pytest.mark.parametrize("read", [sf.load_model, lambda path: model_to_ask(path, None)])
+@pytest.mark.parametrize("read", [sf.load_model, lambda path: inference_model(path, None)])
 def test_a_model_that_asks_for_too_much_is_refused(tmp_path, read):
     about = json.loads(str(np.load(shipped_model())["about"]))
     many = about["method"] | {"drops": 10**9}

@@ -292,18 +292,18 @@ def test_classify_refuses_what_it_cannot_use(call, trained, data):
     check_refused(call("classify", cup, "--model", trained[0], "--backend", "bullet"), "fast", "bullet")
     done = call("classify", "gone.ply", cup, "--model", trained[0], "--json")
     check_refused(done, "gone.ply")
-    failed, told = json.loads(done.stdout)
-    assert failed.keys() == {"file", "error"} and "gone.ply" in failed["error"] and told["functions"]
+    failed, answer = json.loads(done.stdout)
+    assert failed.keys() == {"file", "error"} and "gone.ply" in failed["error"] and answer["functions"]
 
 
 def test_classify_takes_folders_and_names_on_stdin(run, call, trained, data, tmp_path):
-    (tmp_path / "things" / "deep").mkdir(parents=True)
+    (tmp_path / "objects" / "deep").mkdir(parents=True)
     for name in ("cup_3", "table_3"):
-        (tmp_path / "things" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
-    (tmp_path / "things" / "notes.txt").write_text("no model")
-    (tmp_path / "things" / "broken.ply").write_text("junk")
-    table = tmp_path / "told.csv"
-    done = call("classify", tmp_path / "things", "--model", trained[0], "--csv", table, "--jobs", 2)
+        (tmp_path / "objects" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
+    (tmp_path / "objects" / "notes.txt").write_text("no model")
+    (tmp_path / "objects" / "broken.ply").write_text("junk")
+    table = tmp_path / "classified.csv"
+    done = call("classify", tmp_path / "objects", "--model", trained[0], "--csv", table, "--jobs", 2)
     assert done.returncode == 2 and "1 of 3 files" in done.stderr and "cup_3.npz" in done.stdout
     with open(table, encoding="utf-8") as file:
         rows = {Path(row["file"]).name: row for row in csv.DictReader(file)}
@@ -349,8 +349,8 @@ def test_a_narrow_terminal_gets_whole_scores(monkeypatch, capsys, count, width):
     monkeypatch.setattr(answer_tables, "terminal_width", lambda: width)
     names = [f"function_{i:02}" for i in range(count)]
     scores = {name: 0.9 if i == 1 else 0.01 * i for i, name in enumerate(names)}
-    told = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
-    answer_tables.print_functions([{"file": "a/thing.ply", "functions": told, "unsure": False}], names, False)
+    answer = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
+    answer_tables.print_functions([{"file": "a/object.ply", "functions": answer, "unsure": False}], names, False)
     printed = capsys.readouterr().out
     assert "function_01" in printed and "0.90" in printed and "…" not in printed
     assert max(map(len, printed.splitlines()[1:])) <= max(width, 75)
@@ -554,8 +554,8 @@ def test_help_answers_at_once(run):
     heavy = {"numpy", "scipy", "sklearn", "open3d", "trimesh", "numba", "pybullet", "joblib", "matplotlib", "PIL"}
     asked = "sys.argv = ['spherefunc', '--help']; runpy.run_module('spherefunc_bullet', run_name='__main__')"
     said = f"atexit.register(lambda: print({heavy!r} & set(sys.modules), file=sys.stderr))"
-    told = f"import atexit, runpy, sys; {said}; {asked}"
-    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    answer = f"import atexit, runpy, sys; {said}; {asked}"
+    done = subprocess.run([sys.executable, "-c", answer], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "set()"
     assert all(name in done.stdout for name in ("simulate", "train", "classify", "evaluate", "dataset", "backends"))
     assert run("--help").stdout == done.stdout

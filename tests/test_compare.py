@@ -29,13 +29,14 @@ from spherefunc_bullet.compare.comparison.experiment import (
     parse_radii,
     read_experiment,
 )
-from spherefunc_bullet.compare.comparison.significance import answer, bought, paired_difference
+from spherefunc_bullet.compare.comparison.significance import answer, benefit_sentence, paired_difference
 from spherefunc_bullet.compare.comparison.tables import Table
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import read_entry, write_entry
+from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator, provenance_of
 
@@ -82,7 +83,7 @@ def empty_cache(tmp_path, monkeypatch):
 @pytest.fixture
 def data(tmp_path) -> Path:
     """Return a folder of four cups, four tables and four others, as points."""
-    folder, rows = tmp_path / "things", ["file,label"]
+    folder, rows = tmp_path / "objects", ["file,label"]
     folder.mkdir()
     for i in range(4):
         block = clouds.cloud(clouds.level(0.05, 0.05, 0.1 + 0.02 * i), name="block")
@@ -96,7 +97,7 @@ def data(tmp_path) -> Path:
 
 @pytest.fixture
 def layers(monkeypatch):
-    """Have `layer` be a backend, which refuses objects as told."""
+    """Have `layer` be a backend, which refuses objects as it is asked to."""
 
     def install(**refusing):
         def make(name, **options):
@@ -240,13 +241,13 @@ def test_data_that_cannot_be_split_is_refused(data):
     ("toml", "match"),
     [
         ("data = ", "expected an experiment in TOML"),
-        ('data = "things"', "backends missing"),
-        ('data = "things"\nbackends = ["fast"]\nbackend = "fast"', "got backend"),
-        ('data = "things"\nbackends = "fast"', "backends: expected a list of names"),
-        ('data = "things"\nbackends = ["fast"]\ntrials = true', "trials: expected a whole number"),
-        ('data = "things"\nbackends = ["fast"]\nseeds = [1, 1]', "seeds: expected two"),
-        ('data = "things"\nbackends = ["fast"]\nradii = ["far"]', "radii: .*length 'far'"),
-        ('data = "things"\nbackends = ["fast"]\nmethods = ["new"]', "methods: .*one of profile, paper, cubes"),
+        ('data = "objects"', "backends missing"),
+        ('data = "objects"\nbackends = ["fast"]\nbackend = "fast"', "got backend"),
+        ('data = "objects"\nbackends = "fast"', "backends: expected a list of names"),
+        ('data = "objects"\nbackends = ["fast"]\ntrials = true', "trials: expected a whole number"),
+        ('data = "objects"\nbackends = ["fast"]\nseeds = [1, 1]', "seeds: expected two"),
+        ('data = "objects"\nbackends = ["fast"]\nradii = ["far"]', "radii: .*length 'far'"),
+        ('data = "objects"\nbackends = ["fast"]\nmethods = ["new"]', "methods: .*one of profile, paper, cubes"),
     ],
 )
 def test_bad_experiments_are_refused(tmp_path, toml, match):
@@ -301,9 +302,9 @@ def few_trees(monkeypatch):
 def test_profiles_and_copies_are_compared(few_trees, tmp_path, capsys):
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "dining_table_01", "vase_01")
     made = [item for item in make_catalogue("household") if item.name in kinds]
-    write_catalogue(made, tmp_path / "things", "six")
+    write_catalogue(made, tmp_path / "objects", "six")
     options = {"backends": "fast", "radii": ["1cm"], "trials": 2, "copied": 1, "report": tmp_path / "out"}
-    compare(str(tmp_path / "things"), jobs=1, json=True, **options)
+    compare(str(tmp_path / "objects"), jobs=1, json=True, **options)
     found = json.loads(capsys.readouterr().out)
     assert found["answer"].startswith("Spheres ") and "fast was compared with no other" in found["answer"]
     assert found["backends"]["fast"]["drops"] == 200 * 6 and {"points", "rules"} <= set(found["baselines"])
@@ -330,12 +331,12 @@ def test_what_spheres_buy_is_said_first():
 
     kinds = {"lid": row(False, 0.1, 0.6), "turned": row(True, 0.9, 0.8)}
     report = {"backends": {"fast": {}}, "impaired": {"cup": kinds}}
-    assert bought(report) == (
+    assert benefit_sentence(report) == (
         "Spheres tell what works from what looks alike: of copies that no longer work 10% by fast and 60% by points, "
         "the best that needs no spheres, are still called by their function; of copies changed harmlessly, 90% and 80%."
     )
     kinds["lid"]["share"]["points"] = 0.0
-    assert bought(report).startswith("Spheres do not tell what works better: ")
+    assert benefit_sentence(report).startswith("Spheres do not tell what works better: ")
 
 
 def test_radii_for_one_and_for_all():
@@ -359,7 +360,7 @@ def entry(name: str, settled, again) -> Entry:
                 path=path,
                 size=np.ones(3),
                 voxels=np.zeros((1, 3), np.int16),
-                settled={0.02: np.array(centers, float).reshape(-1, 3)},
+                settled={0.02: resting_drops(0.02, np.array(centers, float).reshape(-1, 3))},
                 seconds={0.02: 1.0},
                 drops={0.02: 9},
             )

@@ -153,7 +153,7 @@ def written(tmp_path_factory) -> Path:
     """Return the folder of a report on cups, tables and blocks, by both simulators."""
     pytest.importorskip("pybullet")
     home = tmp_path_factory.mktemp("comparison")
-    folder, rows = home / "things", ["file,label"]
+    folder, rows = home / "objects", ["file,label"]
     folder.mkdir()
     for i in range(3):
         for cloud, label in (

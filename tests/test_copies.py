@@ -9,7 +9,7 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.tree import DecisionTreeClassifier
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, Kin, grown_on, held_out_votes, kin_of
+from spherefunc_bullet.learning.profiles.calibration import AS_VOTED, CopyGroups, group_copies, grown_on, held_out_votes
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 
 
@@ -19,7 +19,7 @@ def test_ten_copies_weigh_as_much_as_their_original():
     originals = ["", "", "", *["works"] * 10]
     places = np.array([0.0, 1.0, 2.0, *[0.0] * 10])[:, None]  # the copies are where their original is
     members = np.array([True, True, *[False] * 11])  # either side weighs two originals, so nothing is balanced
-    tree = grown_on(DecisionTreeClassifier(random_state=0), places, members, kin_of(names, originals))
+    tree = grown_on(DecisionTreeClassifier(random_state=0), places, members, group_copies(names, originals))
     assert tree.predict_proba([[0.0]])[0].tolist() == pytest.approx([0.5, 0.5])
 
 
@@ -29,7 +29,7 @@ def test_members_weigh_as_much_as_all_others(copied):
     count = 10 + 5 * copied
     names, originals = [str(k) for k in range(count)], ["" if k < 10 else "0" for k in range(count)]
     tree = grown_on(
-        DecisionTreeClassifier(), np.zeros((count, 1)), np.arange(count) % 10 == 0, kin_of(names, originals)
+        DecisionTreeClassifier(), np.zeros((count, 1)), np.arange(count) % 10 == 0, group_copies(names, originals)
     )
     assert tree.predict_proba([[0.0]])[0].tolist() == pytest.approx([0.5, 0.5])
 
@@ -39,9 +39,9 @@ def test_who_is_asked_has_not_seen_a_copy():
     random = np.random.default_rng(0)
     places, members = random.uniform(size=(300, 1)), random.uniform(size=300) < 0.5
     names = [str(k) for k in range(300)]
-    kin = kin_of([*names, *(f"{name}, copied" for name in names)], [""] * 300 + names)
+    copy_groups = group_copies([*names, *(f"{name}, copied" for name in names)], [""] * 300 + names)
     both = np.vstack([places, places]), np.append(members, members)
-    votes = held_out_votes(KNeighborsClassifier(1), *both, kin, 0)
+    votes = held_out_votes(KNeighborsClassifier(1), *both, copy_groups, 0)
     right = np.mean((votes > 0.5) == both[1])
     assert abs(right - 0.5) < 4 * 0.5 / np.sqrt(300)  # four standard deviations of 300 coins
 
@@ -73,7 +73,7 @@ def test_copies_do_not_decide_what_a_vote_means(contrary):
         np.vstack([members, members ^ contrary]),
         ["cup"],
         names + copies,
-        kin_of(names + copies, [""] * 80 + names),
+        group_copies(names + copies, [""] * 80 + names),
     )
     assert both.lines_ == lines and both.held_out_f_measures() == measured
     assert 0.6 < measured["cup"] < 0.9  # of votes that are probabilities, and so not always right
@@ -82,8 +82,8 @@ def test_copies_do_not_decide_what_a_vote_means(contrary):
 def test_where_all_that_is_left_to_learn_from_agrees_that_is_the_vote():
     """Without the first group's four objects and the one beside them, only a member is left."""
     members, groups = np.array([True, True, False, False, False, True]), np.array([1, 1, 1, 1, 3, 2])
-    kin = Kin(weights=np.ones(6), groups=groups)
-    votes = held_out_votes(DecisionTreeClassifier(random_state=0), np.arange(6.0)[:, None], members, kin, 0)
+    copy_groups = CopyGroups(weights=np.ones(6), groups=groups)
+    votes = held_out_votes(DecisionTreeClassifier(random_state=0), np.arange(6.0)[:, None], members, copy_groups, 0)
     assert np.isin(votes, (0, 1)).all() and votes[:5].tolist() == [1] * 5
 
 

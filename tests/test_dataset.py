@@ -162,8 +162,8 @@ def test_unknown_name_lists_the_catalogues(tmp_path):
 
 
 def test_objects_that_are_called_alike_are_told_apart_and_copies_keep_to_their_own():
-    files = [("one/early.ply", "mug.ply"), ("one/mug.ply", ""), ("spoilt/0.ply", "mug.ply"), ("two/mug.ply", "")]
-    files += [("spoilt/1.ply", "one/mug.ply"), ("three/cup.ply", "gone.ply")]
+    files = [("one/early.ply", "mug.ply"), ("one/mug.ply", ""), ("impaired/0.ply", "mug.ply"), ("two/mug.ply", "")]
+    files += [("impaired/1.ply", "one/mug.ply"), ("three/cup.ply", "gone.ply")]
     objects = [DatasetObject(path=Path(file), functions=frozenset(), of=of) for file, of in files]
     names, originals = distinct_names(objects)
     assert names == ["early.ply", "mug.ply", "0.ply", "two/mug.ply", "1.ply", "cup.ply"]

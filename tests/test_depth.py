@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.compare.bench import depth
-from spherefunc_bullet.compare.bench.depth import Way
+from spherefunc_bullet.compare.bench.depth import Variant
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box
 
@@ -26,8 +26,8 @@ def saved(folder: Path, **sizes: tuple[float, float, float]) -> Path:
 
 def test_a_sphere_sinks_between_samples_as_far_as_their_lattice_lets_it(tmp_path):
     path, r = saved(tmp_path, plate=(0.2, 0.2, 0.02)) / "plate.ply", 0.005
-    sparse = depth.settled_depths(path, "fast", Way(title=""), r)
-    fine = depth.settled_depths(path, "fast", Way(title="", fine=True), r)
+    sparse = depth.settled_depths(path, "fast", Variant(title=""), r)
+    fine = depth.settled_depths(path, "fast", Variant(title="", fine=True), r)
     # In a triangular lattice of 4 mm a place is at most 2.31 mm from the nearest point; at an edge a little farther.
     lattice = 1 - np.sqrt(1 - (0.0023 / r) ** 2)
     assert 0.5 * lattice < np.quantile(sparse, 0.9) < 1.1 * lattice

@@ -2,29 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from spherefunc_bullet.function_model import Reading
 from spherefunc_bullet.learning.function_classifier import FAMILIAR, FunctionClassifier
-from spherefunc_bullet.learning.profiles.calibration import kin_of
+from spherefunc_bullet.learning.profiles.calibration import group_copies
 from spherefunc_bullet.learning.profiles.quantities import NAMES
-from spherefunc_bullet.learning.reasons.words import cells_of, deciding, met, nearest, sentences, with_unit
-from spherefunc_bullet.settling.drops import WIDTH
+from spherefunc_bullet.learning.profiles.words import cells_of, deciding, met, nearest, sentences, with_unit
+from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 
 RADII = (0.01, 0.02)
 DROPS = 40
 
 
-def shelf(height: float, radius: float, stays: int = DROPS, walls: float = 0.0) -> np.ndarray:
+def shelf(height: float, radius: float, stays: int = DROPS, walls: float = 0.0) -> Drops:
     """Return drops side by side, of which the first few stay at a height and the rest are gone."""
     x, y = (2 * radius * part.ravel() for part in np.mgrid[:8, :5])
     rows = np.column_stack([x, y, x, y, np.full(DROPS, height + radius), np.full(DROPS, walls)])
     rows[stays:, 2:] = np.nan
-    return rows
+    return drops_from_rows(radius, rows)
 
 
-def dropped(height: float, **how) -> dict[float, np.ndarray]:
+def dropped(height: float, **how) -> dict[float, Drops]:
     return {radius: shelf(height, radius, **how) for radius in RADII}
+
+
+def read(model: FunctionClassifier, *scores: float, height: float = 0.9, **how) -> Reading:
+    """Return drops as a model reads them, with scores as said."""
+    reading = model.reading_of(dropped(height, **how))
+    return replace(reading, scores=np.array(scores)) if scores else reading
 
 
 @pytest.fixture(scope="module")
@@ -39,14 +48,14 @@ def model() -> FunctionClassifier:
 
 @pytest.mark.parametrize(("score", "close"), [(0.39, False), (0.41, True), (0.5, True), (0.59, True), (0.61, False)])
 def test_a_score_within_a_tenth_of_a_half_is_close(model, score, close):
-    said = model.doubts(dropped(0.8), [score])
-    assert [f"high by a hair's breadth: {score:.2f}" in doubt for doubt in said] == [True] * close
+    said = model.doubts(read(model, score, height=0.8))
+    assert [f"high is uncertain: its score {score:.2f}" in doubt for doubt in said] == [True] * close
 
 
 @pytest.mark.parametrize("stays", [0, 2, 3, 8])
 def test_fewer_than_five_spheres_of_all_radii_say_little(model, stays):
-    said = model.doubts(dropped(0.8, stays=stays), [1.0])
-    few = [doubt for doubt in said if "hardly a sphere" in doubt]
+    said = model.doubts(read(model, 1.0, height=0.8, stays=stays))
+    few = [doubt for doubt in said if "almost no sphere" in doubt]
     assert len(few) == (2 * stays < 5) and all(f"{2 * stays} of {2 * DROPS}" in doubt for doubt in few)
 
 
@@ -54,8 +63,8 @@ def test_but_for_one_in_a_hundred_training_objects_are_like_others(model):
     distances = model.distances(model.profiles_)
     np.fill_diagonal(distances, np.inf)
     assert np.sum(distances.min(axis=1) > model.familiar_) == 1 == np.ceil((1 - FAMILIAR) * 40)
-    assert not model.doubts(dropped(0.555), [1.0])
-    assert "unlike all 40 training objects" in model.doubts(dropped(0.555, stays=12), [1.0])[0]
+    assert not model.doubts(read(model, 1.0, height=0.555))
+    assert "unlike all 40 training objects" in model.doubts(read(model, 1.0, height=0.555, stays=12))[0]
 
 
 def test_quantities_of_several_objects_are_those_of_each(model):
@@ -65,24 +74,25 @@ def test_quantities_of_several_objects_are_those_of_each(model):
 
 
 def test_the_nearest_are_named_and_no_copy_among_them(model):
-    between = dropped(0.2 + 0.8 / 39 * 7)
-    names = [near["name"] for near in nearest(model, between)]
+    between = read(model, height=0.2 + 0.8 / 39 * 7)
+    names = [near["name"] for near in nearest(between)]
     beside = {"at 0.30", "at 0.32", "at 0.36", "at 0.38"}
     assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside
-    kept = model.kin_
+    kept = model.copy_groups_
     try:
-        model.kin_ = kin_of(model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_])
-        found = nearest(model, between, 2)
+        model.copy_groups_ = group_copies(
+            model.names_, ["at 0.20" if name == "at 0.34" else "" for name in model.names_]
+        )
+        found = nearest(between, 2)
     finally:
-        model.kin_ = kept
+        model.copy_groups_ = kept
     assert {near["name"] for near in found} < beside and found[0]["functions"] == []
     assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
 
 
 def test_what_decides_loses_its_share_when_it_is_as_usual(model):
     """The share of a quantity is what the score loses where only that one is the training objects' median."""
-    settled = dropped(0.9)
-    decided, profile = deciding(model, settled, "high"), model.profiles([settled])
+    decided, profile = deciding(read(model), "high"), model.profiles([dropped(0.9)])
     assert 1 < len(decided) <= 4 and "height" in decided[0]["meaning"]
     medians, whole = np.median(model.profiles_, axis=0), model.score_profiles(profile)[0, 0]
     for row in decided:
@@ -97,17 +107,17 @@ def test_what_decides_loses_its_share_when_it_is_as_usual(model):
 
 
 def test_sentences_name_what_it_is_for_or_what_it_may_be(model):
-    (yes,), (no,) = sentences(model, dropped(0.9), [0.97]), sentences(model, dropped(0.3), [0.03])
+    (yes,), (no,) = sentences(read(model, 0.97)), sentences(read(model, 0.03, height=0.3))
     assert yes.startswith("high 0.97: a level 90 cm above the ground") and no.startswith("high 0.03: a level 30 cm")
-    assert "walls" not in yes and "walls on every side" in met(model, dropped(0.9, walls=1.0), "high")
-    assert "100 % of the drops" in yes and met(model, dropped(0.9, stays=0), "high") == "no sphere stays on it"
+    assert "walls" not in yes and "walls on every side" in met(read(model, walls=1.0), "high")
+    assert "100 % of the drops" in yes and met(read(model, stays=0), "high") == "no sphere stays on it"
 
 
 def test_spheres_that_stay_are_the_ones_spoken_of(model):
     """Where none stays of those that count most, those of the largest radius of which some do."""
-    only = dropped(0.9) | {model.radius_["high"]: np.full((DROPS, WIDTH), np.nan)}
+    only = dropped(0.9) | {model.radius_["high"]: shelf(0.9, RADII[0], stays=0)}
     (other,) = set(RADII) - {model.radius_["high"]}
-    assert f"spheres of {other * 100:g} cm" in met(model, only, "high")
+    assert f"spheres of {other * 100:g} cm" in met(model.reading_of(only), "high")
 
 
 @pytest.mark.parametrize(

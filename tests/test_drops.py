@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import clouds
 import numpy as np
 import pytest
@@ -11,11 +13,11 @@ from sklearn.ensemble import ExtraTreesClassifier
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
+from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
 from spherefunc_bullet.learning.profiles.forest import forest_of
 from spherefunc_bullet.learning.profiles.trees import PlainForest
-from spherefunc_bullet.learning.reasons.words import deciding, nearest, sentences
-from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH, Length, settled_centers, settled_rows
+from spherefunc_bullet.learning.profiles.words import deciding, nearest, sentences
+from spherefunc_bullet.settling.drops import LOST, RunLimit, drops_from_rows
 from spherefunc_bullet.settling.enclosure import walled_in
 from spherefunc_bullet.settling.settling import HANDHELD, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -42,24 +44,37 @@ def test_over_the_wall_nothing_is_in_the_way():
 
 
 def test_every_drop_has_a_row():
-    drops = settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=60))[RADIUS]
+    drops = settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=60))[RADIUS]
     again = make_simulator("fast").drop(clouds.mug(), DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
-    assert drops.shape == (60, WIDTH) and drops.dtype == np.float32
-    assert np.allclose(settled_centers(drops), again.centers, atol=1e-6)
-    assert np.allclose(drops[:, :2], again.columns, atol=1e-6)
-    assert np.isnan(drops[~settled_rows(drops), 2:]).all()
+    assert len(drops) == 60 and drops.radius == RADIUS and drops.provenance == again.provenance
+    assert np.allclose(drops.rests, again.centers, atol=1e-6)
+    assert np.allclose(drops.places, again.columns, atol=1e-6)
+    assert np.array_equal(drops.outcomes, again.outcomes) and drops.settled.sum() == len(drops.rests)
+
+
+@pytest.mark.parametrize("length", [RunLimit(drops=60), RunLimit()])
+def test_what_is_kept_of_drops_is_all_of_them(length):
+    drops = settle(clouds.mug(), "fast", [RADIUS], 0, length)[RADIUS]
+    again = drops_from_rows(RADIUS, drops.rows(), drops.outcomes)
+    for name in ("places", "rests", "walled_in", "outcomes"):
+        assert np.array_equal(getattr(again, name), getattr(drops, name), equal_nan=True), name
+    assert again.losses_known == drops.losses_known == (length.drops is not None)
+    old = drops_from_rows(RADIUS, drops.rows())  # of a file that knows no outcomes
+    assert np.array_equal(old.settled, drops.settled) and set(old.outcomes[~old.settled]) <= {LOST}
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one():
-    short, long = (settle(clouds.mug(), "fast", [RADIUS], 0, Length(drops=n))[RADIUS] for n in (30, 90))
-    assert np.array_equal(short[:, :5], long[:30, :5], equal_nan=True)
+    short, long = (settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=n))[RADIUS] for n in (30, 90))
+    first = long.first(30)
+    assert np.array_equal(short.places, first.places) and np.array_equal(short.rests, first.rests)
+    assert np.array_equal(short.outcomes, first.outcomes)
 
 
 def test_fine_spheres_fall_on_what_a_hand_holds():
-    assert len(settle(clouds.mug(), "fast", [0.005], 0, Length(drops=20))[0.005]) == 20
+    assert len(settle(clouds.mug(), "fast", [0.005], 0, RunLimit(drops=20))[0.005]) == 20
     table = clouds.table()
     assert table.size.max() > HANDHELD
-    assert settle(table, "fast", [0.005], 0, Length(drops=20))[0.005].shape == NO_DROPS.shape
+    assert settle(table, "fast", [0.005], 0, RunLimit(drops=20))[0.005].outcomes.size == 0
 
 
 @pytest.mark.parametrize("side", [0.004, 0.005, 0.012, 0.02])
@@ -142,20 +157,21 @@ def test_a_model_by_profiles_is_read_back_whole(model, tmp_path):
 
 def test_reasons_name_what_was_met(model):
     settled = settle(clouds.mug(), "fast", model.radii, 0, model.length)
-    scores = model.score_settled([settled])[0].tolist()
-    (said,) = sentences(model, settled, scores)
+    reading = model.reading_of(settled)
+    (said,) = sentences(reading)
     assert said.startswith("cup ") and "walls on every side" in said
-    decided = deciding(model, settled, "cup")
+    decided = deciding(reading, "cup")
     assert decided and decided[0]["share"] > 0 and {row["radius"] for row in decided} <= set(model.radii)
-    assert nearest(model, settled)[0]["functions"] == ["cup"]
-    assert not [doubt for doubt in model.doubts(settled, scores) if "unlike" in doubt]
+    assert nearest(reading)[0]["functions"] == ["cup"]
+    assert not [doubt for doubt in model.doubts(reading) if "unlike" in doubt]
 
 
 def test_what_is_like_nothing_learnt_is_unsure(model):
     strange = settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, model.length)
-    scores = model.score_settled([strange])[0].tolist()
-    assert any("unlike all" in doubt for doubt in model.doubts(strange, scores))
-    assert any("hair's breadth" in doubt for doubt in model.doubts(strange, [0.55, 0.0, 0.0]))
+    reading = model.reading_of(strange)
+    assert any("unlike all" in doubt for doubt in model.doubts(reading))
+    close = replace(reading, scores=np.array([0.55, 0.0, 0.0]))
+    assert any("uncertain" in doubt for doubt in model.doubts(close))
 
 
 def test_what_is_sure_after_the_first_drops_is_dropped_on_no_more(model):
@@ -165,17 +181,17 @@ def test_what_is_sure_after_the_first_drops_is_dropped_on_no_more(model):
         lengths.append(length.drops)
         return settle(clouds.mug(), "fast", model.radii, 0, length)
 
-    settled = model.settled_by(drop)
+    settled = model.read(drop).drops
     assert lengths == [model.early_.drops] and all(len(drops) == model.early_.drops for drops in settled.values())
     assert model.score_settled([settled]).tobytes() == model.early_.score_settled([settled]).tobytes()
-    assert model.only("cup").settled_by(drop).keys() == settled.keys()
+    assert model.only("cup").read(drop).drops.keys() == settled.keys()
 
 
 def test_what_is_strange_is_dropped_on_to_the_end(model):
     def drop(length):
         return settle(clouds.mug(0.15, 1.5), "fast", model.radii, 0, length)
 
-    settled = model.settled_by(drop)
+    settled = model.read(drop).drops
     assert {len(drops) for drops in settled.values()} == {model.drops}
     both = [settled, drop(model.early_.length)]  # each is read by what has learnt as many drops
     one_by_one = [model.score_settled([settled])[0], model.early_.score_settled(both[1:])[0]]
@@ -186,12 +202,12 @@ def test_early_answers_can_be_left_out():
     shapes, labels = [clouds.mug(), clouds.plate()] * 2, [["cup"], []] * 2
     model = FunctionClassifier(radii=(0.02,), drops=60, early_drops=0).fit(shapes, labels)
     assert model.early_ is None
-    assert len(model.settled_by(lambda length: settle(shapes[0], "fast", (0.02,), 0, length))[0.02]) == 60
+    assert len(model.read(lambda length: settle(shapes[0], "fast", (0.02,), 0, length)).drops[0.02]) == 60
 
 
 def test_early_answers_are_kept_with_a_model(model, tmp_path):
     save_model(model, tmp_path / "model.npz")
-    for again in (load_model(tmp_path / "model.npz"), model_to_ask(tmp_path / "model.npz", None)):
+    for again in (load_model(tmp_path / "model.npz"), inference_model(tmp_path / "model.npz", None)):
         first = settle(clouds.chair(), "fast", model.radii, 0, model.early_.length)
         assert again.early_.length == model.early_.length
         assert again.score_settled([first]).tobytes() == model.score_settled([first]).tobytes()

@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.settling.drops import WIDTH, Length, first_drops
+from spherefunc_bullet.settling.drops import Drops, RunLimit, drops_from_rows, first_drops
 
 RADIUS = 0.02
 DROPS, FIRST = 60, 20
 
 
-def drops_at(height: float, random: np.random.Generator) -> dict[float, np.ndarray]:
+def drops_at(height: float, random: np.random.Generator) -> dict[float, Drops]:
     """Return drops that all come to rest side by side at a height, in an order by lot."""
     x, y = (2 * RADIUS * part.ravel() for part in np.mgrid[:10, :6])
     rows = np.column_stack([x, y, x, y, np.full(DROPS, height + random.normal(0, 0.01))])
-    return {RADIUS: np.hstack([rows, np.zeros((DROPS, WIDTH - 5))])[random.permutation(DROPS)]}
+    rows = np.column_stack([rows, np.zeros(DROPS)])[random.permutation(DROPS)]
+    return {RADIUS: drops_from_rows(RADIUS, rows)}
 
 
 def learnt(wrong: float, count: int = 200) -> FunctionClassifier:
@@ -33,7 +34,7 @@ def share_that_stopped(model: FunctionClassifier, count: int = 60) -> float:
     random, made = np.random.default_rng(1), []
     for k in range(count):
         settled = drops_at(0.4 + 0.4 * (k % 2), random)
-        answered = model.settled_by(lambda length, settled=settled: first_drops(settled, length.drops))
+        answered = model.read(lambda length, settled=settled: first_drops(settled, length.drops)).drops
         made.append(len(answered[RADIUS]))
     assert set(made) <= {FIRST, DROPS}
     return np.mean(np.array(made) == FIRST)
@@ -52,5 +53,5 @@ def test_what_mostly_holds_is_not_answered_early(wrong):
 def test_all_drops_are_made_where_there_is_no_early_answer():
     model, asked = learnt(wrong=0.0), []
     model.early_ = None
-    model.settled_by(lambda length: asked.append(length) or drops_at(0.4, np.random.default_rng(2)))
-    assert asked == [Length(drops=DROPS)]
+    model.read(lambda length: asked.append(length) or drops_at(0.4, np.random.default_rng(2)))
+    assert asked == [RunLimit(drops=DROPS)]

@@ -1,4 +1,4 @@
-"""What is walled in, beside arithmetic that tries every point in every direction, whichever way things are turned."""
+"""What is walled in, beside arithmetic that tries every point in every direction, whichever way objects are turned."""
 
 from __future__ import annotations
 

@@ -75,9 +75,9 @@ def test_scikit_learn_contract(estimator, check):
 def test_sets_in_and_sets_out(estimator, objects):
     model = clone(estimator).fit(objects, SETS)
     assert is_classifier(model) and model.classes_.tolist() == ["cup", "stage", "table"]
-    told = model.predict(objects)
-    assert told[:6] == [frozenset({"cup"})] * 6 and model.predict([]) == []
-    right = np.mean([answer == label for answer, label in zip(told, SETS, strict=True)])
+    result = model.predict(objects)
+    assert result[:6] == [frozenset({"cup"})] * 6 and model.predict([]) == []
+    right = np.mean([answer == label for answer, label in zip(result, SETS, strict=True)])
     assert model.score(objects, SETS) == pytest.approx(right)
     assert model.predict_proba([]).shape == (0, 3)
 
@@ -86,13 +86,13 @@ def test_sets_in_and_sets_out(estimator, objects):
 def test_an_indicator_in_and_an_indicator_out(estimator, objects):
     y = MultiLabelBinarizer().fit_transform(SETS)
     model = clone(estimator).fit(objects, y)
-    told = model.predict(objects)
-    assert told.shape == y.shape and set(np.unique(told)) <= {0, 1} and model.classes_.tolist() == ["0", "1", "2"]
-    assert told[:6].tolist() == [[1, 0, 0]] * 6 and model.predict([]).shape == (0, 3)
+    result = model.predict(objects)
+    assert result.shape == y.shape and set(np.unique(result)) <= {0, 1} and model.classes_.tolist() == ["0", "1", "2"]
+    assert result[:6].tolist() == [[1, 0, 0]] * 6 and model.predict([]).shape == (0, 3)
     by_sets = clone(estimator).fit(objects, SETS)
     assert np.array_equal(model.predict_proba(objects), by_sets.predict_proba(objects))
     assert model.score(objects, y) == by_sets.score(objects, SETS)
-    assert f1_score(y, told, average="macro") > 0.8
+    assert f1_score(y, result, average="macro") > 0.8
 
 
 def test_columns_keep_their_order_and_those_of_nobody():

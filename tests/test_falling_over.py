@@ -1,4 +1,4 @@
-"""What falls over when it is put down is for nothing, whatever spheres say that were dropped on it held still."""
+"""What falls over when it is put down has no function, whatever spheres say that were dropped on it held still."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import clouds
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts
+from objects_to_scan import slab_on_posts
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.classification import FALLS
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
-from spherefunc_bullet.compare.evaluation.impaired import said_put_down
+from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
 from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.function_model import FALLS
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.impairment.harmless import other_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
@@ -33,7 +33,7 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def cloud_of(mesh: trimesh.Trimesh) -> Cloud:
-    return cloud_from_mesh(mesh.vertices, mesh.faces, "thing")
+    return cloud_from_mesh(mesh.vertices, mesh.faces, "object")
 
 
 def turned(mesh: trimesh.Trimesh, degrees: float) -> trimesh.Trimesh:
@@ -92,7 +92,7 @@ def test_a_table_that_falls_over_is_none_with_the_reason(tmp_path, monkeypatch, 
             main()
         (row,) = json.loads(capsys.readouterr().out)
         assert not stop.value.code and row["reasons"][0] == FALLS and not row["unsure"]
-        assert [(told["member"], told["score"]) for told in row["functions"].values()] == [(False, 0.0)] * 3
+        assert [(result["member"], result["score"]) for result in row["functions"].values()] == [(False, 0.0)] * 3
         assert row["nearest"] and not any(row["quantities"].values())
 
 
@@ -103,8 +103,8 @@ def test_the_estimator_says_the_same():
 
 
 def test_cubes_are_read_as_the_paper_reads_them():
-    things, labels = [slab_on_posts(*TABLE), clouds.mug()] * 2, [{"table"}, {"cup"}] * 2
-    model = CubeClassifier(radii=(0.03,), cache=False).fit(things, labels)
+    objects, labels = [slab_on_posts(*TABLE), clouds.mug()] * 2, [{"table"}, {"cup"}] * 2
+    model = CubeClassifier(radii=(0.03,), cache=False).fit(objects, labels)
     assert model.predict([one_sided()]) == [frozenset({"table"})]
 
 
@@ -120,7 +120,7 @@ def test_an_evaluation_scores_what_falls_over_with_nothing():
     asked = Profiled(profiles=profiles, labels=labels, classifier=classifier, fallen=np.arange(8) == 4)
     said = asked.trial([Split(np.arange(4), np.arange(4, 8))])
     assert said.scores[0] == 0 and said.scores[2] > 0.5 > said.scores[[1, 3]].max()
-    [put_down], [held] = said_put_down(asked, [[Split(np.arange(4), np.arange(4, 8))]])
+    [put_down], [held] = apply_stability_check(asked, [[Split(np.arange(4), np.arange(4, 8))]])
     assert put_down.ravel().tolist() == [False, False, True, False]
     assert held.ravel().tolist() == [True, False, True, False]
 

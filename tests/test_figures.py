@@ -25,6 +25,7 @@ from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord
 
 STEMS = {
@@ -212,7 +213,12 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     # Cubes of 7 cm: three spheres in the middle one on the floor, one above it, one to the right, one out of the layer.
     centers = np.array([[0, 0, 0.01], [0.01, 0, 0.01], [0, 0.03, 0.06], [0, 0, 0.08], [0.05, 0, 0.01], [0, 0.05, 0.01]])
     record = ObjectRecord(
-        path=Path("x"), size=np.full(3, 0.5), voxels=np.empty((0, 3)), settled={0.01: centers}, seconds={}, drops={}
+        path=Path("x"),
+        size=np.full(3, 0.5),
+        voxels=np.empty((0, 3)),
+        settled={0.01: resting_drops(0.01, centers)},
+        seconds={},
+        drops={},
     )
     labels = Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""]))
     evaluated = EvaluatedData(

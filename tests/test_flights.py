@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.bullet.flights import LEANING, ON_ITS_WAY, TOUCH, Flights, first_apart
+from spherefunc_bullet.bullet.flights import IN_FLIGHT, LEANING, TOUCH, Flights, first_apart
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.simulator import Outcome
 
@@ -35,41 +35,41 @@ def test_a_sphere_is_at_rest_after_it_was_slow_for_so_long(share):
     looks = round(PHYSICS.rest_time / PHYSICS.look)
     said = looked(flights_at([0, 0, 3]), velocity, looks + 1)
     if share < 1:
-        assert said[: looks - 1] == [ON_ITS_WAY] * (looks - 1) and said[looks - 1] == Outcome.SETTLED
+        assert said[: looks - 1] == [IN_FLIGHT] * (looks - 1) and said[looks - 1] == Outcome.SETTLED
     else:
-        assert said == [ON_ITS_WAY] * (looks + 1)
+        assert said == [IN_FLIGHT] * (looks + 1)
 
 
 def test_one_move_begins_the_rest_anew():
     flights, looks = flights_at([0, 0, 3]), round(PHYSICS.rest_time / PHYSICS.look)
     still = looked(flights, [0, 0, 0], looks - 1)
-    assert still + looked(flights, [0, 1, 0], 1) + looked(flights, [0, 0, 0], looks - 1) == [ON_ITS_WAY] * (
+    assert still + looked(flights, [0, 1, 0], 1) + looked(flights, [0, 0, 0], looks - 1) == [IN_FLIGHT] * (
         2 * looks - 1
     )
     assert looked(flights, [0, 0, 0], 1) == [Outcome.SETTLED]
     flights.rouse(0)
-    assert looked(flights, [0, 0, 0], looks) == [ON_ITS_WAY] * (looks - 1) + [Outcome.SETTLED]
+    assert looked(flights, [0, 0, 0], looks) == [IN_FLIGHT] * (looks - 1) + [Outcome.SETTLED]
 
 
 def test_what_never_rests_is_given_up_when_its_time_is_over():
     flights, looks = flights_at([0, 0, 3]), int(PHYSICS.time_limit / PHYSICS.look)
     circle = np.exp(0.7j * np.arange(looks + 2))
     said = [int(flights.look(np.array([[z.real, z.imag, 3.0]]))[0]) for z in circle]
-    assert set(said[: looks - 1]) == {ON_ITS_WAY} and said[-1] == Outcome.TIMED_OUT
+    assert set(said[: looks - 1]) == {IN_FLIGHT} and said[-1] == Outcome.TIMED_OUT
     assert flights.late(0)
     flights.start(0, [0, 0, 3])
-    assert not flights.late(0) and looked(flights, [1, 0, 0], 1) == [ON_ITS_WAY]
+    assert not flights.late(0) and looked(flights, [1, 0, 0], 1) == [IN_FLIGHT]
 
 
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("side", [-1, 1])
 def test_a_sphere_beside_the_box_or_on_the_ground_has_rolled_off(axis, side):
     edge = (LOW if side < 0 else HIGH)[axis] + side * (1 + TOUCH)
-    for beyond, outcome in ((-1e-6, ON_ITS_WAY), (1e-6, Outcome.ROLLED_OFF)):
+    for beyond, outcome in ((-1e-6, IN_FLIGHT), (1e-6, Outcome.ROLLED_OFF)):
         place = np.array([0.0, 0.0, 3.0])
         place[axis] = edge + side * beyond
         assert flights_at([0, 0, 3]).look(place[None])[0] == outcome
-    for z, outcome in ((1.0, ON_ITS_WAY), (0.95, ON_ITS_WAY), (0.85, Outcome.ROLLED_OFF), (-3, Outcome.ROLLED_OFF)):
+    for z, outcome in ((1.0, IN_FLIGHT), (0.95, IN_FLIGHT), (0.85, Outcome.ROLLED_OFF), (-3, Outcome.ROLLED_OFF)):
         assert flights_at([0, 0, 3]).look(np.array([[0, 0, z]]))[0] == outcome
 
 
@@ -101,8 +101,8 @@ def test_nothing_is_at_rest_that_leans_on_what_moves(apart, leans):
         places = np.array([*row, [0, 9, 3]])
         places[3, 1] += 0.05 * (k % 2)  # to and fro
         said = flights.look(places).tolist()
-    expected = ON_ITS_WAY if leans else Outcome.SETTLED
-    assert said == [expected] * 3 + [ON_ITS_WAY, Outcome.SETTLED] and flights.ended == 1 + 3 * (not leans)
+    expected = IN_FLIGHT if leans else Outcome.SETTLED
+    assert said == [expected] * 3 + [IN_FLIGHT, Outcome.SETTLED] and flights.ended == 1 + 3 * (not leans)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -29,6 +29,7 @@ from spherefunc_bullet.learning.histogram import (
     widened,
 )
 from spherefunc_bullet.learning.method import CUBES
+from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord
 
 RADIUS = 0.02
@@ -153,7 +154,7 @@ def test_four_quarter_turns_are_none():
 def recorded(centers, size) -> ObjectRecord:
     """Return an object of a size in metres, with its settled spheres."""
     nothing = np.empty((0, 3), np.int16)
-    settled = {RADIUS: np.array(centers, float)}
+    settled = {RADIUS: resting_drops(RADIUS, np.array(centers, float))}
     return ObjectRecord(path=Path("x"), size=np.array(size), voxels=nothing, settled=settled, seconds={}, drops={})
 
 

@@ -17,7 +17,7 @@ OBJECTS = household_objects()
 LABELS = ("cup", "table", "sittable", "none")
 BY_LABEL = {label: [item for item in OBJECTS if item.label == label] for label in LABELS}
 
-# Height and larger horizontal side in metres. The bounds are those of things in shops, not of this catalogue:
+# Height and larger horizontal side in metres. The bounds are those of objects in shops, not of this catalogue:
 # a shot glass is 5 cm high, a weizen glass 25 cm; a child's chair 60 cm, an office chair with headrest 1.4 m.
 SIZES = {
     "cup": ((0.045, 0.26), (0.035, 0.18)),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts, write_things
+from objects_to_scan import slab_on_posts, write_objects
 from typer.testing import CliRunner
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points, load_cloud
@@ -61,10 +61,10 @@ def specimen(mesh: trimesh.Trimesh, function: str) -> Specimen:
     return Specimen(cloud_from_mesh(mesh.vertices, mesh.faces), function)
 
 
-def changed(thing: Specimen, kind: str, seed: int = 0) -> Surface | None:
+def changed(target: Specimen, kind: str, seed: int = 0) -> Surface | None:
     """Return an impaired copy of one kind."""
-    each = next(each for each in IMPAIRMENTS if each.kind == kind and thing.function in each.functions)
-    return each.applied(thing, "thing", seed)
+    each = next(each for each in IMPAIRMENTS if each.kind == kind and target.function in each.functions)
+    return each.applied(target, "object", seed)
 
 
 def heights_on(surface: Surface, x: float, y: float) -> list[float]:
@@ -133,9 +133,9 @@ def test_a_slit_opens_the_wall_away_from_the_handle():
 
 @pytest.mark.parametrize("kind", ["upside_down", "on_side"])
 def test_a_cup_that_is_turned_holds_nothing(kind):
-    thing = specimen(plain_cup(), "cup")
-    assert Specimen(as_cloud(changed(thing, kind)), "cup").cavity is None
-    assert changed(thing, kind).bounds[0, 2] == pytest.approx(0)
+    target = specimen(plain_cup(), "cup")
+    assert Specimen(as_cloud(changed(target, kind)), "cup").cavity is None
+    assert changed(target, kind).bounds[0, 2] == pytest.approx(0)
 
 
 def as_cloud(surface: Surface) -> Cloud:
@@ -175,10 +175,10 @@ def test_a_table_without_its_top_is_legs():
 
 
 def test_half_a_top_is_gone():
-    thing = specimen(slab_on_posts(*TABLE), "table")
-    half = changed(thing, "half")
+    target = specimen(slab_on_posts(*TABLE), "table")
+    half = changed(target, "half")
     covered = [bool(heights_on(half, half.bounds[0, 0] + x, 0.013)) for x in (0.2, 0.6)]
-    assert Specimen(as_cloud(half), "table").level.area == pytest.approx(thing.level.area / 2, rel=0.15)
+    assert Specimen(as_cloud(half), "table").level.area == pytest.approx(target.level.area / 2, rel=0.15)
     assert sum(covered) == 1
 
 
@@ -241,40 +241,40 @@ def test_a_cube_is_a_seat_any_way_round_so_it_is_left_out():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_other_legs_keep_the_top(seed):
-    thing = specimen(slab_on_posts(*TABLE), "table")
-    other = changed(thing, "other_legs", seed)
+    target = specimen(slab_on_posts(*TABLE), "table")
+    other = changed(target, "other_legs", seed)
     level = Specimen(as_cloud(other), "table").level
-    assert level.height == pytest.approx(TABLE[2]) and level.area == pytest.approx(thing.level.area, rel=0.02)
-    assert not np.array_equal(other.bounds[0], thing.surface.bounds[0]) or len(other.triangles) != 60
+    assert level.height == pytest.approx(TABLE[2]) and level.area == pytest.approx(target.level.area, rel=0.02)
+    assert not np.array_equal(other.bounds[0], target.surface.bounds[0]) or len(other.triangles) != 60
 
 
 def test_below_a_round_top_no_legs_stand_at_corners():
     top, post = trimesh.creation.cylinder(0.5, 0.04), trimesh.creation.cylinder(0.04, 0.7)
     top.apply_translation([0, 0, 0.72])
     post.apply_translation([0, 0, 0.35])
-    thing = specimen(trimesh.util.concatenate([top, post]), "table")
+    target = specimen(trimesh.util.concatenate([top, post]), "table")
     for seed in range(3):
-        assert np.linalg.norm(changed(thing, "other_legs", seed).vertices[:, :2], axis=1).max() < 0.501
+        assert np.linalg.norm(changed(target, "other_legs", seed).vertices[:, :2], axis=1).max() < 0.501
 
 
 def test_harmless_changes_keep_the_size_that_they_say():
-    thing = specimen(armchair(), "sittable")
-    size = thing.surface.size
-    assert changed(thing, "smaller").size == pytest.approx(0.9 * size)
-    assert changed(thing, "larger").size == pytest.approx(1.1 * size)
-    assert changed(thing, "triangulation").size == pytest.approx(size)
-    assert changed(thing, "turned").size[2] == pytest.approx(size[2])
-    assert changed(thing, "turned").size[:2].prod() != pytest.approx(size[:2].prod(), rel=0.01)
-    seen = changed(thing, "sensor")
+    target = specimen(armchair(), "sittable")
+    size = target.surface.size
+    assert changed(target, "smaller").size == pytest.approx(0.9 * size)
+    assert changed(target, "larger").size == pytest.approx(1.1 * size)
+    assert changed(target, "triangulation").size == pytest.approx(size)
+    assert changed(target, "turned").size[2] == pytest.approx(size[2])
+    assert changed(target, "turned").size[:2].prod() != pytest.approx(size[:2].prod(), rel=0.01)
+    seen = changed(target, "sensor")
     # 1.5 mm of noise: five deviations on either side hold all of some thousand points.
     assert seen.is_cloud and seen.size == pytest.approx(size, abs=0.015)
 
 
 def test_another_triangulation_is_the_same_surface():
-    thing = specimen(slab_on_posts(*TABLE), "table")
-    again = changed(thing, "triangulation")
-    assert len(again.triangles) == 3 * len(thing.surface.triangles)
-    assert heights_on(again, 0.013, 0.017) == pytest.approx(heights_on(thing.surface, 0.013, 0.017))
+    target = specimen(slab_on_posts(*TABLE), "table")
+    again = changed(target, "triangulation")
+    assert len(again.triangles) == 3 * len(target.surface.triangles)
+    assert heights_on(again, 0.013, 0.017) == pytest.approx(heights_on(target.surface, 0.013, 0.017))
 
 
 def test_a_cloud_has_what_points_can_show():
@@ -301,19 +301,19 @@ def test_every_kind_is_made_or_left_out_and_repeats_bit_for_bit(category):
 
 
 def test_another_seed_makes_another_copy():
-    thing = specimen(plain_cup(), "cup")
-    assert not np.array_equal(changed(thing, "turned", 0).triangles, changed(thing, "turned", 1).triangles)
+    target = specimen(plain_cup(), "cup")
+    assert not np.array_equal(changed(target, "turned", 0).triangles, changed(target, "turned", 1).triangles)
 
 
 @pytest.fixture
-def things(tmp_path) -> Path:
-    folder = tmp_path / "things"
+def targets(tmp_path) -> Path:
+    folder = tmp_path / "objects"
     folder.mkdir()
-    return write_things(folder, ("desk", "stand", "chest", "tin"))
+    return write_objects(folder, ("desk", "stand", "chest", "tin"))
 
 
-def test_the_folder_is_a_data_set_that_knows_its_originals(things, tmp_path):
-    copies = impair_dataset(open_dataset(things), tmp_path / "copies", failed=pytest.fail)
+def test_the_folder_is_a_data_set_that_knows_its_originals(targets, tmp_path):
+    copies = impair_dataset(open_dataset(targets), tmp_path / "copies", failed=pytest.fail)
     with copies.manifest.open() as stream:
         rows = list(csv.DictReader(stream))
     assert tuple(rows[0]) == COPY_COLUMNS and tuple(rows[0])[:5] == ("file", "label", "of", "kind", "works")
@@ -328,17 +328,17 @@ def test_the_folder_is_a_data_set_that_knows_its_originals(things, tmp_path):
     assert [copy.kind for copy in read_copies(tmp_path / "copies")] == [row["kind"] for row in rows]
 
 
-def test_same_seed_same_files(things, tmp_path):
+def test_same_seed_same_files(targets, tmp_path):
     for folder in ("a", "b"):
-        impair_dataset(open_dataset(things), tmp_path / folder, seed=5, failed=pytest.fail)
+        impair_dataset(open_dataset(targets), tmp_path / folder, seed=5, failed=pytest.fail)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)
 
 
-def test_bad_files_are_said_and_the_others_are_made(things, tmp_path):
-    (things / "desk.ply").write_bytes(b"ply\nnot at all")
-    result = CliRunner().invoke(app, ["impair", str(things), str(tmp_path / "out"), "--kinds", "missing", "--json"])
+def test_bad_files_are_said_and_the_others_are_made(targets, tmp_path):
+    (targets / "desk.ply").write_bytes(b"ply\nnot at all")
+    result = CliRunner().invoke(app, ["impair", str(targets), str(tmp_path / "out"), "--kinds", "missing", "--json"])
     assert result.exit_code == 2 and len(result.stderr.strip().splitlines()) == 1 and "desk.ply" in result.stderr
     assert json.loads(result.stdout)["made"] == {"table whole": 1, "table missing": 1}
 
@@ -349,14 +349,14 @@ def test_a_kind_that_is_none_is_refused():
 
 
 def test_nothing_to_impair_is_refused(tmp_path):
-    dataset = open_dataset(write_things(tmp_path, ("chest", "tin")))
+    dataset = open_dataset(write_objects(tmp_path, ("chest", "tin")))
     with pytest.raises(InputError, match="expected objects labelled cup, sittable, table"):
         impair_dataset(dataset, tmp_path / "out", failed=pytest.fail)
 
 
-def test_a_folder_of_other_things_is_no_folder_of_copies(things):
+def test_a_folder_of_other_things_is_no_folder_of_copies(targets):
     with pytest.raises(InputError, match="columns of, kind and works"):
-        read_copies(things)
+        read_copies(targets)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Seats that are inferred from backs at tables: told apart, with a reason, and only where a back is one."""
+"""Seats that are inferred from backs at tables: distinguished, with a reason, and only where a back is one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from clouds import sheet
 from room_shapes import moved, square_table
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
 from spherefunc_bullet.scenes.recognition.recognition import recognise
@@ -27,19 +27,19 @@ def back(x: float, y: float, width: float = 0.42, thickness: float = 0.03) -> np
     return moved(np.vstack([low, low + high]), x, y)
 
 
-def thing(number: int, points: np.ndarray, *functions: str) -> SceneObject:
-    told = {
+def target(number: int, points: np.ndarray, *functions: str) -> SceneObject:
+    answer = {
         name: Membership(member=name in functions, score=0.8 if name in functions else 0.1, radius=0.02)
         for name in ("cup", "sittable", "table")
     }
     box = bounding_box(points).lowered(0.0)
-    return SceneObject(id=number, points=points, support=0.0, box=box, fragment=False, functions=told)
+    return SceneObject(id=number, points=points, support=0.0, box=box, fragment=False, functions=answer)
 
 
 def inferred(*others: np.ndarray, objects: tuple[SceneObject, ...] = ()):
     points = np.vstack([TABLE, *others])
     labels = np.repeat([0, *[-3] * len(others)], [len(TABLE), *map(len, others)])
-    return inferred_seats(points, labels, [thing(0, TABLE, "table"), *objects])
+    return inferred_seats(points, labels, [target(0, TABLE, "table"), *objects])
 
 
 def test_a_back_at_the_edge_infers_a_seat_below_the_table():
@@ -54,13 +54,13 @@ def test_a_back_at_the_edge_infers_a_seat_below_the_table():
 
 def test_a_back_that_is_one_cluster_with_its_table_infers_a_seat_all_the_same():
     points = np.vstack([TABLE, back(0.3, 0.42)])
-    (seat,) = inferred_seats(points, np.zeros(len(points), int), [thing(0, points, "table")])
+    (seat,) = inferred_seats(points, np.zeros(len(points), int), [target(0, points, "table")])
     assert seat.box.center[0] == pytest.approx(0.3, abs=0.03)
 
 
 def test_a_box_that_stands_on_the_table_near_its_edge_is_no_back():
     points = np.vstack([TABLE, back(0.3, 0.3) + [0.0, 0.0, 0.05]])
-    assert not inferred_seats(points, np.zeros(len(points), int), [thing(0, points, "table")])
+    assert not inferred_seats(points, np.zeros(len(points), int), [target(0, points, "table")])
 
 
 def test_what_is_inferred_is_in_the_answer_the_picture_and_the_page():
@@ -96,7 +96,7 @@ def test_what_is_no_chair_s_back_infers_nothing(other):
 
 def test_a_chair_that_was_found_is_not_inferred_again():
     seen = back(0.3, 0.4)
-    found = thing(1, np.vstack([seen, seen - [0, 0.3, 0.5]]), "sittable")
+    found = target(1, np.vstack([seen, seen - [0, 0.3, 0.5]]), "sittable")
     assert not inferred(back(0.3, 0.5), objects=(found,))
 
 

@@ -12,13 +12,14 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, save_model
 from spherefunc_bullet.scenes.recognition.choosing import BARS
-from spherefunc_bullet.scenes.recognition.judging import Asking, judged, surroundings_for
+from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, judged, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
+from spherefunc_bullet.settling.drops import NO_DROPS
 
 STOOL = square_table(0.6, 0.6, 0.45)
 ROOM = np.vstack([STOOL, level(2.0, 2.0, 0.0)])
@@ -35,7 +36,7 @@ class Sure(FunctionClassifier):
 
 @pytest.fixture(scope="module")
 def learnt() -> FunctionClassifier:
-    """Return a model that knows a function by what surrounds things alone: the first quantity of that."""
+    """Return a model that knows a function by what surrounds objects alone: the first quantity of that."""
     forest = ExtraTreesClassifier(50, random_state=0)
     model = FunctionClassifier("fast", radii=(0.03,), drops=20, early_drops=0, estimator=forest)
     rng = np.random.default_rng(0)
@@ -52,9 +53,9 @@ def proposal(by: str) -> Proposal:
 
 @pytest.mark.parametrize("ground_seen", [True, False])
 def test_each_kind_has_its_bar_on_any_ground(ground_seen):
-    asking = Asking(model=Sure(radii=(0.03,), drops=20), completion=(), ground_seen=ground_seen, bars=BARS)
-    told = judged(ROOM, [proposal(CLUSTERS), proposal(POOLS)], asking, Stopwatch())
-    assert [one.functions["table"].member for one in told] == [True, False]
+    context = RecognitionContext(model=Sure(radii=(0.03,), drops=20), completion=(), ground_seen=ground_seen, bars=BARS)
+    answer = judged(ROOM, [proposal(CLUSTERS), proposal(POOLS)], context, Stopwatch())
+    assert [one.functions["table"].member for one in answer] == [True, False]
 
 
 def test_what_surrounds_things_tells_where_it_was_learnt(learnt):
@@ -77,14 +78,14 @@ def test_a_model_keeps_what_it_learnt_of_surroundings(learnt, tmp_path: Path):
 def test_what_has_learnt_more_things_has_learnt_no_scenes(learnt, tmp_path: Path):
     save_model(learnt, tmp_path / "model.npz")
     read = load_model(tmp_path / "model.npz")
-    assert read.add_settled([{0.03: np.zeros((0, 6))}], [{"cup"}], ["more"]).in_scenes_ is None
+    assert read.add_settled([{0.03: NO_DROPS}], [{"cup"}], ["more"]).in_scenes_ is None
 
 
 def test_proposals_are_told_by_what_surrounds_them(learnt):
     around = surroundings_for(learnt, ROOM, np.zeros(len(ROOM), bool))
-    asking = Asking(model=learnt, completion=(), surroundings=around)
-    (told,) = judged(ROOM, [proposal(CLUSTERS)], asking, Stopwatch())
-    assert told.functions["cup"].member  # 0.6 m long
+    context = RecognitionContext(model=learnt, completion=(), surroundings=around)
+    (answer,) = judged(ROOM, [proposal(CLUSTERS)], context, Stopwatch())
+    assert answer.functions["cup"].member  # 0.6 m long
 
 
 def test_models_of_other_surroundings_are_refused_and_of_none_have_none(learnt, monkeypatch):

@@ -19,16 +19,16 @@ from spherefunc_bullet.simulator import DropSettings, make_simulator
 SHORT, LONG = (DropSettings(radius=0.008, miss_limit=count, max_drops=count) for count in (40, 200))
 
 
-class Thing:
+class Derived:
     """Something that can be watched."""
 
 
 def test_what_is_derived_is_made_once_and_goes_with_the_cloud():
     cloud = clouds.mug()
-    thing = cloud.once("thing", Thing)
-    assert cloud.once("thing", Thing) is thing and cloud.once("other thing", Thing) is not thing
-    watched = weakref.ref(thing)
-    del thing, cloud
+    item = cloud.cached("object", Derived)
+    assert cloud.cached("object", Derived) is item and cloud.cached("other object", Derived) is not item
+    watched = weakref.ref(item)
+    del item, cloud
     gc.collect()
     assert watched() is None
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from objects_to_scan import write_objects
 from sklearn.base import clone
-from things import write_things
 
 from spherefunc_bullet.compare.rooms.baselines import learnt_objects
 from spherefunc_bullet.compare.rooms.lessons.files import kept_lessons, lesson_paths, read_lessons
@@ -31,7 +31,7 @@ def model():
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    return open_dataset(write_things(tmp_path_factory.mktemp("things"), ("desk", "bench", "chest", "mug", "tin")))
+    return open_dataset(write_objects(tmp_path_factory.mktemp("objects"), ("desk", "bench", "chest", "mug", "tin")))
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def kept(rooms, model, tmp_path_factory):
 def lesson(**how) -> Lesson:
     record = ObjectRecord(path=Path(), size=np.ones(3), voxels=np.ones((1, 3)), settled={}, seconds={}, drops={})
     beside = np.zeros(len(NAMES))
-    return Lesson(name="one", thing="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
+    return Lesson(name="one", item="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
 
 
 @pytest.mark.parametrize(
@@ -81,12 +81,12 @@ def test_rooms_teach_what_stands_in_them(kept):
 def test_what_is_kept_is_what_was_computed(rooms, model, kept):
     folder, (first, _) = kept
     for one, other in zip(kept_lessons(rooms[0], SIGHT, model, 0, None), first, strict=True):
-        told = ("name", "thing", "functions", "overlap", "shown")
-        assert [getattr(one, name) for name in told] == [getattr(other, name) for name in told]
+        fields = ("name", "source", "functions", "overlap", "shown")
+        assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
         assert np.array_equal(one.record.voxels, other.record.voxels)
         assert np.array_equal(one.beside, other.beside)
         for radius, drops in one.record.settled.items():
-            assert np.array_equal(drops, other.record.settled[radius], equal_nan=True)
+            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
     assert len(lesson_paths(folder)) == 2
 
 
@@ -105,7 +105,7 @@ def test_any_number_of_processes_teaches_the_same(data, model, tmp_path):
     assert [[one.name for one in room] for room in alone] == [[one.name for one in room] for room in both]
     for one, other in zip(sum(alone, []), sum(both, []), strict=True):
         for radius, drops in one.record.settled.items():
-            assert np.array_equal(drops, other.record.settled[radius], equal_nan=True)
+            assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
 
 
 def test_rooms_are_shared_out_to_all_kinds(data):
@@ -118,10 +118,10 @@ def test_rooms_are_shared_out_to_all_kinds(data):
 def test_a_thing_never_tells_of_itself(kept, model):
     lessons = [one for room in kept[1] for one in counted(room)]
     learnt = learn(lessons, model)
-    things = dict(zip([one.name for one in lessons], [one.thing for one in lessons], strict=True))
-    groups = [(things[name], group) for name, group in zip(learnt.names_, learnt.kin_.groups, strict=True)]
-    groups = [(thing, group) for thing, group in groups if thing]
-    assert len(set(groups)) == len({thing for thing, _ in groups}) < len(groups)
+    items = dict(zip([one.name for one in lessons], [one.item for one in lessons], strict=True))
+    groups = [(items[name], group) for name, group in zip(learnt.names_, learnt.copy_groups_.groups, strict=True)]
+    groups = [(item, group) for item, group in groups if item]
+    assert len(set(groups)) == len({item for item, _ in groups}) < len(groups)
 
 
 def test_useful_examples_are_kept_and_as_many_others():

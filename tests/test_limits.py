@@ -17,7 +17,7 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import limits
 from spherefunc_bullet.learning.model_file import load_model
-from spherefunc_bullet.processes.memory import forget_peak, peak_bytes
+from spherefunc_bullet.processes.memory import peak_bytes, reset_peak
 from spherefunc_bullet.settling.records import Dropping
 
 DROPPING = Dropping(simulator="fast", radii=(0.02,))
@@ -27,7 +27,7 @@ MANY = 100_000_000  # triangles
 def refused(path: Path, read=load_cloud) -> str:
     """Return why a file is refused, in one line, at once (by the processor's time) and without filling memory."""
     started = time.process_time()
-    forget_peak()
+    reset_peak()
     before = peak_bytes()
     with pytest.raises(InputError) as error:
         read(path)

@@ -8,8 +8,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 import trimesh
+from objects_to_scan import slab_on_posts, write_objects
 from scipy.spatial import cKDTree
-from things import slab_on_posts, write_things
 from typer.testing import CliRunner
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
@@ -37,7 +37,7 @@ def chair() -> trimesh.Trimesh:
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    folder = write_things(tmp_path_factory.mktemp("home"), ("desk", "chest", "mug", "tin"))
+    folder = write_objects(tmp_path_factory.mktemp("home"), ("desk", "chest", "mug", "tin"))
     labels = {"desk": "table", "chest": "none", "mug": "cup", "tin": "none", "chair": "sittable"}
     chair().export(folder / "chair.ply")
     write_manifest(folder, COLUMNS, [(f"{name}.ply", label, "", name, "test") for name, label in labels.items()])
@@ -91,7 +91,7 @@ def test_nothing_crosses_anything(rooms, kind):
                 everything.clear(points)
             cubes = np.unique(np.floor(placed.points / SIDE).astype(int), axis=0)
             cubes = cubes[((cubes >= 0) & (cubes < everything.counts.shape)).all(axis=1)]
-            # Things that touch share the cubes in which they do: a face of one at most, never what is behind it.
+            # Objects that touch share the cubes in which they do: a face of one at most, never what is behind it.
             assert (everything.counts[tuple(cubes.T)] > 0).mean() < 0.25, (kind, placed.item.category)
             for points in own:
                 everything.fill(points)
@@ -223,7 +223,7 @@ def test_wrong_resolutions_are_refused(wrong):
 
 
 def test_the_command_writes_lived_in_rooms(tmp_path):
-    data = write_things(tmp_path, ("desk", "seat", "mug", "tin"))
+    data = write_objects(tmp_path, ("desk", "seat", "mug", "tin"))
     kinds = "sills,stacks,clutter"
     words = ["rooms", data, tmp_path / "out", "--rooms", 1, "--views", 1, "--lived-in", kinds, "--points", 40_000]
     done = CliRunner().invoke(app, [str(word) for word in words])

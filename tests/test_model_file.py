@@ -12,7 +12,7 @@ from test_classifier import collection, fitted
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import load_model, model_to_ask, save_model
+from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -55,12 +55,12 @@ def test_round_trip_scores_the_same(tmp_path, method):
 
 
 def test_a_model_to_ask_answers_as_the_one_that_learns():
-    learning, asked = load_model(), model_to_ask(None, None)
+    learning, asked = load_model(), inference_model(None, None)
     assert type(asked) is ProfileModel and isinstance(learning, FunctionClassifier)
-    things = learning.profiles_[:50] * 1.03
-    assert asked.score_profiles(things).tobytes() == learning.score_profiles(things).tobytes()
+    objects = learning.profiles_[:50] * 1.03
+    assert asked.score_profiles(objects).tobytes() == learning.score_profiles(objects).tobytes()
     name = asked.functions_[-1]
-    assert asked.only(name).score_profiles(things).tobytes() == learning.only(name).score_profiles(things).tobytes()
+    assert asked.only(name).score_profiles(objects).tobytes() == learning.only(name).score_profiles(objects).tobytes()
     assert asked.quantity_names() == learning.quantity_names() and asked.length == learning.length
 
 
@@ -74,10 +74,10 @@ def test_the_same_drops_at_fewer_radii_are_read_anew():
 
 
 def test_a_model_to_ask_by_cubes_is_the_classifier(saved):
-    assert isinstance(model_to_ask(saved, "fast"), CubeClassifier)
-    assert model_to_ask(saved, "fast") is model_to_ask(str(saved), "fast")
+    assert isinstance(inference_model(saved, "fast"), CubeClassifier)
+    assert inference_model(saved, "fast") is inference_model(str(saved), "fast")
     made = load_model(saved)
-    assert model_to_ask(made, None) is made
+    assert inference_model(made, None) is made
 
 
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):
@@ -156,7 +156,7 @@ def test_about_without_a_field_is_refused(saved):
     for name in about:
         rest = {key: value for key, value in about.items() if key not in (name, "versions")}
         np.savez(saved, **arrays | {"about": np.array(json.dumps(rest))})
-        if name != "versions":  # which are told, not needed
+        if name != "versions":  # which are informative, not needed
             check_refused(saved, "expected")
 
 

@@ -12,9 +12,9 @@ from spherefunc_bullet.fast_sim.grid import insert, may_touch_points, point_grid
 from spherefunc_bullet.fast_sim.nearby import (
     POINT_REACH,
     SPHERE_REACH,
+    empty_neighborhood,
     in_strip,
     look_around,
-    nowhere,
     still_serves,
     touches_points,
 )
@@ -50,7 +50,7 @@ def within(points: np.ndarray, place: np.ndarray, reach: float) -> np.ndarray:
 def test_all_that_is_near_is_found_and_nothing_else(points, known):
     reach = POINT_REACH * RADIUS
     cloud, centers, grid, settled = surroundings(points, 150, reach if known else None)
-    nearby = nowhere(points, MAX_CONTACTS)
+    nearby = empty_neighborhood(points, MAX_CONTACTS)
     for place in places(150):
         look_around(grid, settled, nearby, *place, RADIUS)
         found, spheres = nearby.points[:, : nearby.counts[0]].T, nearby.spheres[:, : nearby.counts[1]].T
@@ -88,7 +88,7 @@ def test_where_no_point_is_said_to_be_near_there_is_none():
 
 
 def test_a_strip_ends_at_its_edges_and_surroundings_serve_for_a_fifth_of_a_radius():
-    nearby = nowhere(1, MAX_CONTACTS)
+    nearby = empty_neighborhood(1, MAX_CONTACTS)
     assert in_strip(nearby, -1e9, 1e9)
     nearby.strip[:] = -0.1, 0.2, -0.3, 0.4
     for x, y in [(-0.1, 0), (0.2, 0), (0, -0.3), (0, 0.4)]:

@@ -44,9 +44,9 @@ def put(*meshes: trimesh.Trimesh, points: bool = False, **place: float):
 def carriers(placed) -> list[tuple[str, ...]]:
     """Return what each object stands on."""
     found = []
-    for number, thing in enumerate(placed):
+    for number, item in enumerate(placed):
         others = without(placed, number)
-        found.append(require_carried(thing, others).carriers([other.name for other in others]))
+        found.append(require_carried(item, others).carriers([other.name for other in others]))
     return found
 
 

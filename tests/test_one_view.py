@@ -1,4 +1,4 @@
-"""A cloud that is one view of an object: completed, and told by the model for scans, as in a scene."""
+"""A cloud that is one view of an object: completed, and classified by the model for scans, as in a scene."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from clouds import mug
 from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.classification import COMPLETED, NOTHING, nothing_settled
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
-from spherefunc_bullet.learning.reasons.one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled
+from spherefunc_bullet.clouds.one_view import looks_like_one_view
+from spherefunc_bullet.function_model import Reading
+from spherefunc_bullet.settling.drops import drops_from_rows
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +39,9 @@ def test_a_mug_s_view_is_told_as_in_a_scene_and_unsure(seen_mug):
 def test_hardly_a_sphere_is_as_good_as_none():
     lost, held = np.full((200, 6), np.nan, np.float32), np.zeros((200, 6), np.float32)
     few = np.vstack([lost[:197], held[:3]])
-    assert nothing_settled({0.01: lost, 0.03: few})
-    assert not nothing_settled({0.01: lost, 0.03: held})
+    for rows, nothing in ((few, True), (held, False)):
+        drops = {0.01: drops_from_rows(0.01, lost), 0.03: drops_from_rows(0.03, rows)}
+        assert nothing_settled(Reading(drops=drops, scores=np.zeros(1), model=None)) == nothing
 
 
 def test_whole_objects_are_told_as_before():

@@ -9,10 +9,10 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.cutting import CAUTIOUS, cut_out, cuts_of, footprint_of
+from spherefunc_bullet.scenes.pools.cutting import STRICT_CUTS, cut_out, cuts_of, footprint_of
 from spherefunc_bullet.scenes.pools.resting import resting_places
 from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools, parted_at_necks
-from spherefunc_bullet.scenes.pools.things import ground_top, things_on, top_of_pool
+from spherefunc_bullet.scenes.pools.tops import ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
 
@@ -99,7 +99,7 @@ def test_a_back_begins_above_the_seat_and_a_top_over_the_seat_is_none():
     assert high[:, 2].max() > 0.9
     assert np.ptp(high[:, 0]) > 0.35
     assert (high[:, 1] > 0.2).mean() > 0.95
-    (taught,) = [points[cut] for cut, its in cuts_of(points, [table, pool], CAUTIOUS) if its is pool]
+    (taught,) = [points[cut] for cut, its in cuts_of(points, [table, pool], STRICT_CUTS) if its is pool]
     assert taught[:, 2].max() < 0.8
 
 
@@ -130,9 +130,9 @@ def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
 def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     points = np.vstack([square_table(1.0, 0.8, 0.5), moved(mug().points, 0.2, 0.1, 0.5)])
     (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
-    things = things_on(top_of_pool(points, pool))
-    assert len(things) == 2  # by two tolerances
-    for members in things:
+    objects = objects_on(top_of_pool(points, pool))
+    assert len(objects) == 2  # by two tolerances
+    for members in objects:
         assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
         # But its bottom, and the centimetre above the top that may be the top's.
         assert len(members) == pytest.approx((mug().points[:, 2] > 0.012).sum(), rel=0.02)
@@ -140,7 +140,7 @@ def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
 
 @pytest.mark.parametrize(("count", "parted"), [(12_000, True), (800, False)])
 def test_a_veil_that_joins_two_things_is_left_out_where_surfaces_are_dense(count, parted):
-    """Stereo cameras draw veils from a thing's edge to what is behind it, of few points."""
+    """Stereo cameras draw veils from an object's edge to what is behind it, of few points."""
     rng = np.random.default_rng(0)
     ends = np.array([0, 2, 3, 1])[rng.integers(0, 4, count)]  # which side of a square tower of 6 cm
     along, up = rng.uniform(-0.03, 0.03, count), rng.uniform(0.0, 0.08, count)
@@ -148,7 +148,7 @@ def test_a_veil_that_joins_two_things_is_left_out_where_surfaces_are_dense(count
     towers = [np.column_stack([x + aside, y, up]) for aside in (0.0, 0.16)]
     veil = np.column_stack([rng.uniform(0.03, 0.13, 100), np.zeros(100), rng.uniform(0.03, 0.06, 100)])
     owners = np.repeat([0, 1, 2], [count, count, 100])
-    found = [set(np.unique(owners[members])) for members in things_on(ground_top(np.vstack([*towers, veil])))]
+    found = [set(np.unique(owners[members])) for members in objects_on(ground_top(np.vstack([*towers, veil])))]
     assert {0, 1, 2} in found
     assert ({0} in [one - {2} for one in found]) == parted
 

@@ -1,4 +1,4 @@
-"""How things can lie: against theory where there is one, and as the command says it."""
+"""How objects can lie: against theory where there is one, and as the command says it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def simulator(request):
         pytest.skip(str(error))
 
 
-def cloud_of(mesh: trimesh.Trimesh, name: str = "thing") -> Cloud:
+def cloud_of(mesh: trimesh.Trimesh, name: str = "object") -> Cloud:
     return cloud_from_mesh(mesh.vertices, mesh.faces, name)
 
 
@@ -280,7 +280,7 @@ def test_a_mug_lying_on_its_side_is_a_cup_turned_upright(tmp_path):
     lying.export(tmp_path / "mug.ply")
     cloud = load_cloud(tmp_path / "mug.ply")
     result = make_simulator("fast").poses(cloud, PoseSettings())
-    told = pose_functions(cloud, result.poses, load_model(shipped_model("fast")))
-    best = told[best_poses(told)["cup"]]
+    answer = pose_functions(cloud, result.poses, load_model(shipped_model("fast")))
+    best = answer[best_poses(answer)["cup"]]
     assert best.functions["cup"].member
     assert np.degrees(np.arccos((best.pose.rotation @ on_side[:3, :3])[2, 2])) < 3

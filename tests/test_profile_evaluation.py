@@ -20,15 +20,17 @@ from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 RADII = (0.02,)
 FUNCTIONS = ("table", "cup")
 
 
-def dropped(centers: np.ndarray) -> np.ndarray:
+def dropped(centers: np.ndarray) -> Drops:
     """Return drops that settled where they fell."""
-    return np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
+    rows = np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
+    return drops_from_rows(RADII[0], rows)
 
 
 def record(flat: bool, seed: int) -> ObjectRecord:
@@ -86,9 +88,9 @@ def test_every_object_is_tested_once_and_told(simulated, splits):
 def test_points_stand_a_diameter_apart(simulated):
     points = points_as_drops(simulated.records[0], (0.02, 0.03))
     for radius, drops in points.items():
-        assert pdist(drops[:, 2:5]).min() >= 2 * radius
+        assert pdist(drops.rests).min() >= 2 * radius
     again = points_as_drops(simulated.records[0], (0.02, 0.03))
-    assert all(np.array_equal(points[radius], again[radius]) for radius in points)
+    assert all(np.array_equal(points[radius].rests, again[radius].rests) for radius in points)
 
 
 def test_results_hold_the_baselines_and_few_drops(simulated, splits, capsys):
@@ -138,7 +140,7 @@ def test_budget_draws_and_prints_what_drops_give_and_cost(simulated, tmp_path, c
     rows = budget.budgets(simulated, timed, "fast", [4, 16])
     assert {(row.drops, row.function) for row in rows} == {(n, name) for n in (4, 16) for name in FUNCTIONS}
     assert all(row.milliseconds > 0 and 0 <= row.f_measure <= 1 for row in rows)
-    written = write_plate(budget.budget_plate(rows, "things"), tmp_path)
+    written = write_plate(budget.budget_plate(rows, "objects"), tmp_path)
     assert [path.name for path in written] == ["budget.png", "budget.svg", "budget.csv"]
     words = (tmp_path / "budget.svg").read_text()
     assert all(f"{name}, fast" in words for name in FUNCTIONS) and "drops at each radius" in words
@@ -156,7 +158,9 @@ def test_stopping_counts_what_is_sure_and_what_is_wrong():
     assert (row.stopped, row.wrong, row.wrong_to_the_end) == (0.667, 1, 0)
     assert row.f_measures == {"table": pytest.approx(2 / 3, abs=1e-4), "cup": 0}
     doubtful = replace(asked, doubtful=np.array([False, False, True]))
-    assert stopping.stopped_at("whole", doubtful, labels, 40, 0.05).wrong == 0  # it goes on, and is told right
+    assert (
+        stopping.stopped_at("whole", doubtful, labels, 40, 0.05).wrong == 0
+    )  # it goes on, and is classified correctly
 
 
 def test_toys_are_sure_after_a_few_drops(simulated):

@@ -52,12 +52,12 @@ def on_a_line(places) -> dict:
 
 
 def trials_quality(distances: Distances, labels: Labels, splits: list[Split], method: Method) -> FunctionQuality:
-    """Return how well cups are told over trials."""
+    """Return how well cups are classified over trials."""
     return evaluate(distances, labels, method, Splits(halves={1: splits})).quality(1)["cup"]
 
 
 def pooled_quality(distances: Distances, labels: Labels, splits: list[Split]) -> FunctionQuality:
-    """Return how well cups are told, every object tested once."""
+    """Return how well cups are classified, every object tested once."""
     alone = Splits(halves={}, left_out={"all": splits})
     return evaluate(distances, labels, PAPER, alone).left_out_quality("all")["cup"]
 
@@ -113,7 +113,7 @@ def test_no_group_is_on_both_sides():
 
 
 def test_figures_known_by_hand():
-    # Cups at 0 and 1, others at 9 and 10. Of those asked, 2 and 8 are told apart rightly; the cup at 7 lies
+    # Cups at 0 and 1, others at 9 and 10. Of those asked, 2 and 8 are distinguished rightly; the cup at 7 lies
     # nearer to the others (a miss), the vase at 3 nearer to the cups (a false find).
     distances = on_a_line([0, 1, 9, 10, 2, 7, 3, 8])
     labels = line_labels([1, 1, 0, 0, 1, 1, 0, 0])
@@ -149,7 +149,7 @@ def test_every_example_outvotes_a_rare_function():
 
 
 def test_what_was_said_is_counted():
-    # Said of four: the cup is missed, the table found, one thing is both, one nothing.
+    # Said of four: the cup is missed, the table found, one object is both, one nothing.
     labels = Labels(("cup", "table"), np.array([[1, 0], [0, 1], [0, 0], [0, 0]], bool), np.zeros((4, 2), bool), None)
     scores = np.array([[0.2, 0.1], [0.4, 0.9], [0.7, 0.8], [0.5, 0.0]])
     weights = [[{0.01: 1.0}, {0.005: 0.4, 0.05: 0.6}]]

@@ -74,16 +74,16 @@ def test_urdf_is_one_object_with_its_joints_at_zero(tmp_path):
     assert np.allclose(geometry.vertices.max(axis=0), (0.42, 0.3, 1), atol=1e-3)  # the knob is a polyhedron
 
 
-@pytest.mark.parametrize("name", ["meshes/top.stl", "package://things/meshes/top.stl", "file://meshes/top.stl"])
+@pytest.mark.parametrize("name", ["meshes/top.stl", "package://objects/meshes/top.stl", "file://meshes/top.stl"])
 def test_urdf_reads_the_meshes_in_its_folder_and_scales_them(tmp_path, name):
     require_reader("urdf")
-    (tmp_path / "things" / "meshes").mkdir(parents=True)
-    trimesh.creation.box((100, 200, 300)).export(tmp_path / "things" / "meshes" / "top.stl")
+    (tmp_path / "objects" / "meshes").mkdir(parents=True)
+    trimesh.creation.box((100, 200, 300)).export(tmp_path / "objects" / "meshes" / "top.stl")
     mesh = f"<mesh filename='{name}' scale='0.001 0.001 0.001'/>"
     robot = f"<robot name='a'><link name='b'><visual><geometry>{mesh}</geometry></visual></link></robot>"
-    assert np.allclose(np.ptp(read(tmp_path / "things", "a.urdf", robot).vertices, axis=0), (0.1, 0.2, 0.3))
-    _, mesh = as_source(tmp_path / "things" / "a.urdf").parts()
-    assert mesh.path == tmp_path / "things" / "meshes" / "top.stl"
+    assert np.allclose(np.ptp(read(tmp_path / "objects", "a.urdf", robot).vertices, axis=0), (0.1, 0.2, 0.3))
+    _, mesh = as_source(tmp_path / "objects" / "a.urdf").parts()
+    assert mesh.path == tmp_path / "objects" / "meshes" / "top.stl"
 
 
 @pytest.mark.parametrize("head", ["\n\n  ", "# von Käthe\n\n", "\ufeff"])

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from objects_to_scan import THINGS, write_objects
 from room_shapes import room
-from things import THINGS, write_things
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.rooms.baselines import baselines, learnt_objects, shape_record
@@ -41,7 +41,7 @@ def box_of(points: np.ndarray) -> Box:
     return Box(center=(low + high) / 2, size=high - low, yaw=0.0)
 
 
-def thing(name: str, points: np.ndarray, function: str = "cup", **more) -> TrueObject:
+def target(name: str, points: np.ndarray, function: str = "cup", **more) -> TrueObject:
     return TrueObject(name=name, functions=frozenset({function} - {"none"}), box=box_of(points), **more)
 
 
@@ -82,11 +82,11 @@ def test_shares_of_a_score():
 def test_what_is_seen_counts_and_the_rest_is_told_apart():
     blocks = {name: cube(3 * k) for k, name in enumerate(["seen", "part", "back", "hidden", "bowl", "nothing"])}
     truth = [
-        thing("seen", blocks["seen"]),
-        thing("part", blocks["part"], visible="part"),
-        thing("back", blocks["back"], visible="back-only"),
-        thing("hidden", blocks["hidden"], visible="none"),
-        thing("bowl", blocks["bowl"], "none", disputed=frozenset({"cup"})),
+        target("seen", blocks["seen"]),
+        target("part", blocks["part"], visible="part"),
+        target("back", blocks["back"], visible="back-only"),
+        target("hidden", blocks["hidden"], visible="none"),
+        target("bowl", blocks["bowl"], "none", disputed=frozenset({"cup"})),
     ]
     every = [((name,), {"cup": 0.9}) for name in blocks]
     assert score_of(scan_of(blocks, every, truth).verdicts) == Score(found=2, false=1, backs_found=1, disputed=1)
@@ -115,43 +115,43 @@ def seat_at(x: float, y: float) -> RecognisedObject:
 
 def test_a_claim_of_another_function_finds_nothing():
     blocks = {"mug": cube(0)}
-    verdicts = scan_of(blocks, [(("mug",), {"cup": 0.1, "table": 0.8})], [thing("mug", blocks["mug"])]).verdicts
+    verdicts = scan_of(blocks, [(("mug",), {"cup": 0.1, "table": 0.8})], [target("mug", blocks["mug"])]).verdicts
     assert score_of(verdicts) == Score(missed=1, false=1)
 
 
 def test_one_claim_finds_one_object_only():
     blocks = {"mug": cube(0)}
-    twice = [thing("mug", blocks["mug"]), thing("mug again", blocks["mug"])]
+    twice = [target("mug", blocks["mug"]), target("mug again", blocks["mug"])]
     assert score_of(scan_of(blocks, [(("mug",), {"cup": 0.9})], twice).verdicts) == Score(found=1, missed=1)
 
 
 def test_causes_of_misses():
     blocks = {"mug": cube(0), "tin": cube(1, 4), "rest": cube(9)}
-    truth = [thing("mug", blocks["mug"]), thing("tin", blocks["tin"], "none")]
+    truth = [target("mug", blocks["mug"]), target("tin", blocks["tin"], "none")]
     assert causes_of(blocks, [(("rest",), {"cup": 0.1})], truth) == (["not proposed"], [])
     assert causes_of(blocks, [(("mug", "tin"), {"cup": 0.1})], truth) == (["merged"], [])
     assert causes_of(blocks, [(("mug",), {"cup": 0.1})], truth) == (["mislabelled"], [])
     assert causes_of(blocks, [(("mug",), {"cup": 0.45})], truth) == (["unsure"], [])
     halves = {"left": FILLED[FILLED[:, 0] < 0] * [0.4, 1, 1], "right": FILLED[FILLED[:, 0] > 0] * [0.4, 1, 1]}
-    mug = [thing("mug", FILLED * [3, 1, 1])]  # a box three times as wide as what either half fills
+    mug = [target("mug", FILLED * [3, 1, 1])]  # a box three times as wide as what either half fills
     assert causes_of(halves, [(("left",), {"cup": 0.1}), (("right",), {"cup": 0.1})], mug) == (["torn"], [])
 
 
 def test_a_miss_says_where_its_points_went():
     blocks = {"mug": cube(0)}
-    row = cause_rows(scan_of(blocks, [], [thing("mug", blocks["mug"])]))[0][0]
+    row = cause_rows(scan_of(blocks, [], [target("mug", blocks["mug"])]))[0][0]
     assert row["detail"] == "its points: 100% left over"
     assert (row["object"], row["visible"], row["score"]) == ("mug", "full", None)
 
 
 def test_causes_of_false_claims():
     blocks = {"mug": cube(0), "tin": cube(1, 4), "rest": cube(9)}
-    truth = [thing("mug", blocks["mug"], "none"), thing("tin", blocks["tin"], "none")]
+    truth = [target("mug", blocks["mug"], "none"), target("tin", blocks["tin"], "none")]
     assert causes_of(blocks, [(("tin",), {"cup": 0.9})], truth) == ([], ["mislabelled"])
     assert causes_of(blocks, [(("rest",), {"cup": 0.9})], truth) == ([], ["mislabelled"])
     assert causes_of(blocks, [(("rest",), {"cup": 0.55})], truth) == ([], ["unsure"])
     assert causes_of(blocks, [(("mug", "tin"), {"cup": 0.9})], truth) == ([], ["merged"])
-    table = [thing("table", np.vstack([blocks["tin"], blocks["mug"]]), "table")]
+    table = [target("table", np.vstack([blocks["tin"], blocks["mug"]]), "table")]
     assert causes_of(blocks, [(("mug",), {"table": 0.9})], table) == (["not proposed"], ["torn"])  # a fifth of it
 
 
@@ -217,12 +217,12 @@ def test_a_wrong_table_is_one_line(tmp_path, changes, message):
 
 def test_baselines_tell_what_they_have_learnt(tmp_path):
     names = [name for name in THINGS if name not in ("pen", "bus")]
-    learnt = learnt_objects([str(write_things(tmp_path, names))], pytest.fail)
+    learnt = learnt_objects([str(write_objects(tmp_path, names))], pytest.fail)
     assert learnt.names == [f"{name}.ply" for name in names]
     mug = shape_record(load_cloud(tmp_path / "mug.ply"), Path("mug"))
-    told = baselines(learnt, load_model(shipped_model("fast", scans=True)))
-    assert list(told) == ["bounding box", "points in the same cubes", "points' quantities"]
-    for baseline in told.values():
+    answer = baselines(learnt, load_model(shipped_model("fast", scans=True)))
+    assert list(answer) == ["bounding box", "points in the same cubes", "points' quantities"]
+    for baseline in answer.values():
         scores = dict(zip(baseline.functions, baseline.scores([mug])[0], strict=True))
         assert max(scores, key=scores.get) == "cup"
 
@@ -230,7 +230,7 @@ def test_baselines_tell_what_they_have_learnt(tmp_path):
 def test_proposals_told_as_the_spheres_tell_them_become_the_same_objects():
     scan = scan_from_points(room()[0][::2], "room")
     asked = Asked(scan=scan, room=recognise(scan, load_model(shipped_model("fast", scans=True))))
-    again = asked.told_by([proposal.scores for proposal in asked.proposals()])
+    again = asked.classified_by([proposal.scores for proposal in asked.proposals()])
     assert [item.functions for item in again] == [item.functions for item in asked.objects()]
     for one, other in zip(again, asked.objects(), strict=True):
         assert np.array_equal(one.points, other.points)
@@ -256,9 +256,9 @@ def real_scans(*words) -> subprocess.CompletedProcess:
 
 def test_the_command_scores_a_room_that_is_known(tmp_path):
     write_labelled_room(tmp_path)
-    (tmp_path / "things").mkdir()
-    things = write_things(tmp_path / "things", ("mug", "desk"))
-    done = real_scans(tmp_path, "--json", "--learnt", things, "--review", tmp_path / "review")
+    (tmp_path / "objects").mkdir()
+    targets = write_objects(tmp_path / "objects", ("mug", "desk"))
+    done = real_scans(tmp_path, "--json", "--learnt", targets, "--review", tmp_path / "review")
     assert done.returncode == 0, done.stderr
     about = json.loads(done.stdout)
     assert (about["seen"], about["scans"][0]["scan"]) == (3, "room.ply")

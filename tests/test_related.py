@@ -1,4 +1,4 @@
-"""Rules and examiners: plain things are told by their measures, and not when what serves is taken away."""
+"""Rules and examiners: plain objects are classified by their measures, and not when what serves is taken away."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts
+from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
@@ -100,9 +100,9 @@ THINGS = {
 
 
 @pytest.mark.parametrize("tell", RELATED.values(), ids=RELATED)
-@pytest.mark.parametrize("thing", THINGS)
-def test_plain_things_are_told(thing, tell):
-    make, functions = THINGS[thing]
+@pytest.mark.parametrize("item", THINGS)
+def test_plain_things_are_told(item, tell):
+    make, functions = THINGS[item]
     assert tell(seen(make())) == functions
 
 
@@ -159,7 +159,7 @@ def test_scores_are_what_is_told_and_nothing_for_other_functions():
 
 
 def test_quality_is_that_of_the_tested_objects_only():
-    # Four tables and four others; every second is told wrongly, all of source b.
+    # Four tables and four others; every second is classified wrongly, all of source b.
     members = np.array([[True], [False]] * 4)
     labels = Labels(("table",), members, np.zeros_like(members), np.array(["a", "a", "b", "b"] * 2))
     records = [seen(slab_on_posts(0.3, 0.3, 0.2))] * 8

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
@@ -18,13 +20,13 @@ from spherefunc_bullet.learning.profiles.calibration import (
     SURE,
     calibrated,
     calibration_line,
-    kin_of,
+    group_copies,
     log_odds,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile
-from spherefunc_bullet.settling.drops import NO_DROPS, WIDTH
+from spherefunc_bullet.settling.drops import NO_DROPS, Drops, drops_from_rows
 
 RADIUS = 0.02
 DIAMETER = 2 * RADIUS
@@ -60,19 +62,19 @@ def turned(centers: np.ndarray, angle: float) -> np.ndarray:
     return centers @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
 
 
-def dropped(centers: np.ndarray, lost=()) -> np.ndarray:
-    """Return drops (D, 6) that settled where they fell, and of columns (L, 2) those that did not, last."""
+def dropped(centers: np.ndarray, lost=()) -> Drops:
+    """Return drops that settled where they fell, and of columns (L, 2) those that did not, last."""
     settled = np.column_stack([centers[:, :2], centers, np.zeros(len(centers))])
-    gone = np.full((len(lost), WIDTH), np.nan)
+    gone = np.full((len(lost), 6), np.nan)
     gone[:, :2] = np.reshape(lost, (-1, 2))
-    return np.concatenate([settled, gone])
+    return drops_from_rows(RADIUS, np.concatenate([settled, gone]))
 
 
 def quantities(centers: np.ndarray, radius: float = RADIUS, lost=()) -> dict[str, float]:
     return quantities_of(dropped(centers, lost), radius)
 
 
-def quantities_of(drops: np.ndarray, radius: float = RADIUS) -> dict[str, float]:
+def quantities_of(drops: Drops | np.ndarray, radius: float = RADIUS) -> dict[str, float]:
     return dict(zip(NAMES, RestingProfile(radius).transform([drops])[0].tolist(), strict=True))
 
 
@@ -130,7 +132,7 @@ def test_what_falls_through_is_counted_where_it_falls():
     whole = quantities(layer(8, 8, 0.4), lost=[(2.0, 2.0)] * 9)  # beside the plate, which tells nothing
     assert whole["stays"] == whole["level_stays"] == 1
     holed = np.delete(layer(8, 8, 0.4), [27, 28, 35, 36], axis=0)
-    drops = dropped(holed, lost=layer(8, 8, 0.4)[[27, 28, 35, 36], :2])
+    drops = dropped(holed, lost=layer(8, 8, 0.4)[[27, 28, 35, 36], :2]).rows()
     found = quantities_of(np.concatenate([drops[-4:], drops[:-4]]))  # those through the hole came first
     assert found["stays"] == pytest.approx(60 / 64)
     assert found["middle_stays"] < 0.8 < found["stays_early"] < 1
@@ -144,7 +146,7 @@ def test_a_full_cup_lets_spheres_go_late_and_not_early():
 
 def test_early_is_until_half_of_all_that_settled_had_settled():
     """What is lost between the first half and the second counts as late, and before the first half as early."""
-    drops = dropped(layer(8, 8, 0.4), lost=np.full((36, 2), 3.5 * DIAMETER))  # over the middle of the plate
+    drops = dropped(layer(8, 8, 0.4), lost=np.full((36, 2), 3.5 * DIAMETER)).rows()  # over the middle of the plate
     first, second, lost = drops[:32], drops[32:64], drops[64:]
     between = quantities_of(np.concatenate([first, second[:1], lost, second[1:]]))
     assert between["stays_early"] == between["middle_stays"] == between["level_stays"] == 1
@@ -181,8 +183,8 @@ def test_a_level_is_what_begins_within_a_radius_of_it():
 
 def test_the_way_from_fall_to_rest_is_in_radii():
     drops = dropped(layer(8, 8, 0.4))
-    drops[:, 0] += 3 * RADIUS
-    assert quantities_of(drops)["rolled"] == pytest.approx(3)
+    begun = drops.places + [3 * RADIUS, 0]
+    assert quantities_of(replace(drops, places=begun))["rolled"] == pytest.approx(3)
 
 
 ODD = {
@@ -298,9 +300,9 @@ def learnt(objects, labels, **options) -> FunctionClassifier:
 def test_a_table_is_told_from_a_chair():
     classifier = learnt(*toy(24))
     objects, labels = toy(10, seed=1)
-    told = classifier.memberships_of(objects, any_heading=True)
-    assert [[name for name, found in row.items() if found.member] for row in told] == [[label] for label in labels]
-    assert {row["table"].radius for row in told} <= set(RADII)
+    answer = classifier.memberships_of(objects, any_heading=True)
+    assert [[name for name, found in row.items() if found.member] for row in answer] == [[label] for label in labels]
+    assert {row["table"].radius for row in answer} <= set(RADII)
     assert classifier.score_settled([]).shape == (0, 2)
 
 
@@ -360,9 +362,13 @@ def test_growth_is_learning_everything():
 
 
 def test_copies_count_less_and_belong_to_their_original():
-    kin = kin_of(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
-    assert kin.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
-    assert kin.groups[2] == kin.groups[0] and kin.groups[3] == kin.groups[1] and len(set(kin.groups)) == 3
+    copy_groups = group_copies(["a", "b", "a, holed", "b, holed", "other"], ["", "", "a", "b", "not learnt"])
+    assert copy_groups.weights.tolist() == [1, 1, COPY_WEIGHT, COPY_WEIGHT, COPY_WEIGHT]
+    assert (
+        copy_groups.groups[2] == copy_groups.groups[0]
+        and copy_groups.groups[3] == copy_groups.groups[1]
+        and len(set(copy_groups.groups)) == 3
+    )
 
 
 def test_useless_copies_teach_what_is_missing():
@@ -381,11 +387,11 @@ def test_useless_copies_teach_what_is_missing():
     assert (model.score_settled(useless) < 0.5).all()
 
 
-def letting_through(drops: np.ndarray) -> np.ndarray:
+def letting_through(drops: Drops) -> Drops:
     """Return drops of which every other one is lost."""
-    some = drops.copy()
-    some[::2, 2:] = np.nan
-    return some
+    rows = drops.rows()
+    rows[::2, 2:] = np.nan
+    return drops_from_rows(drops.radius, rows)
 
 
 def test_rank_distances_know_no_units():
@@ -410,7 +416,7 @@ def test_short_thresholds_change_no_vote():
 
     X = np.random.default_rng(0).uniform(size=(200, 4))
     grown = forest_of(ExtraTreesClassifier(20, random_state=0).fit(X, X[:, 0] > X[:, 1]))
-    short = grown.in_short()
+    short = grown.to_float32()
     assert (short.threshold == short.threshold.astype(np.float32)).all()
     # What trees compare are 32-bit numbers: those at a threshold, and their neighbours, are the ones that could differ.
     near = np.nextafter(grown.threshold[:, None].astype(np.float32), np.array([-np.inf, np.inf], np.float32))

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 from browser import CHROMIUM, FLAGS, needs_browser
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json
@@ -35,12 +35,17 @@ def crowded() -> tuple[Scan, Room]:
     objects = []
     for number in range(12):
         points = rng.random((200, 3)) * [0.08, 0.08, 0.1] + [0.04 * (number % 4), 0.04 * (number // 4), 0]
-        told = {"cup": Membership(member=True, score=0.6 + number / 100, radius=0.01)}
-        told |= {"sittable": Membership(member=False, score=0.1, radius=0.03)}
+        answer = {"cup": Membership(member=True, score=0.6 + number / 100, radius=0.01)}
+        answer |= {"sittable": Membership(member=False, score=0.1, radius=0.03)}
         by = "pools" if number % 2 else "clusters"
         objects.append(
             SceneObject(
-                id=number, points=points, support=0.0, box=bounding_box(points), fragment=False, functions=told,
+                id=number,
+                points=points,
+                support=0.0,
+                box=bounding_box(points),
+                fragment=False,
+                functions=answer,
                 proposed_by=by,
             )  # fmt: skip
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from things import write_things
+from objects_to_scan import write_objects
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.simulated import simulate_dataset
@@ -27,7 +27,7 @@ def run():
 
 
 def test_a_room_is_furnished_scanned_and_told(run, tmp_path):
-    data = write_things(tmp_path, ("desk", "seat", "mug"))
+    data = write_objects(tmp_path, ("desk", "seat", "mug"))
     few = ("--rooms", 1, "--views", 1, "--jobs", 1)
     done = run(data, "--model", shipped_model(), *few, "--json", "--report", tmp_path)
     about = json.loads(done.stdout)
@@ -53,7 +53,7 @@ def test_every_number_of_views_meets_every_noise_and_whole_surfaces_none():
 
 
 def test_rooms_side_by_side_give_the_same(run, tmp_path):
-    data = write_things(tmp_path, ("desk", "seat", "mug"))
+    data = write_objects(tmp_path, ("desk", "seat", "mug"))
     few = ("--rooms", 2, "--views", "1", "--model", shipped_model(scans=True), "--cut-out", "--json")
     one, two = (json.loads(run(data, *few, "--jobs", jobs).stdout)["conditions"] for jobs in (1, 2))
     for measured in (*one, *two):
@@ -63,7 +63,7 @@ def test_rooms_side_by_side_give_the_same(run, tmp_path):
 
 @pytest.mark.parametrize("examples", ["whole", "views", "both-large"])
 def test_what_is_learnt_of_partial_views(tmp_path, examples):
-    dataset = open_dataset(write_things(tmp_path, ("desk", "seat", "mug")))
+    dataset = open_dataset(write_objects(tmp_path, ("desk", "seat", "mug")))
     simulator = make_simulator("fast")
     training = Training(simulator=simulator, radii=(0.05,), examples=examples)
     simulated = simulate_dataset(dataset, Dropping(simulator=simulator, radii=(0.05,)), jobs=1, failed=pytest.fail)
@@ -88,7 +88,7 @@ def test_the_plot_draws_what_it_is_given(tmp_path):
     ]
     rows = curve_rows(measured)
     assert [row["value"] for row in rows if row["curve"] == "cup"] == [0.5] * 4
-    about = {"data": "things", "backend": "fast"}
+    about = {"data": "objects", "backend": "fast"}
     write_report(tmp_path, about, measured)
     assert (tmp_path / "rooms.csv").read_text().count("\n") == 1 + 3 * 4
     assert (tmp_path / "rooms.svg").read_text().startswith("<?xml")
@@ -99,6 +99,6 @@ def test_the_plot_draws_what_it_is_given(tmp_path):
     [["--views", "some"], ["--noise=-1"], ["--completion", "magic"], ["--examples", "all"], ["--model", "none.npz"]],
 )
 def test_mistakes_are_one_line(run, tmp_path, wrong):
-    done = run(write_things(tmp_path, ("mug",)), *wrong)
+    done = run(write_objects(tmp_path, ("mug",)), *wrong)
     assert isinstance(done.exception, InputError)
     assert "\n" not in str(done.exception) and "expected" in str(done.exception)

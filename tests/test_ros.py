@@ -316,7 +316,7 @@ def test_scene_reads_a_bag(tmp_path, seen):
     path = write_bag(tmp_path / "room", "mcap", recorded_room(seen))
     about = json.loads(run(path, "--json").stdout)
     assert about["frame"] == "odom" and np.allclose(about["up"], [0, 0, 1])
-    members = [name for item in about["objects"] for name, told in item["functions"].items() if told["member"]]
+    members = [name for item in about["objects"] for name, answer in item["functions"].items() if answer["member"]]
     assert "table" in members and "cup" in members
 
 

@@ -16,8 +16,9 @@ from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import profiles_at
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
-from spherefunc_bullet.settling.drops import LIMITED, Length
-from spherefunc_bullet.settling.records import VOXEL, Dropping, KeptFile, Loading, shape_of
+from spherefunc_bullet.settling.drops import LIMITED, RunLimit
+from spherefunc_bullet.settling.kept_object import KeptFile
+from spherefunc_bullet.settling.records import VOXEL, Dropping, Loading, shape_of
 from spherefunc_bullet.simulator import make_simulator
 
 
@@ -44,7 +45,7 @@ class Watched:
         return self.results[-1]
 
 
-@pytest.mark.parametrize("length", [LIMITED, Length(drops=20)])
+@pytest.mark.parametrize("length", [LIMITED, RunLimit(drops=20)])
 def test_code_has_run_once_before_it_is_timed(length):
     simulator = Watched()
     for _ in range(2):
@@ -100,7 +101,7 @@ def test_one_call_keeps_spheres_where_that_is_asked_for(home, cache):
 
 def test_a_sphere_that_cannot_settle_takes_no_time_and_no_drop():
     roller = make_simulator("fast")
-    for length in (LIMITED, Length(drops=20)):
+    for length in (LIMITED, RunLimit(drops=20)):
         rows, seconds, drops = settling.drop_or_nothing(clouds.mug(), roller, 0.2, 0, length)
         assert (len(rows), seconds, drops) == (0, 0.0, 0)
 
@@ -110,7 +111,7 @@ def test_the_transformer_reads_what_the_classifier_reads():
     model = FunctionClassifier(radii=radii, drops=30, early_drops=0).fit(objects, ["cup", "none"])
     read = np.hstack([RestingProfile(radius, drops=30).transform(objects) for radius in radii])
     assert np.array_equal(read, model.profiles_)
-    drops = [settling.settle(cloud, "fast", [0.01], 0, Length(drops=30))[0.01] for cloud in objects]
+    drops = [settling.settle(cloud, "fast", [0.01], 0, RunLimit(drops=30))[0.01] for cloud in objects]
     assert np.array_equal(profiles_at(drops, 0.01), read[:, : read.shape[1] // 2])
 
 

@@ -50,7 +50,7 @@ def same(first, second) -> bool:
         and a.seconds == b.seconds
         and np.array_equal(a.size, b.size)
         and np.array_equal(a.voxels, b.voxels)
-        and all(np.array_equal(a.settled[radius], b.settled[radius]) for radius in RADII)
+        and all(np.array_equal(a.centers(radius), b.centers(radius)) for radius in RADII)
         for a, b in zip(first, second, strict=True)
     )
 
@@ -84,7 +84,7 @@ def test_runs_to_the_end_begin_as_those_with_a_limit(files, monkeypatch):
     limited, whole = simulated(files, (0.01,)), simulated(files, (0.01,), length=TO_THE_END)
     for few, all_ in zip(limited, whole, strict=True):
         assert len(few.settled[0.01]) == 12 < len(all_.settled[0.01])
-        assert np.array_equal(few.settled[0.01], all_.settled[0.01][:12])
+        assert np.array_equal(few.centers(0.01), all_.centers(0.01)[:12])
 
 
 def test_a_simulator_keeps_the_limit_that_it_declares():
@@ -101,7 +101,7 @@ def test_entry_cut_short_is_computed_again(files):
             path.write_bytes(content[:length])
             again = simulated(files)
             assert all(
-                np.array_equal(a.settled[radius], b.settled[radius])
+                np.array_equal(a.centers(radius), b.centers(radius))
                 for a, b in zip(first, again, strict=True)
                 for radius in RADII
             )
@@ -158,12 +158,12 @@ def test_cache_is_what_settle_returns(files):
     again = simulated(files)[1].settled
     # The plate's file is moved to the ground; the cloud itself hangs 40 cm above it.
     for radius in RADII:
-        assert len(again[radius]) > 0 and settled[radius].dtype == again[radius].dtype == np.float32
+        assert len(again[radius]) > 0 and settled[radius].rests.dtype == again[radius].rests.dtype == np.float32
 
 
 def test_sphere_larger_than_the_object_settles_nowhere(files):
     record = simulated(files[:1], (0.02, 0.5))[0]
-    assert record.settled[0.5].shape == (0, 3) and record.drops[0.5] == 0 and len(record.settled[0.02]) > 0
+    assert record.centers(0.5).shape == (0, 3) and record.drops[0.5] == 0 and len(record.settled[0.02]) > 0
 
 
 def test_two_processes_give_what_one_gives(files):

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from things import slab_on_posts
+from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import application
@@ -28,7 +28,7 @@ NOWHERE = np.empty((0, 3))
 @pytest.fixture(scope="module", params=sorted(backend_entry_points()))
 def simulator(request):
     if request.param not in able_backends("stands"):
-        pytest.skip(f"{request.param} does not tell whether things stand")
+        pytest.skip(f"{request.param} does not tell whether objects stand")
     try:
         return make_simulator(request.param)
     except InputError as error:
@@ -36,7 +36,7 @@ def simulator(request):
 
 
 def cloud_of(mesh: trimesh.Trimesh) -> Cloud:
-    return cloud_from_mesh(mesh.vertices, mesh.faces, "thing")
+    return cloud_from_mesh(mesh.vertices, mesh.faces, "object")
 
 
 def table() -> Cloud:

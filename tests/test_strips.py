@@ -111,13 +111,13 @@ def test_spheres_overlap_nothing_and_none_hangs_in_the_air():
 
 def test_the_pile_is_the_one_that_the_papers_order_gives():
     """Within three times what seeds differ by: how many settle, how high, how many on the object."""
-    told = []
+    answer = []
     for options in ({}, {"as_drawn": True}):
         results = [dropped("chair", seed, **options) for seed in range(5)]
         heights = [result.centers[:, 2] for result in results]
         on_object = [result.on_object.mean() for result in results]
-        told.append([[len(z), z.mean(), z.std(), share] for z, share in zip(heights, on_object, strict=True)])
-    strips, drawn = np.array(told)
+        answer.append([[len(z), z.mean(), z.std(), share] for z, share in zip(heights, on_object, strict=True)])
+    strips, drawn = np.array(answer)
     spread = np.sqrt((strips.var(axis=0, ddof=1) + drawn.var(axis=0, ddof=1)) / 5)
     assert (abs(strips.mean(axis=0) - drawn.mean(axis=0)) < 3 * spread).all()
     assert not np.array_equal(dropped().centers, dropped(as_drawn=True).centers)

@@ -12,7 +12,7 @@ from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_asked, read_experiment
 from spherefunc_bullet.compare.evaluation import profiled
-from spherefunc_bullet.compare.mechanics.measures import beside, bought, measured, read_tasks, task_reports
+from spherefunc_bullet.compare.mechanics.measures import benefit_sentence, beside, measured, read_tasks, task_reports
 from spherefunc_bullet.compare.mechanics.tasks import Outcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
@@ -26,10 +26,10 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 
 def outcome(backend: str, right: str, seconds: float = 1.0) -> Outcome:
-    """Return an outcome of which things are told right, 1, and wrong, 0."""
-    told = {str(number): digit == "1" for number, digit in enumerate(right)}
-    value = float(np.mean(list(told.values())))
-    return Outcome(backend=backend, measure="share", value=value, asked=len(told), seconds=seconds, right=told)
+    """Return an outcome of which objects are classified correctly, 1, and wrong, 0."""
+    answer = {str(number): digit == "1" for number, digit in enumerate(right)}
+    value = float(np.mean(list(answer.values())))
+    return Outcome(backend=backend, measure="share", value=value, asked=len(answer), seconds=seconds, right=answer)
 
 
 def household(name: str) -> Path:
@@ -44,15 +44,15 @@ def test_the_sign_test_by_hand():
 
 def test_one_sentence_says_what_fidelity_buys():
     quick, same = outcome("fast", "1" * 20), outcome("bullet", "1" * 20, seconds=3.0)
-    level = bought("poses", [quick, same], ())
+    level = benefit_sentence("poses", [quick, same], ())
     assert "bullet is level with fast (share 1.00 against 1.00 of 20) and buys nothing" in level
     worse = outcome("fast", "0" * 10 + "1" * 10)
-    said = bought("poses", [worse, same], ())
+    said = benefit_sentence("poses", [worse, same], ())
     assert "better than" in said and "3.0 times the time (3.0 s against 1.0 s each)" in said
-    assert "worse than" in bought("poses", [quick, outcome("bullet", "0" * 10 + "1" * 10)], ())
-    alone = bought("keeping", [same], ("fast",))
+    assert "worse than" in benefit_sentence("poses", [quick, outcome("bullet", "0" * 10 + "1" * 10)], ())
+    alone = benefit_sentence("keeping", [same], ("fast",))
     assert "only bullet can do it, fast cannot (share 1.00 of 20, 3.0 s each)" in alone
-    assert "nothing was measured, fast cannot do it" in bought("keeping", [], ("fast",))
+    assert "nothing was measured, fast cannot do it" in benefit_sentence("keeping", [], ("fast",))
 
 
 def test_tasks_are_read():
@@ -92,8 +92,8 @@ def test_the_lower_the_hole_the_less_is_kept():
     simulator = carrier()
     cloud = load_cloud(household("mug_01"))
     copies = holed_copies(Specimen(cloud, "cup"), "mug_01", 0)
-    things = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
-    low, middle, high, whole = (simulator.carry(one, CarrySettings(), 0).kept[-1] for one in [*things, cloud])
+    targets = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
+    low, middle, high, whole = (simulator.carry(one, CarrySettings(), 0).kept[-1] for one in [*targets, cloud])
     # The hole is three sixteenths of the mug's extent across, so its lower edge is some 0.12 of the depth under its
     # middle: what it holds without spilling is that much less than a quarter, a half and three quarters.
     assert low < middle - 0.1 < high - 0.2 < whole - 0.3 and whole > 0.95
@@ -139,11 +139,13 @@ def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
     monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
-    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "things", "six")
+    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "objects", "six")
     asked = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]
 
     def said(command: str, *arguments: str) -> dict:
-        monkeypatch.setattr("sys.argv", ["spherefunc", command, str(tmp_path / "things"), *arguments, *asked, "--json"])
+        monkeypatch.setattr(
+            "sys.argv", ["spherefunc", command, str(tmp_path / "objects"), *arguments, *asked, "--json"]
+        )
         with pytest.raises(SystemExit) as ended:
             main()
         out, err = capsys.readouterr()

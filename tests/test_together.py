@@ -1,4 +1,4 @@
-"""Several things together: who carries what, and what one takes from another, against areas that are known."""
+"""Several objects together: who carries what, and what one takes from another, against areas that are known."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from objects_to_scan import slab_on_posts
 from PIL import Image
-from things import slab_on_posts
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
@@ -21,7 +21,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.arrangements.falls import drop_on, surroundings
 from spherefunc_bullet.scenes.arrangements.levels import joined, level_of
 from spherefunc_bullet.scenes.arrangements.overlaps import crossing
-from spherefunc_bullet.scenes.arrangements.owners import NOBODY
+from spherefunc_bullet.scenes.arrangements.owners import NO_OWNER
 from spherefunc_bullet.scenes.arrangements.placing import Placement, parse_placed
 from spherefunc_bullet.scenes.arrangements.supports import GROUND, require_carried, tips_by
 from spherefunc_bullet.scenes.arrangements.together import TogetherSettings, put_down
@@ -96,15 +96,15 @@ def test_a_box_is_set_down_on_the_table_below_it_and_beside_it_on_the_ground(hea
         [table(), box(*BOX), box(*BOX)],
         [Placement(), Placement(heading_deg=heading), Placement(x=1.5, heading_deg=heading)],
     )
-    assert [thing.height for thing in placed] == pytest.approx([0, HEIGHT, 0], abs=1e-6)
-    feet = [require_carried(thing, [other for other in placed if other is not thing]) for thing in placed]
+    assert [item.height for item in placed] == pytest.approx([0, HEIGHT, 0], abs=1e-6)
+    feet = [require_carried(item, [other for other in placed if other is not item]) for item in placed]
     assert feet[1].carriers(["table", "other"]) == ("table",) and feet[2].carriers(["table", "other"]) == (GROUND,)
 
 
 def test_things_are_stacked_in_the_order_in_which_they_come():
     placed = put_down([table(), box(*BOX), box(0.1, 0.1, 0.1)], [Placement()] * 3)
     assert placed[2].height == pytest.approx(HEIGHT + BOX[2], abs=1e-6)
-    assert [thing.name for thing in placed] == ["table", "box (1)", "box (2)"]
+    assert [item.name for item in placed] == ["table", "box (1)", "box (2)"]
 
 
 def test_what_nothing_carries_is_said():
@@ -146,7 +146,7 @@ def test_a_sphere_belongs_to_what_is_under_it_and_not_to_what_it_leans_on(simula
     leaning = on_table & (aside.max(axis=1) < 1.1 * radius)
     assert on_table.sum() > 100 and on_box.sum() > 100 and leaning.sum() > 5
     assert (falls.owners[on_table] == 0).all() and (falls.owners[on_box] == 1).all()
-    assert (falls.owners[~np.isnan(falls.centers[:, 0])] != NOBODY).all()
+    assert (falls.owners[~np.isnan(falls.centers[:, 0])] != NO_OWNER).all()
 
 
 def test_a_sphere_on_spheres_belongs_to_who_carries_those(simulator):
@@ -178,7 +178,7 @@ def test_a_box_takes_its_footprint_from_the_table(simulator):
 
 
 def test_points_alone_do_as_well_as_meshes():
-    placed = [replace(thing, own=Cloud(thing.own.points, thing.name)) for thing in box_on_table()]
+    placed = [replace(item, own=Cloud(item.own.points, item.name)) for item in box_on_table()]
     assert require_carried(placed[1], placed[:1]).carriers(["table"]) == ("table",)
     level = level_of(placed, 0, make_simulator("fast"), None, 500, 0)
     assert level.left == pytest.approx(1 - math.prod(BOX[:2]) / math.prod(TOP), abs=0.08)  # as above, of 500 drops
@@ -196,7 +196,7 @@ def test_a_chair_under_a_table_is_no_seat_until_it_is_pulled_out():
 
     def seat(y: float, z: float | None = 0.0):
         placement = Placement(x=0.0, y=y, z=z, heading_deg=180.0)
-        return sf.together([(top, Placement()), (chair, placement)], settings=settings).things
+        return sf.together([(top, Placement()), (chair, placement)], settings=settings).objects
 
     under, beside = seat(-0.2)[1], seat(-1.2)[1]
     assert beside.lost == () and beside.together["sittable"].member and beside.level.left > 0.9
@@ -210,7 +210,7 @@ def test_a_mug_on_a_table_stays_a_mug_and_the_table_a_table():
         [(household("dining_table_02"), Placement()), (household("mug_01"), Placement(x=0.1, y=0.2))],
         settings=TogetherSettings(drops=300),
     )
-    table_, mug = found.things
+    table_, mug = found.objects
     assert mug.stands_on == ("dining_table_02.ply",) and table_.stands_on == (GROUND,)
     assert mug.together["cup"].member and table_.together["table"].member and found.notes == ()
 
@@ -224,15 +224,15 @@ def test_the_same_seed_gives_the_same_bits(simulator):
 
 def test_moving_all_things_changes_no_owner():
     there = box_on_table()
-    moved = [replace(thing, placement=replace(thing.placement, x=thing.placement.x + 2.0)) for thing in there]
+    moved = [replace(item, placement=replace(item.placement, x=item.placement.x + 2.0)) for item in there]
     settings, fast = DropSettings(radius=0.02, miss_limit=300, max_drops=300), make_simulator("fast")
-    owners = [np.bincount(drop_on(things, fast, settings, 0, "both")[1].owners + 1) for things in (there, moved)]
+    owners = [np.bincount(drop_on(objects, fast, settings, 0, "both")[1].owners + 1) for objects in (there, moved)]
     # The same columns, but for the last digits of where they are, on which a sphere at an edge may depend.
     assert np.abs(owners[0] - owners[1]).max() <= 3
 
 
 def test_one_thing_alone_is_no_company():
-    with pytest.raises(InputError, match="at least two things"):
+    with pytest.raises(InputError, match="at least two objects"):
         sf.together([(table(), Placement())])
 
 

@@ -11,7 +11,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation.impaired import (
     Impaired,
     held_out,
-    said_of_unseen_kinds,
+    scores_for_unseen_kinds,
     with_copies_learnt,
 )
 from spherefunc_bullet.compare.evaluation.profiled import Profiled
@@ -82,6 +82,6 @@ def test_what_only_its_own_kind_teaches_is_lost_without_it(impaired, read):
     splits, learnt = held_out(impaired, 0), with_copies_learnt(impaired, read)
     seen = [trial.predicted for trial in learnt.trials([[impaired.with_copies(split)] for split in splits])]
     known = shares(impaired, splits, seen)
-    unseen = shares(impaired, splits, said_of_unseen_kinds(impaired, learnt, splits))
+    unseen = shares(impaired, splits, scores_for_unseen_kinds(impaired, learnt, splits))
     for kind in ("hole", "lid"):  # trees cut at random places, so not 0 and 1
         assert known[kind] <= 0.3 and unseen[kind] >= 0.7

@@ -24,6 +24,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, strongest_cubes
+from spherefunc_bullet.settling.drops import DropsByRadius, resting_drops
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
 from spherefunc_bullet.viewer.page import display_html, display_page
 
@@ -50,9 +51,13 @@ def heap(count: int, seed: int, shift: float = 0.0) -> np.ndarray:
     return np.random.default_rng(seed).uniform([-0.3, -0.3, 0.1], [0.3, 0.2, 0.5], (count, 3)) + [shift, 0, 0]
 
 
+def fallen(centers: np.ndarray) -> DropsByRadius:
+    return {RADIUS: resting_drops(RADIUS, centers)}
+
+
 def learnt(method: Method) -> CubeClassifier:
     """Return a classifier of full and nearly empty heaps."""
-    settled = [{RADIUS: heap(150 if i < 5 else 40, i)} for i in range(10)]
+    settled = [fallen(heap(150 if i < 5 else 40, i)) for i in range(10)]
     model = CubeClassifier(radii=[RADIUS], method=method)
     return model.fit_settled(settled, ["cup"] * 5 + ["none"] * 5, [f"heap {i % 3}" for i in range(10)])
 
@@ -66,7 +71,7 @@ def shown(cloud: Cloud, centers: np.ndarray, radius: float = RADIUS) -> dict:
 @pytest.mark.parametrize("neighbors, of_all", [((1,), False), ((1, 3), False), ((8,), True)])
 def test_evidence_sums_to_the_difference_of_squared_distances(neighbors, of_all):
     model = learnt(Method(name="test", neighbors=neighbors, of_all=of_all))
-    asked = {RADIUS: heap(90, 77, shift=0.4)}  # some of it where no training object had a sphere
+    asked = fallen(heap(90, 77, shift=0.4))  # some of it where no training object had a sphere
     distances = model.distances([asked], RADIUS)[0]
     weights = model.neighbor_weights(distances, "cup")
     members = model.members_[:, 0]
@@ -78,7 +83,7 @@ def test_evidence_sums_to_the_difference_of_squared_distances(neighbors, of_all)
 
 def test_strongest_cubes_speak_on_both_sides_and_their_shares_are_of_all():
     model = learnt(Method(name="test"))
-    asked = {RADIUS: heap(90, 77, shift=0.4)}
+    asked = fallen(heap(90, 77, shift=0.4))
     cubes = cube_evidence(model, asked, "cup", RADIUS)
     every = strongest_cubes(model, asked, "cup", len(cubes.counts))
     assert sum(abs(each["share"]) for each in every) == pytest.approx(1, abs=0.01)  # each is rounded
@@ -92,7 +97,7 @@ def test_strongest_cubes_speak_on_both_sides_and_their_shares_are_of_all():
 
 def test_weights_of_neighbours_are_those_that_classify_explains():
     model = learnt(Method(name="test"))
-    asked = {RADIUS: heap(90, 77)}
+    asked = fallen(heap(90, 77))
     weights = model.neighbor_weights(model.distances([asked], RADIUS)[0], "cup")
     named = [row["weight"] for row in model.neighbors(asked, "cup")]
     assert np.allclose(np.sort(weights[weights > 0]), np.sort(named), atol=1e-4)  # those are rounded
@@ -102,7 +107,7 @@ def test_weights_of_neighbours_are_those_that_classify_explains():
 def test_with_one_neighbour_the_cubes_decide_as_the_classifier_does():
     model = learnt(Method(name="test", neighbors=(1,)))
     for seed, count in enumerate((20, 60, 90, 120, 200)):
-        asked = {RADIUS: heap(count, 50 + seed)}
+        asked = fallen(heap(count, 50 + seed))
         total = cube_evidence(model, asked, "cup", RADIUS).speaks_for.sum()
         assert (total > 0) == (model.score_settled([asked])[0, 0] > 0.5)
 
@@ -110,7 +115,7 @@ def test_with_one_neighbour_the_cubes_decide_as_the_classifier_does():
 def test_the_nearest_stands_for_a_side_that_has_no_neighbour():
     # Both of the nearest of all are full heaps; the cubes still tell them from the nearest other.
     model = learnt(Method(name="test", neighbors=(2,), of_all=True))
-    asked = {RADIUS: heap(148, 0)}
+    asked = fallen(heap(148, 0))
     weights = model.neighbor_weights(model.distances([asked], RADIUS)[0], "cup")
     others = model.distances([asked], RADIUS)[0][~model.members_[:, 0]]
     means = [np.average(model.distances([asked], RADIUS)[0] ** 2, weights=weights), others.min() ** 2]
@@ -121,7 +126,7 @@ def test_the_nearest_stands_for_a_side_that_has_no_neighbour():
 def test_cubes_are_where_their_spheres_are():
     model = learnt(Method(name="test"))
     centers = heap(200, 5)
-    cubes = cube_evidence(model, {RADIUS: centers}, "cup", RADIUS)
+    cubes = cube_evidence(model, fallen(centers), "cup", RADIUS)
     low, high = cubes.corners[:, None] - 1e-9, cubes.corners[:, None] + cubes.side + 1e-9
     within = ((centers >= low) & (centers <= high)).all(axis=2).sum(axis=1)
     assert (within >= cubes.counts).all() and within.sum() == pytest.approx(200, abs=12)  # on a border: in two cubes

@@ -8,8 +8,8 @@ import json
 import numpy as np
 import pytest
 import trimesh
+from objects_to_scan import THINGS, slab_on_posts, write_objects
 from scipy.spatial import cKDTree
-from things import THINGS, slab_on_posts, write_things
 from typer.testing import CliRunner
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
@@ -26,7 +26,7 @@ from spherefunc_bullet.scenes.virtual_rooms.scans import seen_scan, whole_scan
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory):
-    return write_things(tmp_path_factory.mktemp("things"))
+    return write_objects(tmp_path_factory.mktemp("objects"))
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""What is taken for a wall: a plane that is filled, and not one that cuts across things."""
+"""What is taken for a wall: a plane that is filled, and not one that cuts across objects."""
 
 from __future__ import annotations
 
@@ -47,6 +47,6 @@ def test_a_low_thing_that_reaches_out_from_a_wall_is_furniture_and_not_hung_on_i
     """An armchair's foot is hidden from cameras above it; a radiator is as low, and a wall cupboard reaches as far."""
     seat = moved(level(0.6, depth, bottom + 0.1), 0.0, 1.46 - depth / 2)
     front = sheet([-0.3, 1.46 - depth, bottom], [0.6, 0, 0], [0, 0, 0.1])
-    thing = np.vstack([seat, front])
-    labels = segment(np.vstack([thing, wall(-2.0, 4.0, 2.2), level(4.0, 3.0, 0.0)[::4]]))
-    assert (labels[: len(thing)] == WALL).mean() > 0.9 if is_wall else (labels[: len(thing)] == 0).mean() > 0.9
+    item = np.vstack([seat, front])
+    labels = segment(np.vstack([item, wall(-2.0, 4.0, 2.2), level(4.0, 3.0, 0.0)[::4]]))
+    assert (labels[: len(item)] == WALL).mean() > 0.9 if is_wall else (labels[: len(item)] == 0).mean() > 0.9

@@ -163,7 +163,7 @@ def test_crash_in_a_simulator_costs_one_object(models, jobs):
     done = dict(simulate_objects(paths, Dropping(simulator=MishapSimulator(), radii=(0.01, 0.02)), jobs=jobs))
     assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "Crashed", "InputError", "ObjectRecord"]
     assert "SIGSEGV" in str(done[1]) and str(done[1]).startswith(f"{paths[1]}: ")
-    assert done[3].settled[0.02].shape == (1, 3) and done[3].path == paths[3]
+    assert done[3].centers(0.02).shape == (1, 3) and done[3].path == paths[3]
 
 
 def test_object_that_takes_too_long_costs_itself(models):

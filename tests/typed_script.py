@@ -33,8 +33,8 @@ def histograms(points: list[np.ndarray]) -> int:
     clouds = [sf.cloud_from_points(each, name=f"cloud {i}") for i, each in enumerate(points)]
     matrix = sf.SphereHistogram(simulator="fast", radius=0.02).fit_transform(clouds)
     answer: sf.Answer = sf.classify(points[0], units="mm", up="y")
-    things: list[sf.FoundObject] = sf.find_objects(points[0])
-    if answer.unsure or "cup" in answer.functions or things[0].scores["cup"] > answer.scores["cup"]:
-        print(answer.reasons, things[0].box.size, things[0].points.shape)
+    objects: list[sf.FoundObject] = sf.find_objects(points[0])
+    if answer.unsure or "cup" in answer.functions or objects[0].scores["cup"] > answer.scores["cup"]:
+        print(answer.reasons, objects[0].box.size, objects[0].points.shape)
     members: dict[str, sf.Membership] = sf.load_model(sf.shipped_model()).memberships_of([])[0]
     return int(matrix.shape[1]) + len(members)

@@ -72,7 +72,7 @@ def print_processes(mug: Path):
 def print_labels(backend: str, paths: dict[str, Path], repeats: int):
     """Print the milliseconds of each step of a label in a process that is up, the median of some times."""
     model, rows = load_model(shipped_model(backend)), []
-    # The first round compiles and loads what is to be timed; in turn, since an object asked again is told by heart.
+    # The first round compiles and loads what is to be timed.
     rounds = [[label_steps(path, model) for path in paths.values()] for _ in range(1 + repeats)][1:]
     for (title, path), steps in zip(paths.items(), zip(*rounds, strict=True), strict=True):
         medians = np.median(steps, axis=0)

@@ -1,6 +1,6 @@
 """Backends beside each other on some objects, by the default method: speed, spheres kept, and how well they tell.
 
-    python -m spherefunc_bullet.compare.bench.backends household --backends fast,bullet,mujoco [--count 40]
+python -m spherefunc_bullet.compare.bench.backends household --backends fast,bullet,mujoco [--count 40]
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, print_table, run
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
-from spherefunc_bullet.settling.drops import settled_rows
 from spherefunc_bullet.settling.records import Dropping
 
 from ..comparison.entries import evenly
@@ -32,13 +31,13 @@ def table_row(backend: str, simulated: Simulated) -> tuple[list[str], dict[str, 
     records = simulated.records
     drops = sum(sum(record.drops.values()) for record in records)
     seconds = np.array([sum(record.seconds.values()) for record in records])
-    kept = sum(int(settled_rows(rows).sum()) for record in records for rows in record.settled.values())
+    kept = sum(len(drops.rests) for record in records for drops in record.settled.values())
     row = [backend, str(len(records)), str(drops), f"{drops / seconds.sum():.0f}", f"{1e3 * np.median(seconds):.0f}"]
-    return [*row, f"{kept / drops:.2f}"], told(simulated)
+    return [*row, f"{kept / drops:.2f}"], left_out_f_measures(simulated)
 
 
-def told(simulated: Simulated) -> dict[str, float]:
-    """Return the F-measure of each function, every object told by what the others teach."""
+def left_out_f_measures(simulated: Simulated) -> dict[str, float]:
+    """Return the F-measure of each function, every object classified by a model of all others."""
     labels = labels_of(simulated)
     trial = spheres_profiled(simulated, labels, PROFILE_RADII).trial(leave_one_out(len(labels), 0))
     said, true = trial.scores > 0.5, labels.members[trial.rows]

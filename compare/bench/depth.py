@@ -37,7 +37,7 @@ HEAD = ["what spheres meet", "radius", "spheres", "median", "95 %", "deepest", "
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class Variant:
     """One way from a mesh to settled spheres."""
 
     title: str
@@ -53,22 +53,22 @@ class Way:
 
 WAYS = {
     "fast": (
-        Way(title="fast: samples"),
-        Way(title="fast: samples 0.3 r apart", fine=True),
-        Way(title="fast: samples, few drops", drops=DROPS),
-        Way(title="fast: samples 0.3 r apart, few drops", fine=True, drops=DROPS),
+        Variant(title="fast: samples"),
+        Variant(title="fast: samples 0.3 r apart", fine=True),
+        Variant(title="fast: samples, few drops", drops=DROPS),
+        Variant(title="fast: samples 0.3 r apart, few drops", fine=True, drops=DROPS),
     ),
     "bullet": (
-        Way(title="bullet: voxel", shape="voxel"),
-        Way(title="bullet: voxel, all samples kept", shape="voxel", voxel_size=1e-5),
-        Way(title="bullet: voxel, samples 0.3 r apart", shape="voxel", fine=True),
-        Way(title="bullet: compound", shape="compound"),
-        Way(title="bullet: mesh", shape="mesh"),
+        Variant(title="bullet: voxel", shape="voxel"),
+        Variant(title="bullet: voxel, all samples kept", shape="voxel", voxel_size=1e-5),
+        Variant(title="bullet: voxel, samples 0.3 r apart", shape="voxel", fine=True),
+        Variant(title="bullet: compound", shape="compound"),
+        Variant(title="bullet: mesh", shape="mesh"),
     ),
 }
 
 
-def settled_depths(path: Path, backend: str, way: Way, radius: float) -> np.ndarray:
+def settled_depths(path: Path, backend: str, way: Variant, radius: float) -> np.ndarray:
     """Return how deep the settled spheres that touch an object lie in its mesh, (S,) radii; none if it is too small."""
     whole = load_cloud(path, max_gap=min(MAX_GAP, FINE * radius) if way.fine else MAX_GAP)
     cloud = whole if way.shape == "mesh" else Cloud(whole.points, whole.name)

@@ -7,29 +7,44 @@ Loading and sampling are left out.
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Annotated
 
 import numpy as np
 import typer
 
+from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import print_table, progress, run
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.settling.settling import settle
-from spherefunc_bullet.simulator.statics.falling_over import falls_over
+from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
+from spherefunc_bullet.settling.kept_object import CloudObject
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimedObject(CloudObject):
+    """A cloud, and the seconds that each run of drops on it has taken."""
+
+    seconds: list[float] = field(default_factory=list)
+
+    def drops(self, length: RunLimit) -> DropsByRadius:
+        """Return what becomes of the spheres in runs of some length."""
+        start = perf_counter()
+        drops = super().drops(length)
+        self.seconds.append(perf_counter() - start)
+        return drops
 
 
 def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
     """Return the seconds that drops, and then quantities and scores, take on a cloud that is loaded."""
+    item = TimedObject(own=cloud, dropping=model.dropping())
     start = perf_counter()
-    settled = model.settled_by(partial(settle, cloud, model.simulator, model.chosen_radii(), model.seed))
-    dropped = perf_counter()
-    model.serves_nobody(model.memberships_of([settled])[0], lambda: falls_over(cloud))
-    return dropped - start, perf_counter() - dropped
+    decide(item, model)
+    dropping = sum(item.seconds)
+    return dropping, perf_counter() - start - dropping
 
 
 def main(

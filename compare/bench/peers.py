@@ -36,7 +36,7 @@ from .timing import Case
 
 DROPS = 500
 NAIVE_SECONDS = 60.0  # an object; where they do not do, its row says how many drops it came to
-HANGING = 0.05  # radii to the nearest thing beyond which a sphere that came to rest is said to hang in the air
+HANGING = 0.05  # radii to the nearest object beyond which a sphere that came to rest is said to hang in the air
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mujoco_backend" / "spherefunc_mujoco.py"
 
 

@@ -45,7 +45,7 @@ def compare(
         str | None, typer.Option(help="labels, and of poses, standing and keeping what else is asked. Default: labels.")
     ] = None,
     task_objects: Annotated[
-        int | None, typer.Option(min=1, help="Objects of each task besides labels, at most. Default: 100.")
+        int | None, typer.Option(min=1, help="Maximum number of objects for each task other than labels. Default: 100.")
     ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Folder for report.html, .json and .md, the charts and experiment.toml.")

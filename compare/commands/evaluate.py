@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 def evaluate(
     data: Annotated[
         list[str],
-        typer.Argument(metavar="DATA...", help="Folders with manifest.csv or catalogues' names; several with --test."),
+        typer.Argument(
+            metavar="DATA...", help="Folders with manifest.csv, or names of catalogues; several with --test."
+        ),
     ],
     test: Annotated[str | None, typer.Option(help="Learn on all of DATA and test on this data set.")] = None,
     trials: Annotated[int, typer.Option(min=1, help="Random equal splits.")] = 10,
@@ -33,23 +35,21 @@ def evaluate(
     leave_one_out: Annotated[bool, typer.Option("--leave-one-out", help="Also test each object on the rest.")] = False,
     groups: Annotated[bool, typer.Option("--groups", help="Also test each source on all others.")] = False,
     impaired: Annotated[
-        bool, typer.Option("--impaired", help="Also: are copies that look right and do not work still called so?")
+        bool, typer.Option("--impaired", help="Also test impaired copies: objects that look right and do not work.")
     ] = False,
     copied: Annotated[
-        int | None, typer.Option(min=1, help="With --impaired: of how many objects a function copies are made; all.")
+        int | None, typer.Option(min=1, help="With --impaired: objects per function that are copied. Default: all.")
     ] = None,
     confusion: Annotated[
-        bool, typer.Option("--confusion", help="Also print what is taken for what, and the radii chosen; JSON has it.")
+        bool, typer.Option("--confusion", help="Also print the confusion matrix and the chosen radii (JSON has them).")
     ] = False,
-    picture: Annotated[
-        Path | None, typer.Option(help="With --impaired: draw what still works and what is told, a .png or .svg.")
-    ] = None,
-    tasks: Annotated[
-        str, typer.Option(help="labels, and of poses, standing and keeping what else the backend is asked.")
-    ] = "labels",
-    task_objects: Annotated[int, typer.Option(min=1, help="Objects of each task besides labels, at most.")] = 100,
-    alternatives: Annotated[bool, typer.Option(help="Compare what the paper leaves open instead.")] = False,
-    only: Annotated[str, typer.Option(help="Alternatives whose names hold this, or one of these.")] = "",
+    picture: Annotated[Path | None, typer.Option(help="With --impaired: draw the result as .png or .svg.")] = None,
+    tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping.")] = "labels",
+    task_objects: Annotated[
+        int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
+    ] = 100,
+    alternatives: Annotated[bool, typer.Option(help="Instead, compare choices that the paper leaves open.")] = False,
+    only: Annotated[str, typer.Option(help="Only alternatives whose names contain one of these.")] = "",
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = options.DEFAULT_METHOD,
@@ -62,7 +62,7 @@ def evaluate(
     run: options.RunDir = None,
     json: options.Json = False,
 ):
-    """Measure how well functions are told, beside baselines that need no spheres."""
+    """Measure the accuracy of classification, and of baselines that need no spheres."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method

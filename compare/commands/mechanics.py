@@ -26,7 +26,7 @@ def mechanics(
     model: Annotated[Path | None, typer.Option(help="Which ranks poses; without one, the model that ships.")] = None,
     json: Json = False,
 ):
-    """Measure poses found, sound furniture told from sawn, and vessels told by what they keep."""
+    """Measure poses found, sound furniture distinguished from sawn, and vessels classified by what they keep."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.learning.model_file import load_model, shipped_model
     from spherefunc_bullet.settling.records import Loading
@@ -72,7 +72,7 @@ def print_pose_scores(scores: list[PoseScore]):
 
 
 def print_stand_scores(scores: list[StandScore], same: Agreement | None):
-    """Print how well sound furniture is told from sawn, and in how much two backends agree."""
+    """Print how well sound furniture is distinguished from sawn, and in how much two backends agree."""
     rows = [
         [one.score.backend, str(one.score.asked)]
         + [f"{value:.3f}" for value in (one.score.f_measure, one.score.precision, one.score.recall)]
@@ -91,7 +91,7 @@ def print_stand_scores(scores: list[StandScore], same: Agreement | None):
 
 
 def print_keep_scores(scores: list[KeepScore]):
-    """Print how well vessels are told by what they keep."""
+    """Print how well vessels are classified by what they keep."""
     for one in scores:
         curves = {"vessels": one.vessels, "plates, trays, shelves, tables": one.others}
         curves |= {f"vessels, {holed.kind.replace('_', ' ')} %": holed.kept for holed in one.holed}
@@ -100,14 +100,16 @@ def print_keep_scores(scores: list[KeepScore]):
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
         for holed in one.holed:
             words = holed.kind.replace("_", " ")
-            show(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still told to be vessels")
-        told = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
-        show(f"half kept at {one.angles_deg[-1]:g}° is a vessel: {told}; {one.score.cpu_seconds:.2f} processor s each")
+            show(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still classified as vessels")
+        quality = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
+        show(
+            f"half kept at {one.angles_deg[-1]:g}° is a vessel: {quality}; {one.score.cpu_seconds:.2f} processor s each"
+        )
         print_wrong(one.score.backend, one.verdicts)
 
 
 def print_wrong(backend: str, verdicts: tuple[Verdict, ...]):
-    """Print what was told wrong."""
+    """Print what was misclassified."""
     wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.told]
     if wrong:
-        show(f"{backend}, told wrong: {', '.join(wrong)}")
+        show(f"{backend}, misclassified: {', '.join(wrong)}")

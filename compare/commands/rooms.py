@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 def rooms(
     data: Annotated[str, typer.Argument(metavar="DATA", help="Meshes: a folder with manifest.csv, or a catalogue.")],
     model: Annotated[
-        Path | None, typer.Option(help="A model file. Without one, each half of DATA is told by what the other taught.")
+        Path | None,
+        typer.Option(help="A model file. Without one, each half of DATA is classified by a model of the other."),
     ] = None,
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 12,
     views: Annotated[str, typer.Option(help="Scans of each room: fused views, or whole surfaces.")] = "whole,1,2,3,5",
@@ -40,9 +41,10 @@ def rooms(
         str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
     ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
-    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
+    large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     completion: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
+        str | None,
+        typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
     ] = None,
     proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
     cut_out: Annotated[
@@ -101,7 +103,7 @@ def rooms(
 
 
 def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead:
-    """Return how rooms were furnished, scanned and told."""
+    """Return how rooms were furnished, scanned and classified."""
     return {
         "data": data,
         "model": model,
@@ -148,15 +150,15 @@ def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
 
 
 def print_labels(measured: Sequence[ConditionRow]):
-    """Print how well functions are told: from the scan, from objects cut out by the truth, and from whole models."""
+    """Print how well functions are classified: from the scan, from objects cut out by the truth, from whole models."""
     names = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole")
     print_table(
         "\nFunctions",
         ["scan", "noise", "function", "F", "precision", "recall", "F, cut out by truth", "F, whole models"],
         [
-            [row["views"], f"{row['noise']:g}", function, *(figure(told[name]) for name in names)]
+            [row["views"], f"{row['noise']:g}", function, *(figure(row_of[name]) for name in names)]
             for row in measured
-            for function, told in row["functions"].items()
+            for function, row_of in row["functions"].items()
         ],
     )
 

@@ -1,4 +1,4 @@
-"""The objects of which simulators say different things, to be looked at side by side."""
+"""The objects on which simulators disagree, to be looked at side by side."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SPHERES_ACROSS = 24  # radii along the longest side, about, of the spheres shown
 
 @dataclass(frozen=True, kw_only=True)
 class Disagreement:
-    """One object of which at least two simulators say different things, or nearly so."""
+    """One object on which at least two simulators disagree, or nearly so."""
 
     row: int  # of the report's objects
     function: str  # the one with the largest difference of scores

@@ -39,7 +39,7 @@ def evaluate_features(
     read = shapes_read if isinstance(method, Method) else baselines_read
     baselines = read(comparison.simulated, radii, method)
     evaluations |= {name: baseline.evaluation(splits) for name, baseline in baselines.items()}
-    return evaluations | {ALWAYS_NO: evaluations["bounding_box"].saying_no()}
+    return evaluations | {ALWAYS_NO: evaluations["bounding_box"].always_negative()}
 
 
 def shares_of_copies(
@@ -85,7 +85,7 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
     both = replace(
         whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), fallen=whole.fallen[rows]
     )
-    asked = Splits(halves=splits.halves, left_out={ALONE: asked_again(splits.left_out[ALONE], rows)})
+    asked = Splits(halves=splits.halves, left_out={ALONE: repeated_evaluation(splits.left_out[ALONE], rows)})
     first = Splits(halves={size: trials[:RADIUS_TRIALS] for size, trials in splits.halves.items()})
     alone = [spheres_profiled(entry.simulated, labels, (radius,)) for radius in entry.radii]
     evaluation, *by_radius = evaluations([(both, asked), *((one, first) for one in alone)])
@@ -100,6 +100,6 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
     )
 
 
-def asked_again(splits: Sequence[Split], rows: np.ndarray) -> list[Split]:
+def repeated_evaluation(splits: Sequence[Split], rows: np.ndarray) -> list[Split]:
     """Return splits that test, with each object, the rows (R,) behind all objects that are it once more."""
     return [Split(split.train, np.flatnonzero(np.isin(rows, split.test))) for split in splits]

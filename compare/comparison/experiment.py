@@ -14,7 +14,7 @@ from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
-from spherefunc_bullet.settling.drops import LIMITED, Length
+from spherefunc_bullet.settling.drops import LIMITED, RunLimit
 from spherefunc_bullet.settling.records import Dropping, Loading
 from spherefunc_bullet.simulator import make_simulator
 
@@ -61,7 +61,7 @@ class Experiment:
         return Loading(up=self.up, units=self.units)
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long runs are: all methods read the same spheres."""
         length = find_method(PROFILE).length if PROFILE in self.methods else LIMITED
         return length.ending(self.miss_limit)

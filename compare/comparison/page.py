@@ -77,8 +77,8 @@ def blind_spot(report: Report) -> str:
 def copies_section(report: Report, copies: Image) -> str:
     """Return what was said of copies that look right and do not work, and of others that do."""
     return f"""<section><h2>Does it still work?</h2><p>Copies of {report["experiment"]["copied"]} objects of each
-function were spoilt so that they no longer work, or changed in a way that does not matter. Nobody had learnt the
-object, nor a spoilt one. The picture shows how many are still called by their function.</p>
+function were impaired so that they no longer work, or changed in a way that does not matter. Nobody had learnt the
+object, nor an impaired one. The picture shows how many are still called by their function.</p>
 {image(copies, "Share of useless and harmless copies still called by their function")}
 <details><summary>The numbers, kind by kind</summary>{html_table(tables.copies_table(report))}</details></section>"""
 
@@ -91,7 +91,7 @@ def tasks_section(report: Report) -> str:
     return f"""<section><h2>What else rigid bodies tell</h2><p>Here the object itself may move: in which poses it can
 lie (is the one in which it is used ranked first by its function?), whether furniture stands and carries its load,
 beside copies with a leg sawn off or cut askew, and what a vessel keeps when it is tilted, beside plates, shelves and
-tables. Where the statistics cannot tell two simulators apart (sign test, 5 %), they count as level.</p><ul>{said}</ul>
+tables. Where the statistics cannot distinguish two simulators (sign test, 5 %), they count as level.</p><ul>{said}</ul>
 {html_table(tables.task_table(report))}{curves}</section>"""
 
 
@@ -140,7 +140,7 @@ spheres of that radius.</p>{html_table(tables.histogram_table(report))}</section
 
 
 def disagreement_section(report: Report, comparison: Comparison, experiment: Experiment) -> str:
-    """Return the objects of which simulators say different things, with their spheres side by side."""
+    """Return the objects on which simulators disagree, with their spheres side by side."""
     cases = disagreements(report["per_object"])
     differ = [case for case in cases if case.labels_differ]
     displays = displays_of(comparison, clearest(differ or cases), experiment.loading)
@@ -174,7 +174,7 @@ def labels(item: ObjectReport) -> str:
 
 
 def listing(differ: Sequence[Disagreement], report: Report) -> str:
-    """Return all objects of which simulators say different things, as a table to open."""
+    """Return all objects on which simulators disagree, as a table to open."""
     if not differ:
         return ""
 
@@ -200,7 +200,7 @@ def quality_section(report: Report) -> str:
 {report["test_size"]} tested, {report["experiment"]["trials"]} times: mean ± standard deviation. Baselines need no
 spheres and have the same classifier; <b>always no</b> says no to everything. <b>F</b>: the F-measure, the
 harmonic mean of precision and recall. <b>F fair</b>: the same without the objects of which the function is true as well
-although it is not their label (<code>also</code> in the manifest). <b>F leave-one-out</b>: with every object told by
+although it is not their label (<code>also</code> in the manifest). <b>F leave-one-out</b>: every object classified by
 what all others teach, of resting profiles by what nine tenths of them do. The paper's numbers are its authors' on
 their own 200 models, half of them learnt.</p>
 {"".join(parts)}</section>"""

@@ -59,12 +59,12 @@ def answer(report: Report) -> str:
     All are compared with the one that takes the fewest seconds. First, where it was asked, what spheres buy at all; in
     the end what fidelity buys at other tasks.
     """
-    about_copies = f"{bought(report)} " if report.get("impaired") else ""
+    about_copies = f"{benefit_sentence(report)} " if report.get("impaired") else ""
     about_tasks = "".join(f" {task['says'][:1].upper()}{task['says'][1:]}" for task in report.get("tasks", {}).values())
     return f"{about_copies}{about_labels(report)}{about_tasks}"
 
 
-def bought(report: Report) -> str:
+def benefit_sentence(report: Report) -> str:
     """Return in one sentence what spheres buy, or do not: telling copies that work from copies that do not."""
     shares, backends = report["impaired"], list(report["backends"])
     features = list(next(iter(next(iter(shares.values())).values()))["share"])

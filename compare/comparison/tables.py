@@ -36,7 +36,7 @@ def tables(report: Report) -> list[Table]:
 
 
 def quality_table(report: Report) -> Table:
-    """Return how well each function is told, by simulators and baselines, over trials and leaving one out."""
+    """Return how well each function is classified, by simulators and baselines, over trials and leaving one out."""
     rows = [
         [
             name.replace("_", " "),
@@ -79,7 +79,7 @@ def task_table(report: Report) -> Table:
 
 
 def keeping_table(report: Report) -> Table:
-    """Return what vessels, those with a hole in the wall, and other things keep when they are tilted."""
+    """Return what vessels, those with a hole in the wall, and other objects keep when they are tilted."""
     rows, angles = [], []
     for name, score in report["tasks"].get("keeping", {}).get("backends", {}).items():
         angles = score["angles_deg"]

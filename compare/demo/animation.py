@@ -23,9 +23,9 @@ from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.units import parse_length
 from spherefunc_bullet.formats.writing import write_bytes
-from spherefunc_bullet.learning.function_model import FunctionModel
-from spherefunc_bullet.learning.model_file import model_to_ask
-from spherefunc_bullet.settling.drops import Length
+from spherefunc_bullet.function_model import FunctionModel
+from spherefunc_bullet.learning.model_file import inference_model
+from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 from spherefunc_bullet.viewer.colours import FLAT, sphere_colours
@@ -93,7 +93,7 @@ def fall_of(part: Part, cloud: Cloud) -> Fall:
 def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
     """Return the scores (C, F) of one object after each of `COUNTED` drops; 0 before the first."""
     counts = [count for count in COUNTED if count]
-    settled = [settle(cloud, model.simulator, model.chosen_radii(), model.seed, Length(drops=n)) for n in counts]
+    settled = [settle(cloud, model.simulator, model.chosen_radii(), model.seed, RunLimit(drops=n)) for n in counts]
     return np.vstack([np.zeros(len(model.functions_)), model.score_settled(settled)])
 
 
@@ -141,7 +141,7 @@ def main():
     program = "python -m spherefunc_bullet.compare.demo.animation"
     parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("docs/images/drops.gif"), help="the file to write")
-    out, model = parser.parse_args().out, model_to_ask(None, None)
+    out, model = parser.parse_args().out, inference_model(None, None)
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
     clouds = [cloud_from_mesh(meshes[part.name].vertices, meshes[part.name].faces, part.name) for part in PARTS]
     work = (delayed(drawn_part)(part, cloud, model) for part, cloud in zip(PARTS, clouds, strict=True))

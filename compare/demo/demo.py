@@ -1,6 +1,6 @@
 """The whole way on the built-in catalogue: simulate, evaluate, compare simulators, classify objects never seen.
 
-    python -m spherefunc_bullet.compare.demo --out demo
+python -m spherefunc_bullet.compare.demo --out demo
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import argparse
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from PIL import Image
@@ -16,7 +17,7 @@ from PIL import Image
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands.answer_tables import Row, print_functions
-from spherefunc_bullet.commands.classify import classified
+from spherefunc_bullet.commands.classify import classified_file
 from spherefunc_bullet.commands.train import train_on
 from spherefunc_bullet.console import Failures, progress, say, show
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
@@ -25,7 +26,8 @@ from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_leng
 from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
-from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.learning.model_file import model_for_views
+from spherefunc_bullet.settling.records import Dropping, Loading
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture
@@ -97,7 +99,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
-        rows = [classified(item.path, model, True, "z", "m") for item in unseen]
+        how = (model, Loading(up="z"), partial(model_for_views, model, given=True))
+        rows = [classified_file(item.path, *how) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)
     about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
@@ -161,7 +164,7 @@ def drawn_objects(
     for item, row in progress(pairs, len(rows), "drawing objects"):
         cloud = load_cloud(item.path)
         radius = fitting_radius(DRAWN, cloud.size, SPHERES_ACROSS)
-        centers = settle(cloud, model.simulator, [radius], 0)[radius]
+        centers = settle(cloud, model.simulator, [radius], 0)[radius].rests
         picture = object_picture(cloud, centers, radius, View(size=SIZE))
         write_png(picture, folder / f"{item.path.stem}.png")
         scores = {name: function["score"] for name, function in row["functions"].items()}

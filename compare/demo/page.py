@@ -106,10 +106,10 @@ def chart_section(result: Result, summary: Summary) -> str:
     groups = "\n".join(bar_group(name, features) for name in result["functions"])
     rows = [[NAMES[feature], *map(with_spread, qualities.values())] for feature, qualities in features.items()]
     test = summary.objects - summary.objects // 2
-    return f"""<section><h2>How well functions are told</h2>
+    return f"""<section><h2>How well functions are classified</h2>
 <p>F-measure (1 is perfect, 0 is useless): {result["trials"]} times, {result["train_size"]} of the
 {summary.objects} objects of <b>{escape(summary.data)}</b> were learnt at random and {test} others were tested. The
-lower bars are baselines that need no spheres, scored with the same classifier; rules and agents are told by people what
+lower bars are baselines that need no spheres, scored with the same classifier; people have given rules and agents what
 to look for, and learn nothing. {escape(rank_sentence(features))}</p>
 <div class="groups">{groups}</div>
 {table_html(["features", *result["functions"]], rows)}
@@ -139,7 +139,7 @@ def rank_sentence(features: Mapping[str, Qualities]) -> str:
 
 
 def impaired_section(summary: Summary) -> str:
-    """Return the picture of what still works and what is told."""
+    """Return the picture of impaired copies and their answers."""
     return f"""<section><h2>Does it still work?</h2><p>Copies of objects that were not learnt: made useless, though they
 look right, or changed in ways that do not matter. What tells functions must drop the first and keep the second.</p>
 {image(summary.impaired, "Share of useless and harmless copies still called by their function")}</section>"""
@@ -181,7 +181,7 @@ def comparison_section(comparison: Report) -> str:
     sentences = f"<b>{escape(recommendation_sentence(chosen))}</b> {escape(comparison['answer'])}"
     return f"""<section><h2>By geometry or by physics?</h2><p>Two simulators dropped spheres on
 the same {comparison["objects"]} objects: {sentences}</p>{recommendation_table(comparison, chosen)}
-<p><a href="comparison/report.html">The whole comparison</a>, with objects to turn about.</p></section>"""
+<p><a href="comparison/report.html">The whole comparison</a>, with objects interactive.</p></section>"""
 
 
 def confusion_section(confusion: Confusion) -> str:
@@ -189,7 +189,7 @@ def confusion_section(confusion: Confusion) -> str:
     lines = zip(confusion.labels, confusion.objects, confusion.counts, strict=True)
     rows = [[label, str(count), *map(str, taken)] for label, count, taken in lines]
     head = ["labelled", "objects", *(f"said: {name}" for name in confusion.labels)]
-    return f"""<section><h2>What is taken for what</h2><p>Every object was told with nine tenths of
+    return f"""<section><h2>What is taken for what</h2><p>Every object was classified with nine tenths of
 the catalogue learnt, itself not among them. An object may be said to have several functions, so a row may add up to
 more than its objects.</p>
 {table_html(head, rows)}</section>"""

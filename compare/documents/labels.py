@@ -1,4 +1,4 @@
-"""Tables of how well functions are told, from the JSON of `spherefunc evaluate`."""
+"""Tables of how well functions are classified, from the JSON of `spherefunc evaluate`."""
 
 from __future__ import annotations
 

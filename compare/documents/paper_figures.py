@@ -26,7 +26,7 @@ NONE_OF_FIG_4, SEVERAL_OF_FIG_4 = "56, 49, 35 of 100", "3, 1, 0 of 100"
 
 
 def fig_3(household: Evaluated, models: Evaluated) -> list[str]:
-    """Return Fig. 3: how well each function is told, with the radius that most trials chose."""
+    """Return Fig. 3: how well each function is classified, with the radius that most trials chose."""
     rows = []
     for name, (radius, f_measure, accuracy) in FIG_3.items():
         rows.append([name, "the paper", radius, f_measure, accuracy, "", ""])

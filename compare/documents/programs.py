@@ -129,7 +129,7 @@ TABLES = (
     shown("growth", SPEED, timed("growth", "--picture docs/images/growth.svg")),
     shown("bench-bullet", BULLET, BENCH["bullet"]),
     shown("scans", SCENES, ON_SCANS, first="Each scan", before="Missed"),
-    shown("scans-baselines", SCENES, BASELINES, first="told by", before="counted apart"),
+    shown("scans-baselines", SCENES, BASELINES, first="classified by", before="counted apart"),
     shown("scans-proposals", SCENES, *PROPOSALS, ON_SCANS),
     shown("scans-misses", SCENES, ON_SCANS, first="Missed"),
     shown("rooms-views", ROOMS, VIEWS),

@@ -46,7 +46,7 @@ class Reading:
 
     def cubes(self, record: ObjectRecord, radius: float) -> Counts:
         """Return the cubes that hold an object's spheres of a radius in metres, and how many."""
-        centers = np.asarray(record.settled[radius][: self.limit], dtype=np.float64).reshape(-1, 3)
+        centers = np.asarray(record.centers(radius)[: self.limit], dtype=np.float64).reshape(-1, 3)
         if self.heading is not None and len(centers):
             centers = self.heading(centers)
         keys, counts = counted_cubes(centers, self.diameters * 2 * radius, self.corner(record, centers))
@@ -270,7 +270,10 @@ def randomly_turned(simulated: Simulated, seed: int) -> Simulated:
     records = [
         replace(
             record,
-            settled={radius: quarter_turns(centers, turn) for radius, centers in record.settled.items()},
+            settled={
+                radius: replace(drops, rests=quarter_turns(drops.rests, turn))
+                for radius, drops in record.settled.items()
+            },
             size=record.size[[1, 0, 2]] if turn % 2 else record.size,
         )
         for record, turn in zip(simulated.records, turns, strict=True)

@@ -25,7 +25,7 @@ Weights = Mapping[float, float]  # radius in metres -> how much it counts
 
 
 class FunctionQuality(TypedDict):
-    """How well one function is told, as `spherefunc evaluate` writes it: means over trials."""
+    """How well one function is classified, as `spherefunc evaluate` writes it: means over trials."""
 
     f_measure: float
     f_measure_std: float | None  # one trial has no spread
@@ -52,7 +52,7 @@ class Trial:
         return self.scores > THRESHOLD
 
     def quality(self, labels: Labels, column: int) -> tuple[Quality, float]:
-        """Return how well one function was told, and its fair F-measure."""
+        """Return how well one function was classified, and its fair F-measure."""
         members, predicted = labels.members[self.rows, column], self.predicted[:, column]
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure
@@ -61,7 +61,7 @@ class Trial:
         """Return what was said of some of the objects (T,) bool."""
         return replace(self, rows=self.rows[which], scores=self.scores[which])
 
-    def saying_no(self) -> Trial:
+    def always_negative(self) -> Trial:
         """Return the same trial with no to everything."""
         return replace(self, scores=np.zeros_like(self.scores), weights=())
 
@@ -102,10 +102,10 @@ class Evaluation:
         """Which object was said to have which function with all others learnt, (N, F) bool."""
         return self.scores > THRESHOLD
 
-    def saying_no(self) -> Evaluation:
+    def always_negative(self) -> Evaluation:
         """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
-        trials = {size: [trial.saying_no() for trial in trials] for size, trials in self.trials.items()}
-        left_out = {name: trial.saying_no() for name, trial in self.left_out.items()}
+        trials = {size: [trial.always_negative() for trial in trials] for size, trials in self.trials.items()}
+        left_out = {name: trial.always_negative() for name, trial in self.left_out.items()}
         return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
 
 

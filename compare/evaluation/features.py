@@ -1,4 +1,4 @@
-"""What objects are told by: settled spheres, and what those have to beat, features that need no simulation.
+"""What objects are classified by: settled spheres, and what those have to beat, features that need no simulation.
 
 If nearest neighbours on the bounding box do as well as the spheres, the physics adds nothing.
 """
@@ -31,7 +31,7 @@ def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Metho
     """Return the distances between all objects' sphere histograms at each radius."""
     distances = {}
     for radius in radii:
-        centers = [settled[radius] for settled in simulated.settled]
+        centers = [record.centers(radius) for record in simulated.records]
         distances[radius] = euclidean_distances(method.histogram(radius).fit_transform(centers))
     return distances
 
@@ -51,8 +51,8 @@ def distances_again(
     distances = {}
     for radius in radii:
         histogram = method.histogram(radius)
-        learnt = histogram.fit_transform([settled[radius] for settled in simulated.settled])
-        asked = histogram.transform([record.settled[radius] for record in twice.values()])
+        learnt = histogram.fit_transform([record.centers(radius) for record in simulated.records])
+        asked = histogram.transform([record.centers(radius) for record in twice.values()])
         distances[radius] = euclidean_distances(asked, learnt)
     return Again(rows=list(twice), distances=distances)
 

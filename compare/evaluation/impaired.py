@@ -23,7 +23,7 @@ from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
 from spherefunc_bullet.learning.method import AnyMethod
-from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, Kin
+from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
@@ -35,7 +35,7 @@ from .readings import Reading, readings, spheres_read
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
-HELD = ", held up"  # behind the name of what does not ask whether things fall over when they are put down
+HELD = ", held up"  # behind the name of what does not ask whether objects fall over when they are put down
 COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too
 UNSEEN_KIND = ", this kind left out"  # and behind that: of all kinds but the one that is asked about
 USELESS, HARMLESS = "useless, mean", "harmless, mean"
@@ -129,20 +129,20 @@ def impaired_shares(
     alone = [[split] for split in splits]
     said, held = {}, {}
     for name, read in asked.items():
-        said[name], held[name] = said_put_down(read, alone)
+        said[name], held[name] = apply_stability_check(read, alone)
     for name, read in asked.items():
         if isinstance(read, Profiled):
             having_learnt = with_copies_learnt(impaired, read)
             more = [[impaired.with_copies(split)] for split in splits]
             said[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
             if unseen_kinds:
-                said[name + COPIES_LEARNT + UNSEEN_KIND] = said_of_unseen_kinds(impaired, having_learnt, splits)
+                said[name + COPIES_LEARNT + UNSEEN_KIND] = scores_for_unseen_kinds(impaired, having_learnt, splits)
             if baselines and read.fallen is not None:
                 said[name + HELD] = held[name]
     return shares_of(impaired, splits, said)
 
 
-def said_put_down(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def apply_stability_check(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return what is said of copies, and what was if none fell over: learnt once for both."""
     fallen = read.fallen if isinstance(read, Profiled) else None
     trials = (read if fallen is None else replace(read, fallen=None)).trials(alone)
@@ -171,10 +171,10 @@ def with_copies_learnt(impaired: Impaired, read: Profiled) -> Profiled:
     """Return what learns copies beside their originals, as the models that ship do."""
     originals = np.concatenate([np.arange(impaired.whole), impaired.originals])
     weights = np.where(np.arange(len(originals)) < impaired.whole, 1.0, COPY_WEIGHT)
-    return replace(read, kin=Kin(weights=weights, groups=originals))
+    return replace(read, copy_groups=CopyGroups(weights=weights, groups=originals))
 
 
-def said_of_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
+def scores_for_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence[Split]) -> list[np.ndarray]:
     """Return what is said of copies by what has learnt the copies of other sources' objects, but none of their kind.
 
     Of each copy only what is said of its original's function; everything else is False.

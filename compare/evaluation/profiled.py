@@ -15,10 +15,9 @@ from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
-from spherefunc_bullet.learning.profiles.calibration import Kin, kin_of
-from spherefunc_bullet.settling.drops import as_drops
+from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
+from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
-from spherefunc_bullet.settling.settling import Settled
 
 from .evaluation import Evaluation, Trial, Weights
 from .features import of_each, voxel_centers
@@ -38,8 +37,8 @@ class Profiled:
     profiles: np.ndarray  # (N, R * Q) float
     labels: Labels
     classifier: FunctionClassifier
-    kin: Kin | None = None  # of the objects, where some are copies of others
-    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they are for nothing
+    copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
+    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they have no function
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
@@ -53,8 +52,8 @@ class Profiled:
         """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
         rows, functions = fold.train, self.labels.functions
         members, names = self.labels.members[rows], [str(row) for row in rows]
-        kin = None if self.kin is None else self.kin.of(rows)
-        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, kin)
+        copy_groups = None if self.copy_groups is None else self.copy_groups.of(rows)
+        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, copy_groups)
         weights = [{learnt.radius_[name]: 1.0} for name in functions]
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.fallen is not None:
@@ -117,7 +116,7 @@ def joined(splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple
     )
 
 
-def profiled(objects: Sequence[Settled], labels: Labels, classifier: FunctionClassifier) -> Profiled:
+def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> Profiled:
     """Return the quantities of objects, each given by its drops at every radius."""
     return Profiled(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
 
@@ -126,19 +125,21 @@ def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, .
     """Return the quantities of the spheres that fell on objects, and which objects fall over."""
     read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
     fallen = np.array([record.falls_over for record in simulated.records], bool)
-    return replace(read, kin=kin_in(simulated.objects), fallen=fallen)
+    return replace(read, copy_groups=copy_groups_in(simulated.objects), fallen=fallen)
 
 
-def kin_in(objects: Sequence[DatasetObject]) -> Kin | None:
+def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
     """Return which objects are copies of others, as their manifests say; None where none is."""
     names, originals = distinct_names(objects)
-    return kin_of(names, originals) if any(originals) else None
+    return group_copies(names, originals) if any(originals) else None
 
 
 def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
     """Return the same quantities of the objects' own points: what the spheres have to beat."""
     points = of_each(partial(points_as_drops, radii=radii), simulated.records)
-    return replace(profiled(points, labels, FunctionClassifier(radii=radii)), kin=kin_in(simulated.objects))
+    return replace(
+        profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects)
+    )
 
 
 def fused(features: Sequence[Profiled]) -> Profiled:
@@ -146,11 +147,11 @@ def fused(features: Sequence[Profiled]) -> Profiled:
     return replace(features[0], profiles=np.hstack([feature.profiles for feature in features]))
 
 
-def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> Settled:
+def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
     """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
     points = voxel_centers(record)
     mixed = np.random.default_rng(seed).permutation(points)
-    return {radius: as_drops(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
+    return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
 
 
 def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:

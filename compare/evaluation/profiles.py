@@ -115,7 +115,7 @@ def main(
     jobs: options.Jobs = -1,
     json: options.Json = False,
 ):
-    """Measure how well functions are told from resting profiles, across sources and on random halves."""
+    """Measure how well functions are classified from resting profiles, across sources and on random halves."""
     failures = Failures()
     dropping = options.dropping(backend, None, radii, seed, "z", "m")
     dataset = open_dataset(data)

@@ -42,7 +42,7 @@ def labels_of(simulated: Simulated) -> Labels:
     Raises
     ------
     InputError
-        If all objects have the same label, so that there is nothing to tell apart.
+        If all objects have the same label, so that there is nothing to distinguish.
     """
     objects = simulated.objects
     functions = tuple(sorted(set().union(*(item.functions for item in objects))))

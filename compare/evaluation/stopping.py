@@ -3,7 +3,7 @@
     python -m spherefunc_bullet.compare.evaluation.stopping DATA [--copied 14]
 
 A classifier of the first few drops is asked first; where each of its scores is next to 0 or 1 and nothing is doubtful,
-its answer stands, and that of all drops elsewhere: what `ProfileModel.settled_by` does with `EARLY_DROPS` and `SURE`.
+its answer stands, and that of all drops elsewhere: what `ProfileModel.read` does with `EARLY_DROPS` and `SURE`.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ def asked_of(simulated: Simulated, split: Split, originals: Sequence[str], model
     model.fit_settled(*learnt)
     tested = [settled[row] for row in split.test]
     few = [first_drops(one, model.early_drops) for one in tested]
-    early = model.early_.score_settled(few)
-    said = zip(few, early.tolist(), strict=True)
-    doubtful = np.array([bool(model.early_.doubts(one, scores)) for one, scores in said])
+    readings = [model.early_.reading_of(one) for one in few]
+    early = np.array([reading.scores for reading in readings])
+    doubtful = np.array([bool(model.early_.doubts(reading)) for reading in readings])
     return Asked(rows=split.test, early=early, late=model.score_settled(tested), doubtful=doubtful)
 
 
@@ -91,7 +91,7 @@ def stopped_at(objects: str, asked: Asked, labels: Labels, drops: int, error: fl
         stopped=round(float(sure.mean()), 3),
         wrong=wrong[0],
         wrong_to_the_end=wrong[1],
-        f_measures={name: round(quality(has, told).f_measure, 4) for name, has, told in columns},
+        f_measures={name: round(quality(has, positive).f_measure, 4) for name, has, positive in columns},
     )
 
 

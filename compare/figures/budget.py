@@ -25,7 +25,7 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.method import DROPS, PROFILE
-from spherefunc_bullet.settling.drops import Length
+from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
@@ -66,13 +66,13 @@ def budgets(simulated: Simulated, timed: Sequence[Cloud], backend: str, counts: 
 def median_seconds(timed: Sequence[Cloud], backend: str, radii: tuple[float, ...], count: int) -> float:
     """Return the seconds that drops take on the median of some clouds, all radii together."""
     simulator, taken = make_simulator(backend), []
-    settle(timed[0], simulator, radii, 0, Length(drops=count))  # compiles and loads what is to be timed
+    settle(timed[0], simulator, radii, 0, RunLimit(drops=count))  # compiles and loads what is to be timed
     for cloud in progress(timed, len(timed), f"{backend}, {count} drops"):
         laps = []
         for _ in range(TIMES):
             fresh = Cloud(cloud.points, cloud.name, cloud.mesh)  # nothing of an earlier lap is kept with it
             start = perf_counter()
-            settle(fresh, simulator, radii, 0, Length(drops=count))
+            settle(fresh, simulator, radii, 0, RunLimit(drops=count))
             laps.append(perf_counter() - start)
         taken.append(min(laps))
     return float(np.median(taken))

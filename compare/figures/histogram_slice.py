@@ -76,7 +76,7 @@ def cut_slice(data: EvaluatedData, index: int, axis: int) -> Slice:
     method = data.evaluation.method
     radius = picture_radius(data, index, CUBES_ACROSS * 2 * method.diameters)
     histogram = method.histogram(radius)
-    centers = np.asarray(data.simulated.settled[index][radius], float)
+    centers = np.asarray(data.simulated.records[index].centers(radius), float)
     layer = centers[np.abs(centers[:, 1 - axis]) < histogram.side / 2]
     keys, counts = counted_cubes(layer, histogram.side)
     return Slice(

@@ -64,7 +64,7 @@ KINDS = {  # function and kind, or kind -> what is drawn beside its row
 }
 TITLES = {False: "useless: should be 0 %", True: "still works: should be 100 %"}
 MEAN = "mean of those below"
-WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone can tell apart (Okabe and Ito)
+WRONG, EVEN, RIGHT = "#D55E00", "#f4f4f4", "#0072B2"  # colours that everyone can distinguish (Okabe and Ito)
 DOTS = 200  # an inch, of a PNG
 ROW, COLUMN, LABELS, GAP = 0.21, 0.46, 1.4, 0.25  # inches: a row, a column, the kinds' names, between panels
 ABOVE, BELOW = 1.85, 0.85  # inches: the headline and the columns' names, the key

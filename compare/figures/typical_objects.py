@@ -43,7 +43,7 @@ def typical_objects(data: EvaluatedData) -> Plate:
     return Plate(
         stem="fig1_settled",
         caption=f"Where spheres come to rest on objects of {data.name} (not shown to scale): of each "
-        "function those that were told most clearly when left out, and an ordinary object without a function. Spheres "
+        "function those with the clearest score when left out, and an ordinary object without a function. Spheres "
         "are coloured by height within each picture; objects smaller than half a metre are cut open.",
         size=(DOUBLE, rows * 1.72),
         draw=lambda figure: draw_exhibits(figure, data, shown),
@@ -94,7 +94,7 @@ def ordinary_outsider(data: EvaluatedData) -> int | None:
 def picture_radius(data: EvaluatedData, index: int, across: float) -> float:
     """Return the radius of which about ``across`` make an object's largest extent, of those with settled spheres."""
     record = data.simulated.records[index]
-    filled = [radius for radius in data.radii if len(record.settled[radius])] or data.radii
+    filled = [radius for radius in data.radii if len(record.centers(radius))] or data.radii
     return fitting_radius(filled, record.size, across)
 
 
@@ -107,7 +107,7 @@ def exhibit_row(data: EvaluatedData, exhibit: Exhibit) -> dict[str, Any]:
         "category": item.category,
         "leave_one_out_score": None if exhibit.score is None else round(exhibit.score, 4),
         "radius": exhibit.radius,
-        "settled": len(data.simulated.settled[exhibit.index][exhibit.radius]),
+        "settled": len(data.simulated.records[exhibit.index].centers(exhibit.radius)),
     }
 
 
@@ -120,7 +120,7 @@ def draw_exhibits(figure: Figure, data: EvaluatedData, shown: list[Exhibit]):
         axes.set_axis_off()
     clouds = [data.cloud(exhibit.index) for exhibit in shown]
     for number, (axes, exhibit, cloud) in enumerate(zip(grid.flat, shown, clouds, strict=False)):
-        settled = data.simulated.settled[exhibit.index][exhibit.radius]
+        settled = data.simulated.records[exhibit.index].centers(exhibit.radius)
         axes.imshow(object_picture(cloud, settled, exhibit.radius, VIEW))
         row = exhibit_row(data, exhibit)
         axes.set_title(f"({chr(97 + number)}) {title(row)}", fontsize=7.5, loc="left", pad=2)

@@ -46,16 +46,16 @@ class HoledScore:
     kind: str
     asked: int
     kept: Curve  # in the mean
-    told: float  # share that is still told to be a vessel
+    told: float  # share that is still classified as a vessel
 
 
 def carried(path: Path, simulator: Simulator, loading: Loading, holed: bool) -> dict[str, Curve]:
     """Return what a file's object keeps, and what is left of that with a hole in it, each by its kind."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
-    things = {WHOLE: cloud}
+    variants = {WHOLE: cloud}
     for kind, surface in holed_copies(Specimen(cloud, "cup"), path.name, 0) if holed else ():
-        things[kind.kind] = cloud_from_mesh(*surface.mesh(), path.name)
-    return {kind: simulator.carry(thing, CarrySettings(), 0).kept for kind, thing in things.items()}
+        variants[kind.kind] = cloud_from_mesh(*surface.mesh(), path.name)
+    return {kind: simulator.carry(variant, CarrySettings(), 0).kept for kind, variant in variants.items()}
 
 
 def score_keeping(

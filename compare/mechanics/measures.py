@@ -106,7 +106,7 @@ def measured(
     )
 
 
-def bought(task: str, outcomes: Sequence[Outcome], unable: Sequence[str]) -> str:
+def benefit_sentence(task: str, outcomes: Sequence[Outcome], unable: Sequence[str]) -> str:
     """Return in one sentence what fidelity buys at a task, at what price: the last backend beside the first."""
     if not outcomes:
         why = f"{', '.join(unable)} cannot do it" if unable else "the data have nothing to ask about"
@@ -129,7 +129,7 @@ def bought(task: str, outcomes: Sequence[Outcome], unable: Sequence[str]) -> str
 def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
     """Return whether the second is right more often, and how likely chance alone gives such a difference.
 
-    An exact sign test of the things of which one alone is right (McNemar).
+    An exact sign test of the objects of which one alone is right (McNemar).
     """
     from scipy.stats import binomtest
 
@@ -142,7 +142,7 @@ def beside(first: Outcome, second: Outcome) -> tuple[bool, float]:
 
 def sentences(mechanics: Measured) -> dict[str, str]:
     """Return for each task that was asked what fidelity buys."""
-    return {task: bought(task, mechanics.outcomes(task), unable) for task, unable in mechanics.unable.items()}
+    return {task: benefit_sentence(task, mechanics.outcomes(task), unable) for task, unable in mechanics.unable.items()}
 
 
 def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:

@@ -36,7 +36,7 @@ PLACES = 60
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StandAnswer:
-    """How one thing stands, whole or sawn."""
+    """How one object stands, whole or sawn."""
 
     kind: str
     stance: Stance
@@ -49,7 +49,7 @@ class StandAnswer:
         return level and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
     def verdict(self, name: str) -> Verdict:
-        """Return what is told of the thing of this name."""
+        """Return what is told of the object of this name."""
         share = float(self.carries.mean()) if len(self.carries) else 0.0
         return Verdict(name=name, kind=self.kind, true=self.kind == "whole", told=self.sound, value=share)
 
@@ -58,12 +58,12 @@ def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> 
     """Return how a file's object stands, and each sawn copy of it that can be made."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     copies = sawn_copies(Specimen(cloud, function), path.name, 0)
-    things = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
-    return [stood_one(thing, kind, simulator, function) for kind, thing in things]
+    variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
+    return [stood_one(variant, kind, simulator, function) for kind, variant in variants]
 
 
 def stood_one(cloud: Cloud, kind: str, simulator: Simulator, function: str) -> StandAnswer:
-    """Return how one thing stands under its load."""
+    """Return how one object stands under its load."""
     load = PERSON if function == "sittable" else body_of(cloud, Matter()).mass
     places = resting_places(cloud)
     result = simulator.stands(cloud, StandSettings(load=load, most_places=PLACES), loaded_places(places), 0)
@@ -120,7 +120,7 @@ class Agreement:
 
 
 def agreement(one: StandScore, other: StandScore) -> Agreement:
-    """Return how often two backends say the same of the same things."""
+    """Return how often two backends say the same of the same objects."""
     names = sorted(one.answers.keys() & other.answers.keys())
     pairs = [(one.answers[name], other.answers[name]) for name in names]
     same = np.concatenate([a.carries == b.carries for a, b in pairs])

@@ -1,4 +1,4 @@
-"""What every task shares: which objects are asked, the share that was told right, and what it took."""
+"""What every task shares: which objects are asked, the share that was classified correctly, and what it took."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Answer = TypeVar("Answer")
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One thing that was asked."""
+    """One object that was asked."""
 
     name: str
     kind: str
     true: bool
     told: bool
-    value: float  # by which it was told
+    value: float  # by which it was classified
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +48,8 @@ class Outcome:
     measure: str  # what the value is
     value: float
     asked: int
-    seconds: float  # of one thing
-    right: dict[str, bool]  # by thing
+    seconds: float  # of one object
+    right: dict[str, bool]  # by object
 
 
 def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:

@@ -1,4 +1,4 @@
-"""Figures as a journal wants them: its widths, its size of type, colours that everyone can tell apart, two files each.
+"""Figures as a journal wants them: its widths, its size of type, colours that everyone can distinguish, two files each.
 
 The PNG is what a manuscript or a slide takes, the SVG what a journal's artist edits; the numbers go beside them.
 """

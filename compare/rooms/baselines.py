@@ -16,15 +16,15 @@ from sklearn.metrics.pairwise import euclidean_distances
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.method import CUBES, PROFILE_RADII
 from spherefunc_bullet.learning.validation import member_scores
 from spherefunc_bullet.scenes.recognition.judging import SMALLEST_RADII, value_for_size
+from spherefunc_bullet.settling.drops import DropsByRadius, resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
-from spherefunc_bullet.settling.settling import Settled
 
 from ..evaluation.features import level_sizes, voxel_centers
 from ..evaluation.profiled import points_as_drops
@@ -79,7 +79,7 @@ def learnt_objects(sources: Sequence[str], failed: Callable[[InputError], None])
         known += lessons_learnt(rooms) if rooms else objects_learnt(open_dataset(source).objects, failed)
     if not known:
         raise InputError(f"{', '.join(sources)}: expected objects to learn, found none that can be used")
-    if of_rooms:  # as a model for scans keeps them: neighbours of all that is for nothing would not fit into memory
+    if of_rooms:  # as a model for scans keeps them: neighbours of all that has no function would not fit into memory
         known = [known[k] for k in examples_kept(np.array([bool(functions) for _, functions in known]))]
     return Learnt(records=[record for record, _ in known], labels=[functions for _, functions in known])
 
@@ -136,7 +136,9 @@ class PointsInCubes:
     def __init__(self, learnt: Learnt, model: FunctionModel):
         radii = model.radii if isinstance(model, CubeClassifier) else CUBE_RADII
         self.classifier = CubeClassifier(model.simulator, radii=radii, seed=model.seed)
-        points = [{radius: voxel_centers(record) for radius in radii} for record in learnt.records]
+        points = [
+            {radius: resting_drops(radius, voxel_centers(record)) for radius in radii} for record in learnt.records
+        ]
         self.classifier.fit_settled(points, learnt.labels, learnt.names)
         self.functions = self.classifier.functions_
 
@@ -144,10 +146,11 @@ class PointsInCubes:
         """Return the scores (P, F) of objects, each turned by quarters as the spheres' are."""
         return self.classifier.score_settled([self.points_of(record) for record in records], any_heading=True)
 
-    def points_of(self, record: ObjectRecord) -> Settled:
+    def points_of(self, record: ObjectRecord) -> DropsByRadius:
         """Return an object's points at the radii at which spheres would be dropped on it."""
         least = value_for_size(SMALLEST_RADII, record.size.max())
-        return {radius: voxel_centers(record) for radius in self.classifier.chosen_radii() if radius >= least}
+        radii = [radius for radius in self.classifier.chosen_radii() if radius >= least]
+        return {radius: resting_drops(radius, voxel_centers(record)) for radius in radii}
 
 
 class PointsQuantities:

@@ -8,7 +8,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import THRESHOLD
+from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.scenes.segmentation.segmentation import FLOOR, LEFT_OVER, WALL
 
 from .matching import JudgedScan, Verdict, sufficient_overlap
@@ -17,7 +17,7 @@ from .truth import RecognisedObject, TrueObject
 NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE = "not proposed", "merged", "torn", "mislabelled", "unsure"
 CAUSES = (NOT_PROPOSED, MERGED, TORN, MISLABELLED, UNSURE)
 Cause = tuple[str, str]  # one of CAUSES, and what happened
-SURE = 0.1  # off the threshold: what scores nearer to it is told by neither side with conviction
+SURE = 0.1  # off the threshold: what scores nearer to it is decided by neither side with conviction
 _SPARED = 0.03  # metres, of an object's lowest slice, which may be what it stands on; less of a low one:
 _SPARED_SHARE = 0.2  # of its height
 _PROPOSED = 0.3  # of an object's points: if fewer are in proposals, it was not proposed
@@ -84,10 +84,10 @@ def cause_rows(scan: JudgedScan) -> tuple[list[CauseRow], list[CauseRow]]:
     false = [verdict for verdict in scan.verdicts if verdict.outcome == "false"]
     if not missed and not false:
         return [], []
-    proposed, told = overlaps_of(scan, scan.asked), overlaps_of(scan, scan.recognised)
+    proposed, found = overlaps_of(scan, scan.asked), overlaps_of(scan, scan.recognised)
     return (
         [cause_row(scan, verdict, cause_of_miss(scan, verdict, proposed)) for verdict in missed],
-        [cause_row(scan, verdict, cause_of_claim(scan, verdict, told)) for verdict in false],
+        [cause_row(scan, verdict, cause_of_claim(scan, verdict, found)) for verdict in false],
     )
 
 
@@ -109,14 +109,14 @@ def cause_row(scan: JudgedScan, verdict: Verdict, cause: Cause) -> CauseRow:
 
 
 def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cause:
-    """Return why an object was not found: what was proposed in its place, if anything was, and what that was told."""
+    """Return why an object was not found: what was proposed in its place, and how that was classified."""
     t = scan.truth.index(verdict.true)
     inside, covered = overlaps.inside[t], overlaps.covered[t]
     fits = np.array([sufficient_overlap(verdict.true, proposal) > 0 for proposal in scan.asked])
     fitting = np.flatnonzero(fits & (inside >= _MOST)) if len(fits) else []
     if len(fitting):
         best = max(fitting, key=lambda p: scan.asked[p].scores[verdict.function])
-        return cause_of_telling(scan, scan.asked[best], verdict.function)
+        return cause_of_misclassification(scan, scan.asked[best], verdict.function)
     if fits.any():
         best = int(np.argmax(np.where(fits, inside, -1)))
         return MERGED, f"one part with {others_in(scan, overlaps, best, t)}"
@@ -131,8 +131,8 @@ def cause_of_miss(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cau
     return TORN, f"one part of {covered[best]:.0%} of its points, too small for its box"
 
 
-def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
-    """Return why an object that was proposed as it is was not told what it is for."""
+def cause_of_misclassification(scan: JudgedScan, proposal: RecognisedObject, function: str) -> Cause:
+    """Return why an object that was proposed as it is was misclassified."""
     score = proposal.scores[function]
     if function in proposal.functions:
         if any(np.array_equal(proposal.points, item.points) for item in scan.recognised):
@@ -140,9 +140,9 @@ def cause_of_telling(scan: JudgedScan, proposal: RecognisedObject, function: str
         return MISLABELLED, f"{function} {score:.2f}, but what overlaps it was surer"
     if proposal.fragment:
         return TORN, f"refused as a fragment, {function} {score:.2f}"
-    told = ", ".join(f"{name} {proposal.scores[name]:.2f}" for name in sorted(proposal.functions)) or "nothing"
+    classes = ", ".join(f"{name} {proposal.scores[name]:.2f}" for name in sorted(proposal.functions)) or "nothing"
     kind = UNSURE if score > THRESHOLD - SURE else MISLABELLED
-    return kind, f"told as {told}; {function} {score:.2f}"
+    return kind, f"classified as {classes}; {function} {score:.2f}"
 
 
 def cause_of_claim(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Cause:
@@ -164,7 +164,7 @@ def cause_of_claim(scan: JudgedScan, verdict: Verdict, overlaps: Overlaps) -> Ca
     if held:
         return MERGED, f"holds {names_of(scan.truth, held)} and what the truth does not list"
     unsure = verdict.claim.scores[verdict.function] < THRESHOLD + SURE
-    return (UNSURE if unsure else MISLABELLED), "a thing that the truth does not list"
+    return (UNSURE if unsure else MISLABELLED), "an object that the truth does not list"
 
 
 def others_in(scan: JudgedScan, overlaps: Overlaps, proposal: int, but: int) -> str:

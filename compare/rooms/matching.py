@@ -148,8 +148,10 @@ def judged_of(name: str, truth: Sequence[TrueObject], recognised: Sequence[Recog
     overlaps = [[sufficient_overlap(true, claim) for claim in claimed] for true in wanted]
     pairs = best_pairs(np.array(overlaps).reshape(len(wanted), len(claimed)))
     found = {t: claimed[c] for t, c in pairs.items()}
-    told = [Verdict(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
-    return told + [Verdict(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()]
+    verdicts = [Verdict(function=name, true=true, claim=found.get(t)) for t, true in enumerate(wanted)]
+    return verdicts + [
+        Verdict(function=name, claim=claim) for c, claim in enumerate(claimed) if c not in pairs.values()
+    ]
 
 
 def best_pairs(shared: np.ndarray) -> dict[int, int]:

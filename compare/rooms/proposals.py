@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import THRESHOLD, Membership
+from spherefunc_bullet.function_model import THRESHOLD, Membership
 from spherefunc_bullet.scenes.recognition.choosing import Candidate, chosen
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.proposals import Proposal
@@ -106,13 +106,13 @@ class Asked:
         """Return each proposal as spheres met it: completed, standing on its support."""
         return [object_cloud(item.points, completion, item.support)[0] for item in self.room.proposals]
 
-    def told_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
+    def classified_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
         """Return the objects that the same proposals become by other scores, one for each proposal."""
-        candidates = [self.candidate(place, told) for place, told in enumerate(scores)]
+        candidates = [self.candidate(place, row) for place, row in enumerate(scores)]
         return [self.as_chosen(one) for one in chosen(candidates, FEWEST)]
 
     def candidate(self, place: int, scores: Scores) -> Candidate:
-        """Return a proposal with what is said of it; a fragment is for nothing."""
+        """Return a proposal with what is said of it; a fragment has no function."""
         item = self.room.proposals[place]
         functions = {
             name: Membership(member=score > THRESHOLD and not item.fragment, score=score, radius=0.0)

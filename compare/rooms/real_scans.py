@@ -14,7 +14,7 @@ import typer
 
 from spherefunc_bullet.console import Failures, print_json, run, say, show
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import steps_of
 from spherefunc_bullet.scenes.recognition.proposals import kinds_of
 from spherefunc_bullet.scenes.recognition.recognition import compile_kernels
@@ -70,7 +70,9 @@ def main(
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
     large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
     proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
-    alone: Annotated[bool, typer.Option("--alone", help="Tell things by spheres, not by what surrounds them.")] = False,
+    alone: Annotated[
+        bool, typer.Option("--alone", help="Tell objects by spheres, not by what surrounds them.")
+    ] = False,
     only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
     points: Annotated[int | None, typer.Option(help="Take at most so many points, of scans known by boxes.")] = None,
     learnt: Annotated[str | None, typer.Option(help="Data sets that the model has learnt: adds baselines.")] = None,

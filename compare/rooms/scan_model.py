@@ -22,7 +22,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.model_file import save_model
-from spherefunc_bullet.learning.profiles.calibration import Kin
+from spherefunc_bullet.learning.profiles.calibration import CopyGroups
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
@@ -114,18 +114,18 @@ def forest() -> ExtraTreesClassifier:
 
 
 def learn(lessons: Sequence[Lesson], model: FunctionClassifier) -> FunctionClassifier:
-    """Return the model after the lessons; it keeps those of use, and as many of what is for nothing.
+    """Return the model after the lessons; it keeps those of use, and as many of what has no function.
 
-    How sure it may be is told by those who have not learnt the same thing in another view or another room.
+    How sure it may be is measured by those who have not learnt the same object in another view or another room.
     """
     functions = tuple(sorted(set().union(*(one.functions for one in lessons))))
     members = memberships([one.functions for one in lessons], functions)
     taught = ~memberships([one.unclear for one in lessons], functions)
-    things: dict[str, int] = {}
-    groups = np.array([things.setdefault(one.thing or one.name, len(things)) for one in lessons])
-    kin = Kin(weights=np.ones(len(lessons)), groups=groups)
+    sources: dict[str, int] = {}
+    groups = np.array([sources.setdefault(one.source or one.name, len(sources)) for one in lessons])
+    copy_groups = CopyGroups(weights=np.ones(len(lessons)), groups=groups)
     profiles = model.profiles([one.record.settled for one in lessons])
-    model.fit_profiles(profiles, members, functions, [one.name for one in lessons], kin, taught)
+    model.fit_profiles(profiles, members, functions, [one.name for one in lessons], copy_groups, taught)
     model.fit_in_scenes(np.array([one.beside for one in lessons]), NAMES, members, taught)
     clear = np.flatnonzero(taught.all(axis=1))
     return model.keep(clear[examples_kept(members[clear].any(axis=1))])

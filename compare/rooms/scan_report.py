@@ -81,7 +81,7 @@ def print_functions(readings: Mapping[str, Verdicts], inferred: Verdicts = ()):
     """Print recall and precision of each function, and of all, for the spheres and for every baseline."""
     scores = {reading: scores_by_function(verdicts) for reading, verdicts in readings.items()}
     names = sorted({name for own in scores.values() for name in own})
-    columns = ["told by", *(f"{name} {kind}" for name in [*names, "all"] for kind in ("recall", "precision"))]
+    columns = ["classified by", *(f"{name} {kind}" for name in [*names, "all"] for kind in ("recall", "precision"))]
     rows = []
     for reading, own in scores.items():
         cells = [own.get(name, Score()) for name in names]
@@ -134,9 +134,9 @@ def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
     empty = Score().row()
     own = [known.get(name, empty) for name in names]
     sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
-    told = [plain(score["found"], score["seen"]) for score in own]
+    shares = [plain(score["found"], score["seen"]) for score in own]
     claims, backs = plain(sums["true_claims"], sums["claims"]), plain(sums["backs_found"], sums["backs"])
-    return [*told, claims, backs, str(sums["disputed"] or "-")]
+    return [*shares, claims, backs, str(sums["disputed"] or "-")]
 
 
 def plain(some: int, of: int) -> str:

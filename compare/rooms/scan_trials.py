@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.console import say
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.recognition import Room
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.settling.records import ObjectRecord
@@ -56,16 +56,16 @@ class Trial(Recognition):
     model: FunctionModel
     baselines: dict[str, Baseline]
 
-    def told_by_baselines(self, asked: Asked) -> dict[str, Sequence[RecognisedObject]]:
+    def classified_by_baselines(self, asked: Asked) -> dict[str, Sequence[RecognisedObject]]:
         """Return what the same proposals become as every baseline tells them."""
         if not self.baselines or not asked.room.proposals:
             return dict.fromkeys(self.baselines, ())
         clouds = asked.clouds(self.completion)
         records = [shape_record(cloud, Path(str(number))) for number, cloud in enumerate(clouds)]
-        return {name: asked.told_by(told_scores(own, records)) for name, own in self.baselines.items()}
+        return {name: asked.classified_by(function_scores_of(own, records)) for name, own in self.baselines.items()}
 
 
-def told_scores(baseline: Baseline, records: Sequence[ObjectRecord]) -> list[Scores]:
+def function_scores_of(baseline: Baseline, records: Sequence[ObjectRecord]) -> list[Scores]:
     """Return the score of each function of each object."""
     return [dict(zip(baseline.functions, row, strict=True)) for row in baseline.scores(records).tolist()]
 
@@ -131,7 +131,7 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
         measured.false_claims += false_claims
         measured.inferred += judged_by_place(truth, asked.inferred())
         measured.readings.setdefault(SPHERES, []).extend(verdicts)
-        for name, others in trial.told_by_baselines(asked).items():
+        for name, others in trial.classified_by_baselines(asked).items():
             measured.readings.setdefault(name, []).extend(judged(truth, others))
     measured.rows.append(row)
     pictures.write(path, scan, room, verdicts)

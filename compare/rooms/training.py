@@ -16,8 +16,9 @@ from spherefunc_bullet.scenes.recognition.judging import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
 from spherefunc_bullet.scenes.virtual_rooms.scans import scan_room
+from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import Dropping
-from spherefunc_bullet.settling.settling import Settled, settle
+from spherefunc_bullet.settling.settling import settle
 
 from .trials import Fold, split_in_halves
 
@@ -72,7 +73,7 @@ def trained_classifier(
 
     Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
     """
-    examples: list[tuple[Settled, frozenset[str], str]] = []
+    examples: list[tuple[DropsByRadius, frozenset[str], str]] = []
     if training.examples != "views":
         by_path = {record.path: record.settled for record in simulated.records}
         examples += [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
@@ -84,7 +85,7 @@ def trained_classifier(
 
 def partial_examples(
     dataset: Dataset, training: Training, failed: Callable[[InputError], None]
-) -> Iterator[tuple[Settled, frozenset[str], str]]:
+) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
     """Yield settled centres, functions and name of what scans of rooms show of a data set's objects."""
     rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
     for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):

@@ -12,8 +12,8 @@ import numpy as np
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.learning.function_model import FunctionModel
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT
 from spherefunc_bullet.scenes.recognition.proposals import KINDS
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise, recognise_objects
@@ -51,7 +51,7 @@ class Condition:
 
 @dataclass(frozen=True, kw_only=True)
 class Recognition:
-    """How scans are taken apart and told."""
+    """How scans are segmented and classified."""
 
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
@@ -76,7 +76,7 @@ class RoomTrial(Recognition):
 
 
 class FunctionRow(CountsRow):
-    """How well one function is told, as reports have it."""
+    """How well one function is classified, as reports have it."""
 
     f_measure_cut_out: float | None
     f_measure_whole: float | None
@@ -163,7 +163,9 @@ class Fold:
         dropping = Dropping(simulator=model.simulator, radii=radii, seed=model.seed, length=model.length)
         for index, record in simulate_objects(paths, dropping, jobs=self.jobs):
             functions = self.model.memberships_of([record.settled])[0]
-            self.of_models[paths[index]] = frozenset(name for name, told in functions.items() if told.member)
+            self.of_models[paths[index]] = frozenset(
+                name for name, membership in functions.items() if membership.member
+            )
 
 
 def run_trial(

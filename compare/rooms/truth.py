@@ -14,7 +14,7 @@ from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.scenes.segmentation.box import Box
 
 SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
-BACK_ONLY = "back-only"  # of a chair only the back shows: told apart
+BACK_ONLY = "back-only"  # of a chair only the back shows: counted separately
 HIDDEN = "none"  # outside the view: not asked for
 VISIBLE = (*SEEN, BACK_ONLY, HIDDEN)
 DISPUTED = "cup"  # the function that people dispute of bowls, open pots and what may be a cup
@@ -131,7 +131,7 @@ def disputed_of(name: str, label: str, remark: str) -> frozenset[str]:
 def from_box(row: dict[str, str], path: Path) -> TrueObject:
     """Return the object of a row of boxes."""
     center, size = (np.array([number_of(row, f"{kind}{axis}", path) for axis in "xyz"]) for kind in "cd")
-    true = nowhere_yet(row, "class", "comment", path)
+    true = object_without_place(row, "class", "comment", path)
     return replace(true, box=Box(center=center, size=size, yaw=number_of(row, "yaw_rad", path)))
 
 
@@ -139,11 +139,11 @@ def from_points(row: dict[str, str], labels: np.ndarray | None, path: Path) -> T
     """Return the object of a row of instances, by the points that carry its label."""
     if labels is None:
         raise InputError(f"{path.name}: expected a scan with a label for each point, found none")
-    true = nowhere_yet(row, "name", "pose", path)
+    true = object_without_place(row, "name", "pose", path)
     return replace(true, points=labels == int(number_of(row, "label", path)))
 
 
-def nowhere_yet(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
+def object_without_place(row: dict[str, str], name: str, remark: str, path: Path) -> TrueObject:
     """Return the object of a row but its place, its name and a remark being in columns of these names."""
     called = value_of(row, name, path)
     disputed = disputed_of(called, value_of(row, "function_label", path), row.get(remark) or "")

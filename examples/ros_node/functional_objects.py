@@ -1,4 +1,4 @@
-"""A ROS 2 node: takes clouds, finds what can be sat on, drunk from and put things on, publishes boxes as markers.
+"""A ROS 2 node: takes clouds, finds what can be sat on, drunk from and put objects on, publishes boxes as markers.
 
     pip install spherefunc-bullet            # into the environment that has ROS 2
     python3 functional_objects.py --ros-args -r cloud:=/camera/depth/points -p level_frame:=base_link

@@ -1,6 +1,6 @@
-"""Spheres that fall on several things at once, told by the thing that carries each.
+"""Spheres that fall on several objects at once, assigned to the object that carries each.
 
-A thing is asked by the drops over its own box, with all others in their places: so it gets as many as it would alone.
+An object is asked by the drops over its own box, with all others in their places: so it gets as many as it would alone.
 What is farther off than a few radii is left out of such a run.
 """
 
@@ -17,10 +17,10 @@ from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud, Mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator
 
-from .owners import NOBODY, carriers_of
-from .placing import PlacedThing
+from .owners import NO_OWNER, carriers_of
+from .placing import ArrangedObject
 
-MARGIN = 4.0  # radii around a thing's box that other things are kept in
+MARGIN = 4.0  # radii around an object's box that other objects are kept in
 SPARE = 3.0  # standard deviations of the number of drops that fall beside the box
 
 
@@ -31,7 +31,7 @@ class Falls:
     radius: float
     columns: np.ndarray  # (D, 2) where each began
     centers: np.ndarray  # (D, 3) where it rests; NaN where it did not settle
-    owners: np.ndarray  # (D,) number of the thing that carries it, or `NOBODY`
+    owners: np.ndarray  # (D,) number of the object that carries it, or `NOBODY`
     bases: np.ndarray  # (D,) height of the surface that carries it, metres; NaN where it did not settle
     upon: np.ndarray  # (D,) bool: it rests on spheres alone
 
@@ -45,7 +45,7 @@ class Falls:
         return self.columns, self.centers, self.owners, self.bases, self.upon
 
     def by(self, number: int) -> np.ndarray:
-        """Return which drops a thing carries, (D,) bool."""
+        """Return which drops an object carries, (D,) bool."""
         return self.owners == number
 
 
@@ -78,49 +78,49 @@ def cut_mesh(mesh: Mesh, low: np.ndarray, high: np.ndarray) -> Mesh:
 
 
 def drop_on(
-    things: Sequence[PlacedThing], simulator: Simulator, settings: DropSettings, seed: int, name: str
+    objects: Sequence[ArrangedObject], simulator: Simulator, settings: DropSettings, seed: int, name: str
 ) -> tuple[DropResult, Falls]:
-    """Return what becomes of drops on things as they stand together, all over them."""
-    clouds = [thing.cloud for thing in things]
+    """Return what becomes of drops on objects as they stand together, all over them."""
+    clouds = [item.cloud for item in objects]
     return falls_on(clouds, united(clouds, name), simulator, settings, seed)
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """One of some things, and what of the others stands within a few radii of its box."""
+    """One of some objects, and what of the others stands within a few radii of its box."""
 
-    things: Sequence[PlacedThing]
-    number: int  # of the thing
-    present: dict[int, Cloud]  # by number, the thing itself too, in the world's frame
+    objects: Sequence[ArrangedObject]
+    number: int  # of the object
+    present: dict[int, Cloud]  # by number, the object itself too, in the world's frame
     union: Cloud
 
     def drop(self, simulator: Simulator, settings: DropSettings, seed: int) -> Falls:
-        """Return what becomes of the drops over the thing's box.
+        """Return what becomes of the drops over the object's box.
 
         Parameters
         ----------
         settings : DropSettings
             ``max_drops`` is how many fall over the box; without it as many as the paper's rule takes.
         """
-        asked, run = self.things[self.number], settings
+        asked, run = self.objects[self.number], settings
         if settings.max_drops is not None:
             share = asked.own.size[:2].prod() / max(self.union.size[:2].prod(), 1e-12)
             most = math.ceil((settings.max_drops + SPARE * math.sqrt(settings.max_drops)) / min(max(share, 1e-3), 1.0))
             run = DropSettings(radius=settings.radius, miss_limit=most, max_drops=most)
         _, falls = falls_on(list(self.present.values()), self.union, simulator, run, seed)
-        numbers = np.array([*self.present, NOBODY])  # of all things; the last stands for nobody
+        numbers = np.array([*self.present, NO_OWNER])  # of all objects; the last stands for nobody
         falls = replace(falls, owners=numbers[falls.owners])
         over = np.flatnonzero(asked.over(falls.columns))[: settings.max_drops]
-        return within_boxes(falls.kept(over), self.things)
+        return within_boxes(falls.kept(over), self.objects)
 
 
-def surroundings(things: Sequence[PlacedThing], number: int, radius: float) -> Surroundings:
-    """Return one of some things with what stands around it, for spheres of a radius in metres."""
-    asked = things[number]
+def surroundings(objects: Sequence[ArrangedObject], number: int, radius: float) -> Surroundings:
+    """Return one of some objects with what stands around it, for spheres of a radius in metres."""
+    asked = objects[number]
     low, high = asked.cloud.bounds[:, :2] + [[-MARGIN * radius], [MARGIN * radius]]
-    parts = {k: asked.cloud if k == number else cut_out(thing.cloud, low, high) for k, thing in enumerate(things)}
+    parts = {k: asked.cloud if k == number else cut_out(item.cloud, low, high) for k, item in enumerate(objects)}
     present = {k: cloud for k, cloud in parts.items() if cloud is not None}
-    return Surroundings(things, number, present, united(list(present.values()), asked.name))
+    return Surroundings(objects, number, present, united(list(present.values()), asked.name))
 
 
 def falls_on(
@@ -133,16 +133,16 @@ def falls_on(
     settled = result.outcomes == Outcome.SETTLED
     carried = carriers_of(result.centers, settings.radius, clouds)
     centers, bases = np.full((result.drops, 3), np.nan), np.full(result.drops, np.nan)
-    owners, upon = np.full(result.drops, NOBODY), np.zeros(result.drops, bool)
+    owners, upon = np.full(result.drops, NO_OWNER), np.zeros(result.drops, bool)
     centers[settled], bases[settled] = result.centers, carried.bases
     owners[settled], upon[settled] = carried.owners, ~result.on_object
     return result, Falls(settings.radius, result.columns, centers, owners, bases, upon)
 
 
-def within_boxes(falls: Falls, things: Sequence[PlacedThing]) -> Falls:
-    """Return falls without those that rest on spheres alone, above the thing that carries these (paper, §III-A)."""
-    tops = np.array([*(thing.cloud.bounds[1, 2] for thing in things), np.inf])[falls.owners]
+def within_boxes(falls: Falls, objects: Sequence[ArrangedObject]) -> Falls:
+    """Return falls without those that rest on spheres alone, above the object that carries these (paper, §III-A)."""
+    tops = np.array([*(item.cloud.bounds[1, 2] for item in objects), np.inf])[falls.owners]
     outside = falls.upon & (falls.centers[:, 2] > tops)
     centers, bases = falls.centers.copy(), falls.bases.copy()
     centers[outside], bases[outside] = np.nan, np.nan
-    return replace(falls, centers=centers, bases=bases, owners=np.where(outside, NOBODY, falls.owners))
+    return replace(falls, centers=centers, bases=bases, owners=np.where(outside, NO_OWNER, falls.owners))

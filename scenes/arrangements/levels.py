@@ -1,4 +1,4 @@
-"""What things take from one another: the level that each needs, and who carries the drops over it instead."""
+"""What objects take from one another: the level that each needs, and who carries the drops over it instead."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
 from .falls import Falls, surroundings
-from .placing import PlacedThing
+from .placing import ArrangedObject
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
-FINER = 2.0  # times smaller than the spheres that find places to put things on
+FINER = 2.0  # times smaller than the spheres that find places to put objects on
 FEWEST = 10  # drops of a run
 
 
 @dataclass(frozen=True, kw_only=True)
 class Level:
-    """The level at which a thing carries most, and how much of it is left to it. Areas in square metres."""
+    """The level at which an object carries most, and how much of it is left to it. Areas in square metres."""
 
     height: float  # above the ground, metres
     alone: float  # area of the places from which spheres come to rest on it
-    together: float  # the same with the other things in place
-    taken: dict[str, float]  # area over it whose spheres another thing carries, by that thing's name
+    together: float  # the same with the other objects in place
+    taken: dict[str, float]  # area over it whose spheres another object carries, by that object's name
     drops: int  # that fell over its box, in either case
 
     @property
@@ -37,25 +37,25 @@ class Level:
 
 
 def level_of(
-    things: Sequence[PlacedThing], number: int, simulator: Simulator, radius: float | None, drops: int, seed: int
+    objects: Sequence[ArrangedObject], number: int, simulator: Simulator, radius: float | None, drops: int, seed: int
 ) -> Level | None:
-    """Return the level of one thing alone and together with the others; None where nothing rests on it.
+    """Return the level of one object alone and together with the others; None where nothing rests on it.
 
     Parameters
     ----------
     radius : float, optional
-        Of the spheres, metres; by default as the thing is large.
+        Of the spheres, metres; by default as the object is large.
     drops : int
         At least so many fall over its box; the error of areas falls with the root of their number.
     """
-    asked = things[number]
+    asked = objects[number]
     length = level_radius(asked) if radius is None else radius
     layer = layer_of(asked.own.size, length)
     rounds = range(seed, seed + math.ceil(drops / layer))
     settings = DropSettings(radius=length, max_drops=layer)
     alone, together = (
         joined([around.drop(simulator, settings, one) for one in rounds])
-        for around in (surroundings([asked], 0, length), surroundings(things, number, length))
+        for around in (surroundings([asked], 0, length), surroundings(objects, number, length))
     )
     held = alone.centers[alone.by(0)]
     if not len(held):
@@ -63,12 +63,12 @@ def level_of(
     height = fullest_height(alone.bases[alone.by(0)], length)
     area = float(asked.own.size[:2].prod())
     over = outline_of(held[on_level(alone, 0, height)[alone.by(0)], :2], length).inside(together.columns) >= 0
-    others = [k for k in range(len(things)) if k != number]
+    others = [k for k in range(len(objects)) if k != number]
     return Level(
         height=height,
         alone=area * float(on_level(alone, 0, height).mean()),
         together=area * float(on_level(together, number, height).mean()),
-        taken={things[k].name: area * float((together.by(k) & over).mean()) for k in others},
+        taken={objects[k].name: area * float((together.by(k) & over).mean()) for k in others},
         drops=len(together.columns),
     )
 
@@ -82,9 +82,9 @@ def fullest_height(bases: np.ndarray, radius: float) -> float:
     return float(ordered[first[best] : last[best]].mean())
 
 
-def level_radius(thing: PlacedThing) -> float:
-    """Return the radius of spheres that find a thing's level, metres."""
-    return float(np.clip(thing.own.size.max() / (ACROSS * FINER), *LIMITS))
+def level_radius(item: ArrangedObject) -> float:
+    """Return the radius of spheres that find an object's level, metres."""
+    return float(np.clip(item.own.size.max() / (ACROSS * FINER), *LIMITS))
 
 
 def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
@@ -93,7 +93,7 @@ def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:
 
 
 def on_level(falls: Falls, number: int, height: float) -> np.ndarray:
-    """Return which drops come to rest on one thing at a height, or on spheres that do, (D,) bool."""
+    """Return which drops come to rest on one object at a height, or on spheres that do, (D,) bool."""
     return falls.by(number) & (np.abs(falls.bases - height) <= falls.radius)
 
 

@@ -1,4 +1,4 @@
-"""Do two things interpenetrate? Where the surface of one crosses that of the other, deeper than touching."""
+"""Do two objects interpenetrate? Where the surface of one crosses that of the other, deeper than touching."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import Mesh
 
-from .placing import PlacedThing
+from .placing import ArrangedObject
 
-SUNK = 0.002  # metres: what is no deeper in another thing touches it
+SUNK = 0.002  # metres: what is no deeper in another object touches it
 NEAR = 0.012  # metres from the other's surface: who crosses it has points there, on either side
 STEP = 0.008  # metres between neighbouring samples of one surface, at most
 
 
-def crossing(one: PlacedThing, other: PlacedThing) -> np.ndarray | None:
-    """Return a place (3,) where two things' surfaces cross, metres, the world's frame; None where they do not.
+def crossing(one: ArrangedObject, other: ArrangedObject) -> np.ndarray | None:
+    """Return a place (3,) where two objects' surfaces cross, metres, the world's frame; None where they do not.
 
-    One of them has to be a mesh; of two clouds nothing is known. A thing that is wholly within a hollow one crosses
+    One of them has to be a mesh; of two clouds nothing is known. An object that is wholly within a hollow one crosses
     nothing.
     """
     if not boxes_meet(one, other):
@@ -30,8 +30,8 @@ def crossing(one: PlacedThing, other: PlacedThing) -> np.ndarray | None:
     return None
 
 
-def boxes_meet(one: PlacedThing, other: PlacedThing) -> bool:
-    """Return whether two things' boxes have more than a touch in common."""
+def boxes_meet(one: ArrangedObject, other: ArrangedObject) -> bool:
+    """Return whether two objects' boxes have more than a touch in common."""
     (low, high), (other_low, other_high) = one.cloud.bounds, other.cloud.bounds
     return bool((np.minimum(high, other_high) - np.maximum(low, other_low) > SUNK).all())
 

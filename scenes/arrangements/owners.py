@@ -1,4 +1,4 @@
-"""Which thing carries each sphere: what it rests on, not what it leans on; through other spheres if it must.
+"""Which object carries each sphere: what it rests on, not what it leans on; through other spheres if it must.
 
 A contact carries by how upright it is: its normal's upward part. A sphere on a table that leans on a mug is the
 table's. A sphere on spheres belongs to who carries most of those, and they settled before it.
@@ -14,14 +14,14 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud
 
-NOBODY = -1
+NO_OWNER = -1
 SLACK = 1.02  # of the farthest that a sample of a touched surface can be: simulators leave that much
 TOUCHING = 2.1  # radii between the centres of spheres that touch, as in the resting profile
 PATCH = 2.5  # gaps between samples, the radius of the patch that says how a surface slopes
 PATCH_POINTS = 12
 AROUND = 16  # samples near a sphere that are looked at
 THIN = 0.06  # product over squared sum of a patch's two larger variances: less is an edge, which has no slope
-BESIDE = 0.15  # radii: the surface of a thing that carries is no farther than the nearest one by more
+BESIDE = 0.15  # radii: the surface of an object that carries is no farther than the nearest one by more
 LEAST = 0.05  # of the upward parts: a wall that is a little off the vertical carries nothing
 
 
@@ -29,8 +29,8 @@ LEAST = 0.05  # of the upward parts: a wall that is a little off the vertical ca
 class Carried:
     """What carries spheres (S,)."""
 
-    owners: np.ndarray  # (S,) number of the thing, or `NOBODY`
-    bases: np.ndarray  # (S,) metres, the height of the thing's surface under it or under those that it rests on
+    owners: np.ndarray  # (S,) number of the object, or `NOBODY`
+    bases: np.ndarray  # (S,) metres, the height of the object's surface under it or under those that it rests on
 
 
 def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> Carried:
@@ -48,7 +48,7 @@ def carriers_of(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> 
             bases[number] = bases[upon[rises.argmax()]]
         total = shares[number] + through
         shares[number] = total / max(total.sum(), LEAST)
-    owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NOBODY)
+    owners = np.where(shares.max(axis=1) > 0, shares.argmax(axis=1), NO_OWNER)
     return Carried(owners, bases)
 
 
@@ -64,9 +64,9 @@ def lower_neighbors(centers: np.ndarray, radius: float) -> list[list[int]]:
 
 
 def upward_parts(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) -> np.ndarray:
-    """Return the upward part of the contact of each sphere with each thing, (S, K), 0 to 1; 0 where none touches.
+    """Return the upward part of the contact of each sphere with each object, (S, K), 0 to 1; 0 where none touches.
 
-    A thing that is farther than another by more than a touch carries nothing: a table under the bottom of a mug.
+    An object that is farther than another by more than a touch carries nothing: a table under the bottom of a mug.
     """
     contacts = [contacts_with(centers, radius, cloud) for cloud in clouds]
     away, parts = (np.stack(values, axis=1) for values in zip(*contacts, strict=True))  # (S, K, 2)
@@ -76,10 +76,10 @@ def upward_parts(centers: np.ndarray, radius: float, clouds: Sequence[Cloud]) ->
 
 
 def contacts_with(centers: np.ndarray, radius: float, cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the surface of a thing is from each sphere's centre, metres, and its normal's upward part, (S, 2).
+    """Return how far an object's surface is from each sphere's centre, metres, and its normal's upward part, (S, 2).
 
     At the nearest point, and at that which is most directly below: a sphere may touch a wall and a floor of the same
-    thing. Infinite and 0 where it is out of reach.
+    object. Infinite and 0 where it is out of reach.
     """
     gap = MAX_GAP if cloud.mesh is not None else max(MAX_GAP, cloud.spacing)
     reach, most = SLACK * np.hypot(radius, gap), min(AROUND, len(cloud.points))
@@ -106,7 +106,7 @@ def patches(cloud: Cloud, points: np.ndarray, reach: float) -> tuple[np.ndarray,
 def contact_normals(arms: np.ndarray, around: np.ndarray, near: np.ndarray, gap: float) -> np.ndarray:
     """Return the unit normals (T, 3) of contacts, whose arms (T, 3) lead from surfaces to centres.
 
-    A surface is told by its neighbours (T, K, 3), those that are near, (T, K). Of an edge, and where the centre is
+    A surface is known by its neighbours (T, K, 3), those that are near, (T, K). Of an edge, and where the centre is
     farther aside of the surface than samples are apart (``gap``, metres), the arm is the normal.
     """
     counts = near.sum(axis=1)[:, None]

@@ -1,4 +1,4 @@
-"""Several things as a picture, spheres coloured by the thing that carries them, and as a page with the figures."""
+"""Several objects as a picture, spheres coloured by the object that carries them, and as a page with the figures."""
 
 from __future__ import annotations
 
@@ -15,51 +15,53 @@ from spherefunc_bullet.viewer.page import image_html, page_html, table_html
 from spherefunc_bullet.viewer.pictures import View, render_balls
 
 from .falls import united
-from .together import ThingAmong, Together
+from .together import ArrangedResult, Together
 
-# Okabe and Ito's: everyone can tell them apart.
+# Okabe and Ito's: everyone can distinguish them.
 COLOURS = np.array([[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]]) / 255
 VIEW = View(size=(720, 540))
-LINE = 40  # pixels of the legend, a thing each
+LINE = 40  # pixels of the legend, an object each
 SIZE = 20  # of its letters, at most
 
 
 def colour_of(number: int) -> np.ndarray:
-    """Return the colour (3,) of a thing's spheres."""
+    """Return the colour (3,) of an object's spheres."""
     return COLOURS[number % len(COLOURS)]
 
 
 def together_picture(together: Together) -> Image.Image:
-    """Return things with the spheres of their common drop, and below them whose spheres have which colour."""
-    cloud = united([thing.placed.cloud for thing in together.things], "together")
-    centers = np.concatenate([thing.carries for thing in together.things])
-    tiles = [np.tile(colour_of(k), (len(thing.carries), 1)) for k, thing in enumerate(together.things)]
+    """Return objects with the spheres of their common drop, and below them whose spheres have which colour."""
+    cloud = united([item.placed.cloud for item in together.objects], "together")
+    centers = np.concatenate([item.carries for item in together.objects])
+    tiles = [np.tile(colour_of(k), (len(item.carries), 1)) for k, item in enumerate(together.objects)]
     colours = np.concatenate(tiles)
     image = render_balls(cloud, centers, together.radius, colours, VIEW)
-    canvas = ImageOps.expand(image, (0, 0, 0, LINE * len(together.things) + 16), PAPER)
+    canvas = ImageOps.expand(image, (0, 0, 0, LINE * len(together.objects) + 16), PAPER)
     pen = ImageDraw.Draw(canvas)
-    for number, thing in enumerate(together.things):
+    for number, item in enumerate(together.objects):
         middle = image.height + LINE * number + LINE / 2
         pen.ellipse((24, middle - 10, 44, middle + 10), fill=tuple(int(255 * c) for c in colour_of(number)))
-        words = legend(thing)
+        words = legend(item)
         wide = pen.textlength(words, ImageFont.load_default(SIZE))
         size = min(SIZE, int(SIZE * (image.width - 2 * LINE) / wide))
         pen.text((60, middle), words, INK, ImageFont.load_default(size), anchor="lm")
     return canvas
 
 
-def legend(thing: ThingAmong) -> str:
-    """Return what a thing carries, has left and is for, in one line."""
-    count = len(thing.carries)
-    words = [f"{thing.name}: {count} sphere{'' if count == 1 else 's'}"]
-    if thing.level is not None:
-        words.append(f"{100 * min(1.0, thing.level.left):.0f} % of its level left")
-    return ", ".join([*words, function_words(thing)])
+def legend(item: ArrangedResult) -> str:
+    """Return what an object carries, has left and is for, in one line."""
+    count = len(item.carries)
+    words = [f"{item.name}: {count} sphere{'' if count == 1 else 's'}"]
+    if item.level is not None:
+        words.append(f"{100 * min(1.0, item.level.left):.0f} % of its level left")
+    return ", ".join([*words, function_words(item)])
 
 
-def function_words(thing: ThingAmong) -> str:
-    """Return what a thing is for together, and alone where that is something else."""
-    alone, among = ([name for name, told in one.items() if told.member] for one in (thing.alone, thing.together))
+def function_words(item: ArrangedResult) -> str:
+    """Return what an object is for together, and alone where that is something else."""
+    alone, among = (
+        [name for name, membership in one.items() if membership.member] for one in (item.alone, item.together)
+    )
     now = ", ".join(among) or "nothing"
     return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'nothing'})"
 
@@ -67,9 +69,9 @@ def function_words(thing: ThingAmong) -> str:
 def write_together_page(
     together: Together, picture: Image.Image, head: Sequence[str], rows: Sequence[Sequence[str]], path: Path
 ) -> Path:
-    """Write a page that stands alone: the picture, a table of things, and what is odd about how they stand."""
-    parts = ["<h1>Several things together</h1>"]
+    """Write a page that stands alone: the picture, a table of objects, and what is odd about how they stand."""
+    parts = ["<h1>Several objects together</h1>"]
     parts += [f"<p>{escape(note)}</p>" for note in together.notes]
     parts.append(image_html("Spheres coloured by what carries them", png_of(picture)))
     parts.append(table_html(head, rows, texts=2))
-    return write_text(path, page_html("Several things together", parts, style=STYLE))
+    return write_text(path, page_html("Several objects together", parts, style=STYLE))

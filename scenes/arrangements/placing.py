@@ -1,4 +1,4 @@
-"""Where a thing is put: beside others, turned about the vertical, at a height or on what carries it there."""
+"""Where an object is put: beside others, turned about the vertical, at a height or on what carries it there."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WANTED = "FILE@x,y or FILE@x,y,z or FILE@x,y,z,heading, in metres and degrees, z
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """A place: where the middle of a thing's footprint goes, and its foot."""
+    """A place: where the middle of an object's footprint goes, and its foot."""
 
     x: float = 0.0  # metres
     y: float = 0.0
@@ -73,10 +73,10 @@ def number(text: str, part: str) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedThing:
-    """A thing in its place; its own frame is that of its cloud, the world's that of all of them."""
+class ArrangedObject:
+    """An object in its place; its own frame is that of its cloud, the world's that of all of them."""
 
-    name: str  # no other thing of the arrangement has it
+    name: str  # no other object of the arrangement has it
     own: Cloud
     placement: Placement
     height: float  # metres, of its foot above the ground
@@ -94,7 +94,7 @@ class PlacedThing:
 
     @cached_property
     def cloud(self) -> Cloud:
-        """The thing in the world's frame."""
+        """The object in the world's frame."""
         mesh = self.own.mesh
         placed = None if mesh is None else Mesh(self.to_world(mesh.vertices), mesh.faces)
         return Cloud(self.to_world(self.own.points), self.name, placed)
@@ -118,6 +118,6 @@ class PlacedThing:
         places = (columns - self.shift[:2]) @ self.turn[:2, :2]
         return ((places >= low) & (places <= high)).all(axis=1)
 
-    def at(self, height: float) -> PlacedThing:
-        """Return the thing with its foot at another height, metres."""
+    def at(self, height: float) -> ArrangedObject:
+        """Return the object with its foot at another height, metres."""
         return replace(self, height=height)

@@ -17,7 +17,7 @@ from spherefunc_bullet.simulator.mechanics import LEVEL
 from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surface_of
 
 from .overlaps import SUNK, crossing
-from .placing import PlacedThing
+from .placing import ArrangedObject
 from .surfaces import Surface, rise_over
 
 GROUND = "ground"
@@ -58,17 +58,17 @@ class Feet:
         return tuple(name for name, carries in zip([*names, GROUND], self.carries, strict=True) if carries)
 
 
-def feet_over(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
+def feet_over(item: ArrangedObject, others: Sequence[ArrangedObject]) -> Feet:
     """Return where an object is above the others and the ground, and how far."""
-    contacts = [contacts_over(thing, other) for other in others]
-    ground = thing.surface.points
+    contacts = [contacts_over(item, other) for other in others]
+    ground = item.surface.points
     points = np.concatenate([*(places for places, _ in contacts), ground])
     gaps, first = np.full((len(points), len(others) + 1), np.inf), 0
     for column, part in enumerate([*(gap for _, gap in contacts), ground[:, 2]]):
         gaps[first : first + len(part), column] = part
         first += len(part)
-    touch = np.array([*(touching(thing.surface, other.surface) for other in others), touching(thing.surface)])
-    return Feet(points, gaps, touch, LEVEL * float(thing.own.size.max()))
+    touch = np.array([*(touching(item.surface, other.surface) for other in others), touching(item.surface)])
+    return Feet(points, gaps, touch, LEVEL * float(item.own.size.max()))
 
 
 def touching(*surfaces: Surface) -> float:
@@ -76,15 +76,15 @@ def touching(*surfaces: Surface) -> float:
     return max(CONTACT, *(SAMPLED * surface.grain for surface in surfaces))
 
 
-def contacts_over(thing: PlacedThing, other: PlacedThing) -> tuple[np.ndarray, np.ndarray]:
+def contacts_over(item: ArrangedObject, other: ArrangedObject) -> tuple[np.ndarray, np.ndarray]:
     """Return places (N, 3) where an object is above another, and how far, (N,) metres.
 
     None where the two touch, and the other is the upper one or they interpenetrate.
     """
-    places, gaps = gaps_over(thing.surface, other.surface)
+    places, gaps = gaps_over(item.surface, other.surface)
     if not (gaps <= GIVEN).any():
         return places, gaps
-    carried = is_above(thing.surface, other.surface) and crossing(thing, other) is None
+    carried = is_above(item.surface, other.surface) and crossing(item, other) is None
     return (places, gaps) if carried else (np.empty((0, 3)), np.empty(0))
 
 
@@ -116,14 +116,14 @@ def gaps_over(upper: Surface, lower: Surface) -> tuple[np.ndarray, np.ndarray]:
     return places[np.isfinite(gaps)], gaps[np.isfinite(gaps)]
 
 
-def set_down(thing: PlacedThing, others: Sequence[PlacedThing]) -> PlacedThing:
+def set_down(item: ArrangedObject, others: Sequence[ArrangedObject]) -> ArrangedObject:
     """Return an object that was let down from above, until one of the others or the ground carries it."""
-    low = thing.at(0.0)
+    low = item.at(0.0)
     rises = [rise_over(low.surface, other.surface) for other in others]
-    return thing.at(max(0.0, -float(low.surface.bounds[0, 2]), *rises))
+    return item.at(max(0.0, -float(low.surface.bounds[0, 2]), *rises))
 
 
-def require_carried(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
+def require_carried(item: ArrangedObject, others: Sequence[ArrangedObject]) -> Feet:
     """Return the feet of an object in its place.
 
     Raises
@@ -131,25 +131,25 @@ def require_carried(thing: PlacedThing, others: Sequence[PlacedThing]) -> Feet:
     InputError
         If nothing carries it there.
     """
-    feet = feet_over(thing, others)
+    feet = feet_over(item, others)
     if feet.nearest > GIVEN:
-        pierced = [other.name for other in others if crossing(thing, other) is not None]
+        pierced = [other.name for other in others if crossing(item, other) is not None]
         gap = f"nothing for {format_length(round(feet.nearest, 3))} below it"
         gap += f", and what it interpenetrates ({', '.join(pierced)}) carries nothing" if pierced else ""
         raise InputError(
-            f"{thing.name}: expected something that carries it at {thing.height:g} m, got {gap}; "
+            f"{item.name}: expected something that carries it at {item.height:g} m, got {gap}; "
             "leave its height out, and it is set down"
         )
     return feet
 
 
-def tips_by(thing: PlacedThing, feet: Feet) -> float:
+def tips_by(item: ArrangedObject, feet: Feet) -> float:
     """Return how far an object's weight acts beyond the polygon of what carries it, metres; below 0 within.
 
     Its weight is that of its surface, as elsewhere.
     """
-    triangles = surface_of(thing.cloud)
-    center = (thing.cloud.points.mean(axis=0) if triangles is None else moments_of_triangles(triangles)[1])[:2]
+    triangles = surface_of(item.cloud)
+    center = (item.cloud.points.mean(axis=0) if triangles is None else moments_of_triangles(triangles)[1])[:2]
     places = feet.points[feet.carried, :2]
     try:
         polygon = ConvexHull(places)

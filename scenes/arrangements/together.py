@@ -1,4 +1,4 @@
-"""Several things together, in one call: where each stands, what it carries and is for, alone and among the others."""
+"""Several objects together, in one call: where each stands, what it carries and is for, alone and among the others."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, as_cloud
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, warn_renamed
 from spherefunc_bullet.formats.units import format_length
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
-from spherefunc_bullet.learning.model_file import model_to_ask
+from spherefunc_bullet.function_model import FunctionModel, Membership
+from spherefunc_bullet.learning.model_file import inference_model
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropResult, DropSettings, make_simulator
 
@@ -24,31 +24,31 @@ from .falls import Falls, drop_on, within_boxes
 from .functions import functions_alone, functions_among
 from .levels import Level, layer_of, level_of
 from .overlaps import crossing
-from .placing import PlacedThing, Placement
+from .placing import ArrangedObject, Placement
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
 FEWEST = 2
-SHOWN = 0.4  # of the box of all things, what the spheres of the common drop cover
+SHOWN = 0.4  # of the box of all objects, what the spheres of the common drop cover
 
 
 @dataclass(frozen=True, kw_only=True)
 class TogetherSettings:
-    """How spheres are dropped on several things."""
+    """How spheres are dropped on several objects."""
 
-    radius: float | None = None  # metres; None: as the things are large
-    drops: int = 1000  # over each thing's box, alone and together, of which areas are told
+    radius: float | None = None  # metres; None: as the objects are large
+    drops: int = 1000  # over each object's box, alone and together, from which areas are measured
     seed: int = 0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ThingAmong:
-    """What is known of one of several things."""
+class ArrangedResult:
+    """What is known of one of several objects."""
 
     name: str
-    placed: PlacedThing
+    placed: ArrangedObject
     stands_on: tuple[str, ...]  # names of others, or the ground
     carries: np.ndarray  # (S, 3) spheres of the common drop that it carries, metres, the world's frame
     level: Level | None  # None where nothing rests on it
@@ -58,23 +58,31 @@ class ThingAmong:
     @property
     def lost(self) -> tuple[str, ...]:
         """Functions that it has alone and not among the others."""
-        return tuple(name for name, told in self.alone.items() if told.member and not self.together[name].member)
+        return tuple(
+            name for name, membership in self.alone.items() if membership.member and not self.together[name].member
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Together:
-    """Several things in their places."""
+    """Several objects in their places."""
 
-    things: tuple[ThingAmong, ...]
+    objects: tuple[ArrangedResult, ...]
     drop: DropResult  # on all of them at once, the world's frame
     radius: float  # of its spheres, metres
     notes: tuple[str, ...]  # what a reader has to know of how they stand
     seconds: float
     provenance: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def things(self) -> tuple[ArrangedResult, ...]:
+        """The objects, under their old name."""
+        warn_renamed("Together.things", "objects")
+        return self.objects
+
 
 def together(
-    things: Sequence[tuple[Anything, Placement]],
+    objects: Sequence[tuple[Anything, Placement]],
     *,
     model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
@@ -82,11 +90,11 @@ def together(
     units: str = "m",
     up: str = "file",
 ) -> Together:
-    """Drop spheres on several things at once, and say what each carries, is for, and takes from the others.
+    """Drop spheres on several objects at once, and say what each carries, is for, and takes from the others.
 
     Parameters
     ----------
-    things : sequence of (object, Placement)
+    objects : sequence of (object, Placement)
         Each a path, an (N, 3) array, an Open3D or trimesh object or a `Cloud`. Those without a height are set down in
         this order, each on what stands there already, or on the ground.
     model, backend
@@ -100,19 +108,19 @@ def together(
     InputError
         If there are fewer than two, one cannot be used, or nothing carries it where it is put.
     """
-    if len(things) < FEWEST:
-        raise InputError(f"expected at least two things to stand together, got {len(things)}")
-    clouds = [as_cloud(thing, units=units, up=up, name=f"thing {k}") for k, (thing, _) in enumerate(things, 1)]
-    placed = put_down(clouds, [placement for _, placement in things])
-    return told_together(placed, model_to_ask(model, backend), settings or TogetherSettings())
+    if len(objects) < FEWEST:
+        raise InputError(f"expected at least two objects to stand together, got {len(objects)}")
+    clouds = [as_cloud(item, units=units, up=up, name=f"object {k}") for k, (item, _) in enumerate(objects, 1)]
+    placed = put_down(clouds, [placement for _, placement in objects])
+    return classify_together(placed, inference_model(model, backend), settings or TogetherSettings())
 
 
-def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[PlacedThing]:
-    """Return things in their places, those without a height set down on what stands there before them."""
-    placed: list[PlacedThing] = []
+def put_down(clouds: Sequence[Cloud], placements: Sequence[Placement]) -> list[ArrangedObject]:
+    """Return objects in their places, those without a height set down on what stands there before them."""
+    placed: list[ArrangedObject] = []
     for name, cloud, placement in zip(unlike(clouds), clouds, placements, strict=True):
-        thing = PlacedThing(name, cloud, placement, placement.z or 0.0)
-        placed.append(thing if placement.z is not None else set_down(thing, placed))
+        item = ArrangedObject(name, cloud, placement, placement.z or 0.0)
+        placed.append(item if placement.z is not None else set_down(item, placed))
     return placed
 
 
@@ -125,20 +133,20 @@ def unlike(clouds: Sequence[Cloud]) -> list[str]:
     return names
 
 
-def told_together(placed: Sequence[PlacedThing], model: FunctionModel, settings: TogetherSettings) -> Together:
-    """Return what becomes of drops on things in their places, and what each of them is for."""
+def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, settings: TogetherSettings) -> Together:
+    """Return what becomes of drops on objects in their places, and what each of them is for."""
     started = time.perf_counter()
-    feet = [require_carried(thing, without(placed, k)) for k, thing in enumerate(placed)]
+    feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
-    size = np.ptp(np.concatenate([thing.cloud.bounds for thing in placed]), axis=0)
+    size = np.ptp(np.concatenate([item.cloud.bounds for item in placed]), axis=0)
     radius = common_radius(size) if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)
     run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer)
     drop, falls = drop_on(placed, simulator, run, settings.seed, "all together")
     falls = within_boxes(falls, placed)
-    things = [told_of(placed, k, feet[k], falls, model, settings) for k in range(len(placed))]
+    objects = [classify_one(placed, k, feet[k], falls, model, settings) for k in range(len(placed))]
     return Together(
-        things=tuple(things),
+        objects=tuple(objects),
         drop=drop,
         radius=radius,
         notes=tuple(notes_on(placed, feet)),
@@ -148,17 +156,21 @@ def told_together(placed: Sequence[PlacedThing], model: FunctionModel, settings:
 
 
 def common_radius(size: np.ndarray) -> float:
-    """Return the radius of spheres that are dropped on a box of a size (3,) full of things, metres."""
+    """Return the radius of spheres that are dropped on a box of a size (3,) full of objects, metres."""
     return float(np.clip(size.max() / ACROSS, *LIMITS))
 
 
-def told_of(
-    placed: Sequence[PlacedThing], number: int, feet: Feet, falls: Falls, model: FunctionModel,
+def classify_one(
+    placed: Sequence[ArrangedObject],
+    number: int,
+    feet: Feet,
+    falls: Falls,
+    model: FunctionModel,
     settings: TogetherSettings,
-) -> ThingAmong:
-    """Return what is known of one thing."""
+) -> ArrangedResult:
+    """Return what is known of one object."""
     simulator = make_simulator(model.simulator)
-    return ThingAmong(
+    return ArrangedResult(
         name=placed[number].name,
         placed=placed[number],
         stands_on=feet.carriers([other.name for other in without(placed, number)]),
@@ -169,21 +181,21 @@ def told_of(
     )
 
 
-def without(placed: Sequence[PlacedThing], number: int) -> list[PlacedThing]:
-    """Return all things but one."""
-    return [thing for k, thing in enumerate(placed) if k != number]
+def without(placed: Sequence[ArrangedObject], number: int) -> list[ArrangedObject]:
+    """Return all objects but one."""
+    return [item for k, item in enumerate(placed) if k != number]
 
 
-def notes_on(placed: Sequence[PlacedThing], feet: Sequence[Feet]) -> list[str]:
-    """Return in sentences which things interpenetrate, and which would not stay where they are put."""
+def notes_on(placed: Sequence[ArrangedObject], feet: Sequence[Feet]) -> list[str]:
+    """Return in sentences which objects interpenetrate, and which would not stay where they are put."""
     notes = []
-    for k, thing in enumerate(placed):
+    for k, item in enumerate(placed):
         for other in placed[:k]:
-            place = crossing(thing, other)
+            place = crossing(item, other)
             if place is not None:
                 where = ", ".join(f"{number:.2f}" for number in place)
-                notes.append(f"{thing.name} and {other.name} interpenetrate, at {where} m")
-        beyond = tips_by(thing, feet[k])
+                notes.append(f"{item.name} and {other.name} interpenetrate, at {where} m")
+        beyond = tips_by(item, feet[k])
         if beyond > 0 and feet[k].carriers([other.name for other in without(placed, k)]) != (GROUND,):
-            notes.append(f"{thing.name} would tip: its weight acts {format_length(round(beyond, 3))} beyond its feet")
+            notes.append(f"{item.name} would tip: its weight acts {format_length(round(beyond, 3))} beyond its feet")
     return notes

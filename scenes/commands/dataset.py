@@ -154,7 +154,7 @@ def select(
     least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Copy the objects of some sizes, with their labels: to tell cups from other small things, say."""
+    """Copy the objects of some sizes, with their labels: to tell cups from other small objects, say."""
     from shutil import copyfile
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest

@@ -13,7 +13,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.learning.function_model import FunctionModel
+    from spherefunc_bullet.function_model import FunctionModel
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 
 def scene(
     file: Annotated[Path, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")],
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
-    backend: Annotated[str | None, typer.Option(help="The backend whose shipped model to use.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(help="Use the model of this simulator that comes with the package.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the JSON, a labelled PLY, a picture and a page to turn about.")
+        Path | None, typer.Option(help="Folder for the JSON, a labelled PLY, a picture and an interactive page.")
     ] = None,
     up: Annotated[str, typer.Option(help="auto (by the floor), an axis (z, -y), or numbers x,y,z.")] = "auto",
     units: Units = "auto",
@@ -32,27 +36,28 @@ def scene(
         Path | None, typer.Option(help="The depth camera as Open3D writes it (JSON); for depth images.")
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
-    depth_scale: Annotated[float, typer.Option(help="A depth image's steps to the metre, of whole numbers.")] = 1000.0,
+    depth_scale: Annotated[float, typer.Option(help="Depth values per metre, for depth images of integers.")] = 1000.0,
     topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
     time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
     complete: Annotated[
-        str | None, typer.Option(help="What is done to objects: some of smooth,top,bottom,sides,mirror; or none.")
+        str | None,
+        typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
     ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
-    large_tolerance: Annotated[str, typer.Option(help="Likewise, where a part is as large as furniture.")] = "5cm",
-    min_cluster_size: Annotated[int, typer.Option(help="Voxels that an object has at least.")] = 60,
-    max_cluster_size: Annotated[int | None, typer.Option(help="Voxels that an object has at most.")] = None,
-    leaf_size: Annotated[str, typer.Option(help="Side of the voxels that thin the scan.")] = "1cm",
+    large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
+    min_cluster_size: Annotated[int, typer.Option(help="Minimum number of voxels of an object.")] = 60,
+    max_cluster_size: Annotated[int | None, typer.Option(help="Maximum number of voxels of an object.")] = None,
+    leaf_size: Annotated[str, typer.Option(help="Voxel size for thinning the scan.")] = "1cm",
     proposals: Annotated[
-        str | None, typer.Option(help="What may be an object: clusters, pools of spheres, or both (the default).")
+        str | None, typer.Option(help="Sources of proposals: clusters, pools of spheres, or both (the default).")
     ] = None,
     method: Annotated[
-        str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; with a model learnt that way.")
+        str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; needs a model trained that way.")
     ] = None,
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
-    from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+    from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
     from ..recognition.completion import steps_of
     from ..recognition.proposals import kinds_of
@@ -61,7 +66,7 @@ def scene(
 
     kinds = kinds_of(proposals)
     require_method(method, model)
-    classifier = model_to_ask(model or shipped_model(backend or "fast", scans=True), backend)
+    classifier = inference_model(model or shipped_model(backend or "fast", scans=True), backend)
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),

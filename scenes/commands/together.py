@@ -1,4 +1,4 @@
-"""``spherefunc together``: several things in their places, and what each takes from the others."""
+"""``spherefunc together``: several objects in their places, and what each takes from the others."""
 
 from __future__ import annotations
 
@@ -14,31 +14,42 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.learning.function_model import FunctionModel
+    from spherefunc_bullet.function_model import FunctionModel
 
     from ..arrangements.placing import Placement
-    from ..arrangements.together import ThingAmong, Together, TogetherSettings
+    from ..arrangements.together import ArrangedResult, Together, TogetherSettings
 
 Row = dict[str, Any]
-PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z it is set down on what stands there."
+PLACES = "FILE[@x,y[,z[,heading]]] in metres and degrees; without z, the object is put on what stands there."
 
 
 def together(
     files: Annotated[list[str], typer.Argument(metavar="FILE@PLACE...", help=PLACES)],
-    radius: Annotated[str | None, typer.Option(help="Of the spheres; by default by size.")] = None,
-    drops: Annotated[int, typer.Option(min=1, help="Over each thing, alone and together, for areas.")] = 1000,
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
-    backend: Annotated[str | None, typer.Option(help="fast or bullet: the model must be for it.")] = None,
+    radius: Annotated[str | None, typer.Option(help="Sphere radius. Default: by the object's size.")] = None,
+    drops: Annotated[
+        int, typer.Option(min=1, help="Spheres dropped on each object, alone and together, to measure areas.")
+    ] = 1000,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
+    backend: Annotated[
+        str | None, typer.Option(help="Simulator (fast or bullet) the model must have been trained with.")
+    ] = None,
     seed: Seed = 0,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
-    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw them, spheres by their carrier.")] = None,
-    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write picture and table as one page.")] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(metavar="PNG", help="Draw the objects; each sphere has the colour of the object that carries it."),
+    ] = None,
+    page: Annotated[
+        Path | None, typer.Option(metavar="HTML", help="Write the picture and the table as an HTML page.")
+    ] = None,
     json: Json = False,
 ):
-    """Put several things beside, on and under each other, and say what each carries, is for, and takes away."""
-    from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+    """Arrange several objects, and report what each carries, its functions, and what it takes from others."""
+    from spherefunc_bullet.learning.model_file import inference_model, shipped_model
     from spherefunc_bullet.processes.tasks import run_tasks
     from spherefunc_bullet.simulator import isolated, make_simulator
     from spherefunc_bullet.viewer.mechanics_pictures import require_png
@@ -51,10 +62,10 @@ def together(
     if len(placed) < FEWEST:
         raise InputError(f"{files[0]}: expected at least two files; `spherefunc simulate` drops on one alone")
     settings = TogetherSettings(radius=None if radius is None else parse_length(radius), drops=drops, seed=seed)
-    classifier = model_to_ask(model or shipped_model(backend or "fast"), backend)
+    classifier = inference_model(model or shipped_model(backend or "fast"), backend)
     isolate = isolated(make_simulator(classifier.simulator))
     tasks = [(placed, classifier, settings, up, units)]
-    [(_, found)] = run_tasks(told_files, tasks, ["all together"], isolate=isolate)
+    [(_, found)] = run_tasks(classify_files, tasks, ["all together"], isolate=isolate)
     if isinstance(found, InputError):
         raise found
     draw(found, picture, page)
@@ -66,20 +77,20 @@ def together(
         print_table(f"Spheres of {format_length(found.radius)} on all of them", head_of(found), rows_of(found))
 
 
-def told_files(
+def classify_files(
     placed: list[tuple[Path, Placement]], classifier: FunctionModel, settings: TogetherSettings, up: str, units: str
 ) -> Together:
     """Return what is known of files' objects in their places."""
     from spherefunc_bullet.clouds.cloud import load_cloud
 
-    from ..arrangements.together import put_down, told_together
+    from ..arrangements.together import classify_together, put_down
 
     clouds = [load_cloud(path, up=up, units=units, report=say) for path, _ in placed]
-    return told_together(put_down(clouds, [placement for _, placement in placed]), classifier, settings)
+    return classify_together(put_down(clouds, [placement for _, placement in placed]), classifier, settings)
 
 
 def draw(found: Together, picture: Path | None, page: Path | None):
-    """Draw things and write their page, where that is asked for."""
+    """Draw objects and write their page, where that is asked for."""
     if picture is None and page is None:
         return
     from spherefunc_bullet.viewer.mechanics_pictures import write_picture
@@ -97,7 +108,7 @@ def as_json(found: Together, files: list[Path]) -> Row:
     """Return what is printed as JSON: areas in square metres, places in metres."""
     drop = found.drop
     return {
-        "objects": [json_of(thing, file) for thing, file in zip(found.things, files, strict=True)],
+        "objects": [json_of(item, file) for item, file in zip(found.objects, files, strict=True)],
         "drop": {"radius": found.radius, "drops": drop.drops, "settled": drop.settled, "rolled_off": drop.rolled_off},
         "notes": list(found.notes),
         "seconds": round(found.seconds, 3),
@@ -105,27 +116,27 @@ def as_json(found: Together, files: list[Path]) -> Row:
     }
 
 
-def json_of(thing: ThingAmong, file: Path) -> Row:
-    """Return what is printed of one thing."""
-    level = thing.level
+def json_of(item: ArrangedResult, file: Path) -> Row:
+    """Return what is printed of one object."""
+    level = item.level
     return {
         "file": str(file),
-        "name": thing.name,
-        "place": thing.placed.shift.round(4).tolist(),
-        "heading_deg": thing.placed.placement.heading_deg,
-        "stands_on": list(thing.stands_on),
-        "spheres": len(thing.carries),
+        "name": item.name,
+        "place": item.placed.shift.round(4).tolist(),
+        "heading_deg": item.placed.placement.heading_deg,
+        "stands_on": list(item.stands_on),
+        "spheres": len(item.carries),
         "level": level and {name: rounded(value) for name, value in asdict(level).items()},
         "functions": {
-            name: {"alone": membership_json(told), "together": membership_json(thing.together[name])}
-            for name, told in thing.alone.items()
+            name: {"alone": membership_json(membership), "together": membership_json(item.together[name])}
+            for name, membership in item.alone.items()
         },
     }
 
 
-def membership_json(told: Any) -> Row:
-    """Return whether and how much a thing has a function."""
-    return {"member": told.member, "score": told.score}
+def membership_json(membership: Any) -> Row:
+    """Return whether and how much an object has a function."""
+    return {"member": membership.member, "score": membership.score}
 
 
 def rounded(value: Any) -> Any:
@@ -137,24 +148,24 @@ def rounded(value: Any) -> Any:
 
 def head_of(found: Together) -> list[str]:
     """Return the heads of the table's columns."""
-    names = list(found.things[0].alone)
+    names = list(found.objects[0].alone)
     return ["file", "stands on", "at, m", "spheres", "level alone, m²", "together", "taken by", *names]
 
 
 def rows_of(found: Together) -> list[list[str]]:
-    """Return a row for each thing; scores alone and together where they differ."""
-    return [row_of(thing) for thing in found.things]
+    """Return a row for each object; scores alone and together where they differ."""
+    return [row_of(item) for item in found.objects]
 
 
-def row_of(thing: ThingAmong) -> list[str]:
-    """Return one thing's row."""
-    at = " ".join(f"{coordinate:.2f}" for coordinate in thing.placed.shift)
-    start = [thing.name, ", ".join(thing.stands_on), at, str(len(thing.carries))]
-    scores = [change_of(told.score, thing.together[name].score) for name, told in thing.alone.items()]
-    if thing.level is None:
+def row_of(item: ArrangedResult) -> list[str]:
+    """Return one object's row."""
+    at = " ".join(f"{coordinate:.2f}" for coordinate in item.placed.shift)
+    start = [item.name, ", ".join(item.stands_on), at, str(len(item.carries))]
+    scores = [change_of(membership.score, item.together[name].score) for name, membership in item.alone.items()]
+    if item.level is None:
         return [*start, "", "", "", *scores]
-    taken = [f"{name} {area:.3g}" for name, area in thing.level.taken.items() if area > 0]
-    return [*start, f"{thing.level.alone:.3g}", f"{thing.level.together:.3g}", ", ".join(taken), *scores]
+    taken = [f"{name} {area:.3g}" for name, area in item.level.taken.items() if area > 0]
+    return [*start, f"{item.level.alone:.3g}", f"{item.level.together:.3g}", ", ".join(taken), *scores]
 
 
 def change_of(alone: float, together: float) -> str:

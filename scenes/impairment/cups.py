@@ -24,8 +24,8 @@ def hole_in_bottom(specimen: Specimen, rng: np.random.Generator) -> Surface | No
     inside = np.interp(cup.floor + 0.15 * (cup.brim - cup.floor), cup.heights, cup.radii)
     radius = max(HOLE * inside, 2 * cup.grid.cell)
     rounded = cup.floor + 0.2 * (cup.brim - cup.floor)
-    spoilt = surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
-    return None if still_holds(spoilt, cup) else spoilt
+    impaired = surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
+    return None if still_holds(impaired, cup) else impaired
 
 
 def slit_in_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
@@ -39,8 +39,8 @@ def slit_in_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     wide = max(SLIT * cup.radii.max(), 4 * cup.grid.cell)
     inside = (along > 0) & (np.abs(across) < wide / 2) & (surface.centres[:, 2] > cup.floor + cup.grid.cell)
     beyond = cup.distances(surface.centres) > 0.5 * np.interp(surface.centres[:, 2], cup.heights, cup.radii)
-    spoilt = surface.without(inside & beyond)
-    return None if still_holds(spoilt, cup) else spoilt
+    impaired = surface.without(inside & beyond)
+    return None if still_holds(impaired, cup) else impaired
 
 
 def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) -> float:
@@ -77,13 +77,13 @@ def cup_upside_down(specimen: Specimen, rng: np.random.Generator) -> Surface | N
     """Turn the cup over; one whose foot is as hollow as its bowl is left out."""
     if specimen.cavity is None:
         return None
-    spoilt = upside_down(specimen.surface, rng)
-    return None if still_holds(spoilt, specimen.cavity) else spoilt
+    impaired = upside_down(specimen.surface, rng)
+    return None if still_holds(impaired, specimen.cavity) else impaired
 
 
 def cup_on_side(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     """Lay the cup on its side, any side."""
     if specimen.cavity is None:
         return None
-    spoilt = laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))
-    return None if still_holds(spoilt, specimen.cavity) else spoilt
+    impaired = laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))
+    return None if still_holds(impaired, specimen.cavity) else impaired

@@ -135,10 +135,10 @@ def copy_ply(surface: Surface) -> bytes:
     """Return a surface as a binary PLY file, a mesh or a cloud."""
     vertices, faces = surface.mesh()
     vertices = vertices.astype(np.float32)
-    thing = trimesh.Trimesh(vertices, faces, process=False) if len(faces) else trimesh.PointCloud(vertices)
+    item = trimesh.Trimesh(vertices, faces, process=False) if len(faces) else trimesh.PointCloud(vertices)
     if len(faces):
-        return thing.export(file_type="ply", encoding="binary", vertex_normal=False)
-    return thing.export(file_type="ply", encoding="binary")
+        return item.export(file_type="ply", encoding="binary", vertex_normal=False)
+    return item.export(file_type="ply", encoding="binary")
 
 
 def read_copies(folder: Path) -> list[Copy]:

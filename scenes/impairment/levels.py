@@ -120,7 +120,7 @@ def cut_away(surface: Surface, level: Level, where: Where | None = None) -> Surf
 
 
 def still_serves(surface: Surface, level: Level) -> bool:
-    """Return whether a surface has a level as high and half as large as the one that was to be spoilt."""
+    """Return whether a surface has a level as high and half as large as the one that was to be impaired."""
     lowest, highest = np.array(ALIKE) * level.height
     other = find_level(surface, lowest, highest)
     return other is not None and other.area >= ENOUGH * level.area

@@ -1,7 +1,7 @@
 """Furniture that no longer stands well: a leg sawn off, or all of them cut askew.
 
 Each takes a specimen and a generator, and returns a surface, or None. They are kinds beside `IMPAIRMENTS`: whether a
-thing stands is not what spheres on it tell, so who learns from impaired copies does not learn these.
+object stands is not what spheres on it tell, so who learns from impaired copies does not learn these.
 """
 
 from __future__ import annotations

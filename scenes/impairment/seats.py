@@ -62,5 +62,5 @@ def seat_on_back(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     if specimen.level is None:
         return None
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
-    spoilt = laid(specimen.surface, anywhere if specimen.back is None else specimen.back)
-    return None if still_serves(spoilt, specimen.level) else spoilt
+    impaired = laid(specimen.surface, anywhere if specimen.back is None else specimen.back)
+    return None if still_serves(impaired, specimen.level) else impaired

@@ -1,4 +1,4 @@
-"""An object that is to be spoilt or harmlessly changed, and what makes it work."""
+"""An object that is to be impaired or harmlessly changed, and what makes it work."""
 
 from __future__ import annotations
 

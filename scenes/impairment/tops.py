@@ -15,8 +15,8 @@ TILT_DEG = 35.0  # far beyond what anything stays on
 def missing(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     """Take away the seat or top with all that lies close below it."""
     level = specimen.level
-    spoilt = None if level is None else cut_away(specimen.surface, level)
-    return None if spoilt is None or still_serves(spoilt, level) else spoilt
+    impaired = None if level is None else cut_away(specimen.surface, level)
+    return None if impaired is None or still_serves(impaired, level) else impaired
 
 
 def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray) -> Surface | None:
@@ -34,13 +34,13 @@ def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray) -> Surfac
 
     top = surface.only(slab).mapped(sloped)
     sunk = max(0.02 - top.bounds[0, 2], 0.0)
-    spoilt = rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
-    return None if still_serves(spoilt, level) else spoilt
+    impaired = rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
+    return None if still_serves(impaired, level) else impaired
 
 
 def turned_over(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     """Turn furniture over; a block that is then as high and level as before is left out."""
     if specimen.level is None:
         return None
-    spoilt = upside_down(specimen.surface, rng)
-    return None if still_serves(spoilt, specimen.level) else spoilt
+    impaired = upside_down(specimen.surface, rng)
+    return None if still_serves(impaired, specimen.level) else impaired

@@ -10,7 +10,7 @@ import numpy as np
 from ..segmentation.clusters import euclidean_clusters, members_of
 from .surfaces import CELL, Pool
 
-_CLOSED = 0.12  # metres: gaps in a surface, where things stand on it or nothing was measured
+_CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
 _MARGIN = 0.04  # metres around the surface that are cut out with it
 _TOP = 0.03  # metres above the surface that still belong to it
 _REACH = 0.08  # metres around it in which a back or an arm rises
@@ -24,7 +24,7 @@ _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stan
 
 
 @dataclass(frozen=True, kw_only=True)
-class Boldness:
+class CutSettings:
     """How much may be guessed where pools are cut out."""
 
     gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
@@ -33,8 +33,8 @@ class Boldness:
     least_round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 
 
-BOLD = Boldness()
-CAUTIOUS = Boldness(gap=0.10, parts=False, tops_apart=False, least_round=0.0)  # what models are taught by
+LOOSE_CUTS = CutSettings()
+STRICT_CUTS = CutSettings(gap=0.10, parts=False, tops_apart=False, least_round=0.0)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,7 +77,7 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: Boldness = BOLD) -> list[tuple[np.ndarray, Pool]]:
+def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_CUTS) -> list[tuple[np.ndarray, Pool]]:
     """Return which points may be each pool's object, (N,) bool, with the pool; of some pools several.
 
     Parameters
@@ -86,7 +86,7 @@ def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: Boldness = BOLD) -> 
         Of the scene without ground and walls.
     pools : sequence of Pool
         All of the scene.
-    how : Boldness
+    how : CutSettings
     """
     large = [pool for pool in pools if pool.area >= LARGE_AREA] if how.tops_apart else []
     tops = [(pool.height, on_surface(points, pool)) for pool in large]
@@ -101,7 +101,7 @@ def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: Boldness = BOLD) -> 
 
 
 def cut_out(
-    points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = BOLD.gap
+    points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = LOOSE_CUTS.gap
 ) -> list[np.ndarray]:
     """Return which points may be a pool's object, (N,) bool each.
 
@@ -141,7 +141,7 @@ def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:
-    """Return whether what rises (P, 3) around a pool is a back or an arm, and not a thing that stands on it."""
+    """Return whether what rises (P, 3) around a pool is a back or an arm, and not an object that stands on it."""
     if part[:, 2].min() > pool.height + gap:
         return False
     squares = np.unique(np.floor(part[:, :2] / CELL).astype(np.int64), axis=0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .cutting import Footprint, footprint_of
 from .surfaces import CELL, Pool
-from .things import fitted_height
+from .tops import fitted_height
 
 _MARGIN = 0.03  # metres around the surface that still belong to it
 _SLAB = 0.05  # metres around its height in which it lies, however it slopes

@@ -10,7 +10,7 @@ import numpy as np
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 
-CELL = 0.02  # metres: side of the squares that surfaces are told in
+CELL = 0.02  # metres: side of the squares that surfaces are measured in
 _LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
 _STEP = 0.035  # metres of height between them: a cushion's swelling, less than a shelf's lip
 _BAND = 0.035  # metres around the spheres' feet in which their surface lies

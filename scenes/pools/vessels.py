@@ -1,4 +1,4 @@
-"""What holds: places where small spheres rest with a wall around them, above tops that carry things.
+"""What holds: places where small spheres rest with a wall around them, above tops that carry objects.
 
 A vessel's rim is one surface around the pool: pushed along the ground in most directions a sphere meets it, at about
 the same distance. Where the sensor did not see the far wall, less than half may lack.
@@ -17,7 +17,7 @@ from spherefunc_bullet.simulator import Simulator
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from .resting import resting_places
-from .things import Top
+from .tops import Top
 
 RADIUS = 0.012  # metres, of the spheres
 _DENSITY, _RUNS = 400, 6  # spheres on a square metre, and runs: about ten in a mug
@@ -53,9 +53,9 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
     if len(top.points) < 10:
         return []
     flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
-    things = cells(flat, _FINE).means
-    corner = things.min(axis=0)
-    moved = things - [*corner[:2], 0]
+    objects = cells(flat, _FINE).means
+    corner = objects.min(axis=0)
+    moved = objects - [*corner[:2], 0]
     centers = resting_places(
         np.vstack([moved, sheet_below(moved)]), simulator, RADIUS, density=_DENSITY, runs=_RUNS, seed=seed
     )
@@ -103,10 +103,10 @@ def meet_walls(points, feet, walls, rims):
                 rims[k, sector] = max(rims[k, sector], points[i, 2])
 
 
-def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None:
+def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | None:
     """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no one wall surrounds its middle."""
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
-    around = rim_around(things, middle)
+    around = rim_around(objects, middle)
     walls, rims = surroundings(around, middle[None])
     seen = np.isfinite(walls[0])
     if seen.mean() < _ENCLOSED:
@@ -125,7 +125,7 @@ def pool_of(feet: np.ndarray, top: Top, things: np.ndarray) -> VesselPool | None
 def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return those of the points (N, 3) that are the one connected surface around most of a pool's middle (3,).
 
-    Two things that stand close leave a gap that spheres stay in, but neither goes around it.
+    Two objects that stand close leave a gap that spheres stay in, but neither goes around it.
     """
     way = points - middle
     near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]

@@ -6,34 +6,37 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 
-Told = dict[str, Membership]  # by the function's name
+Memberships = dict[str, Membership]  # by the function's name
 _LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above the floor: legs are hidden or cut off
 
 
 def holding_anywhere(
-    clouds: Sequence[Cloud], told: Sequence[Told], asked: Callable[[Sequence[int], float], list[Told]], large: float
-) -> list[Told]:
-    """Return what is told of objects, without what a lower ground would make untrue of large ones.
+    clouds: Sequence[Cloud],
+    predictions: Sequence[Memberships],
+    asked: Callable[[Sequence[int], float], list[Memberships]],
+    large: float,
+) -> list[Memberships]:
+    """Return the predictions for objects, without what a lower ground would make untrue of large ones.
 
     Parameters
     ----------
     clouds : sequence of Cloud
         Objects, standing on a ground that is only assumed.
-    told : sequence of dict
-        What is told of them there.
+    predictions : sequence of dict
+        Those for them there.
     asked : callable
         Tells it of some of them, by their places, on a ground so much lower, metres.
     large : float
-        Metres: what is smaller stands on what was seen, or is told by its own height.
+        Metres: what is smaller stands on what was seen, or is classified by its own height.
     """
     doubted = [
         k
         for k, cloud in enumerate(clouds)
-        if cloud.size.max() >= large and any(membership.member for membership in told[k].values())
+        if cloud.size.max() >= large and any(membership.member for membership in predictions[k].values())
     ]
-    kept = list(told)
+    kept = list(predictions)
     for lower in _LOWER:
         for k, other in zip(doubted, asked(doubted, lower), strict=True):
             kept[k] = {

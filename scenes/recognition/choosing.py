@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import Membership
+from spherefunc_bullet.function_model import Membership
 
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
@@ -24,15 +24,17 @@ class Bar:
         return self.by_function.get(name, self.usual)
 
 
-# In rooms of things that nobody had learnt, seen as a whole and from near by, F hardly changes with these over two
+# In rooms of objects that nobody had learnt, seen as a whole and from near by, F hardly changes with these over two
 # tenths, but of seats in clusters, where even what is unsure mostly is one. Of tables, pools have parts. Of scores that
 # are probabilities.
 BARS = {
     CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
     POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
-_SAME = 0.35  # intersection over union from which on two claims are of one thing
-_WITHIN = 0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one thing
+_SAME = 0.35  # intersection over union from which on two claims are of one object
+_WITHIN = (
+    0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one object
+)
 _NEARLY = 0.1  # of score: what differs by less is as sure
 _LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
 _WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
@@ -64,13 +66,13 @@ class Candidate:
 
 def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:
     """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
-    return {name: replace(told, member=told.score > bar.of(name)) for name, told in functions.items()}
+    return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
 
 
 def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
 
-    Of claims of the same thing the surest stays. What claims nothing is an object if it is a cluster of which claims
+    Of claims of the same object the surest stays. What claims nothing is an object if it is a cluster of which claims
     leave enough. Points that several objects hold are the smallest one's: a cup's, not the table's.
 
     Parameters
@@ -91,16 +93,16 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
 
 
 def precedence(one: Candidate) -> tuple[int, bool, int, int]:
-    """Return what claims of one thing are ordered by: nearly equal scores leave it to clusters, and to the larger one.
+    """Return what claims of one object are ordered by: nearly equal scores leave it to clusters, and to the larger one.
 
-    A cluster that holds several things is told less surely than the pools in it; of one thing a pool may hold half,
-    as of a sofa one of two seats, which is told as surely as the whole.
+    A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
+    as of a sofa one of two seats, which is classified as surely as the whole.
     """
     return -round(one.score / _NEARLY), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
 
 def is_same(one: Candidate, other: Candidate) -> bool:
-    """Return whether two claims are of the same thing."""
+    """Return whether two claims are of the same object."""
     shared = shared_points(one.proposal, other.proposal)
     if not shared:
         return False

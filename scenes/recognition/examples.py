@@ -10,7 +10,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import CAUTIOUS
+from ..pools.cutting import STRICT_CUTS
 from ..scans.filling import filled
 from ..scans.levelling import level
 from ..segmentation.segmentation import WALL, Segmentation, segment
@@ -36,7 +36,7 @@ class Example:
 
     @property
     def number(self) -> int | None:
-        """The object that it is; None where it is none: a shelf, a part, several things at once."""
+        """The object that it is; None where it is none: a shelf, a part, several objects at once."""
         return self.nearest if self.overlap >= _OBJECT else None
 
     @property
@@ -55,7 +55,7 @@ def proposed_examples(
 ) -> Iterator[Example]:
     """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
 
-    Pools are cut out cautiously: taught by what half is guessed, models told seats less well.
+    Pools are cut out cautiously: taught by what half is guessed, models recognised seats less well.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def proposed_examples(
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
-    for proposal in propose(scene, simulator, kinds, how=CAUTIOUS):
+    for proposal in propose(scene, simulator, kinds, how=STRICT_CUTS):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < _FEWEST:
             continue

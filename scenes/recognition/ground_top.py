@@ -11,7 +11,7 @@ from ..scans.levelling import Levelling
 from ..segmentation.box import bounding_box
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR
-from .judging import Asking, Part, told_of_whole
+from .judging import Part, RecognitionContext, classify_parts
 from .proposals import CLUSTERS, Proposal
 from .room import SceneObject
 
@@ -54,7 +54,7 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
 
 
-def object_of_top(top: GroundTop, points: np.ndarray, asking: Asking, number: int) -> SceneObject:
+def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContext, number: int) -> SceneObject:
     """Return the top as an object, classified as a whole sheet: what stands on it hides the rest.
 
     Spheres fall on the convex outline of what is seen, at its height over the floor, or at the usual one of tables
@@ -65,8 +65,8 @@ def object_of_top(top: GroundTop, points: np.ndarray, asking: Asking, number: in
     box = bounding_box(own)
     sheet = sheet_within(own)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
-    alone = replace(asking, completion=(), ground_seen=True, surroundings=None)
-    functions = told_of_whole([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
+    alone = replace(context, completion=(), ground_seen=True, surroundings=None)
+    functions = classify_parts([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
     return SceneObject(
         id=number,
         points=own,

@@ -1,6 +1,6 @@
 """Seats that nobody sees: a back that stands at a table's edge has a seat below the table, as far as one can tell.
 
-No sphere rests on a back, so this is no finding of the method. It is told apart, with its reason, and counts nowhere.
+No sphere rests on a back, so this is no finding of the method. It is reported apart, with its reason, and not counted.
 """
 
 from __future__ import annotations

@@ -12,23 +12,24 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel, Membership
+from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
-from spherefunc_bullet.settling.settling import Settled, settle_all
+from spherefunc_bullet.settling.drops import DropsByRadius
+from spherefunc_bullet.settling.settling import settle_all
 
 from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
-from .assumed_ground import Told, holding_anywhere
+from .assumed_ground import Memberships, holding_anywhere
 from .choosing import Bar, Candidate, claiming
 from .completion import TOP, complete
 from .proposals import Proposal
 from .surroundings import NAMES, Surroundings
 
 logger = logging.getLogger("spherefunc")
-LARGE = 0.5  # metres: what is larger is no cup, and holds no small thing that a fragment would be one of
-# Smallest radii by an object's largest side, both metres. Small spheres on large things take seconds and tell nothing
+LARGE = 0.5  # metres: what is larger is no cup, and holds no small object that a fragment would be one of
+# Smallest radii by an object's largest side, both metres. Small spheres on large objects take seconds and tell nothing
 # that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
 SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
 SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
@@ -36,12 +37,12 @@ FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Asking:
+class RecognitionContext:
     """How proposals are asked about."""
 
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
-    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large things hold wherever it may lie
+    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large objects hold wherever it may lie
     bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
     surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
 
@@ -70,10 +71,12 @@ def surroundings_for(model: FunctionModel, points: np.ndarray, is_wall: np.ndarr
     return Surroundings(points=points, is_wall=is_wall)
 
 
-def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, watch: Stopwatch) -> list[Candidate]:
+def judged(
+    points: np.ndarray, proposals: Sequence[Proposal], context: RecognitionContext, watch: Stopwatch
+) -> list[Candidate]:
     """Return what a model says of each proposal.
 
-    A fragment is for nothing, whatever the few spheres on it would look like, so none are dropped there.
+    A fragment has no function, whatever the few spheres on it would look like, so none are dropped there.
 
     Parameters
     ----------
@@ -83,11 +86,11 @@ def judged(points: np.ndarray, proposals: Sequence[Proposal], asking: Asking, wa
     """
     parts = [part_of(points, one) for one in proposals]
     whole = [not is_fragment(part.points, part.box, part.proposal.support) for part in parts]
-    told = iter(told_of_whole([part for part, one in zip(parts, whole, strict=True) if one], asking, watch))
-    radius = asking.model.radius_
-    nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in asking.model.functions_}
+    predictions = iter(classify_parts([part for part, one in zip(parts, whole, strict=True) if one], context, watch))
+    radius = context.model.radius_
+    nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        Candidate(proposal=part.proposal, functions=next(told) if one else nothing, place=place)
+        Candidate(proposal=part.proposal, functions=next(predictions) if one else nothing, place=place)
         for place, (part, one) in enumerate(zip(parts, whole, strict=True))
     ]
 
@@ -99,41 +102,43 @@ def part_of(points: np.ndarray, proposal: Proposal) -> Part:
     return Part(replace(proposal, box=box), own, box)
 
 
-def told_of_whole(parts: Sequence[Part], asking: Asking, watch: Stopwatch | None = None) -> list[Told]:
+def classify_parts(
+    parts: Sequence[Part], context: RecognitionContext, watch: Stopwatch | None = None
+) -> list[Memberships]:
     """Return what a model says of parts that are no fragments, completed, on which spheres fall."""
     watch = watch or Stopwatch()
     clouds = [
-        object_cloud(part.points, asking.completion, part.proposal.support, part.proposal.pool, part.box)[0]
+        object_cloud(part.points, context.completion, part.proposal.support, part.proposal.pool, part.box)[0]
         for part in parts
     ]
     watch.lap("completion")
-    settled = settled_on(clouds, asking.model)
+    settled = settled_on(clouds, context.model)
     watch.lap("spheres")
-    functions = told_of(parts, settled, asking)
-    if not asking.ground_seen:
+    functions = classify_dropped(parts, settled, context)
+    if not context.ground_seen:
 
-        def asked_lower(doubted: Sequence[int], lower: float) -> list[Told]:
+        def asked_lower(doubted: Sequence[int], lower: float) -> list[Memberships]:
             raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
-            return told_of([parts[k] for k in doubted], settled_on(raised, asking.model), asking, lower)
+            return classify_dropped([parts[k] for k in doubted], settled_on(raised, context.model), context, lower)
 
         functions = holding_anywhere(clouds, functions, asked_lower, LARGE)
     watch.lap("classification")
     return functions
 
 
-def told_of(
-    parts: Sequence[Part], settled: Sequence[Settled], asking: Asking, lower: float = 0.0
-) -> list[Told]:
+def classify_dropped(
+    parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext, lower: float = 0.0
+) -> list[Memberships]:
     """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
-    if asking.surroundings is None or not parts:
-        told = asking.model.memberships_of(settled, any_heading=True)
+    if context.surroundings is None or not parts:
+        predictions = context.model.memberships_of(settled, any_heading=True)
     else:
-        around = asking.surroundings.of
+        around = context.surroundings.of
         beside = [around(one.points, one.box.size, one.proposal.support - lower) for one in parts]
-        told = asking.model.memberships_in_scene(settled, np.array(beside))
-    if asking.bars is None:
-        return told
-    return [claiming(own, asking.bars[one.proposal.by]) for own, one in zip(told, parts, strict=True)]
+        predictions = context.model.memberships_in_scene(settled, np.array(beside))
+    if context.bars is None:
+        return predictions
+    return [claiming(own, context.bars[one.proposal.by]) for own, one in zip(predictions, parts, strict=True)]
 
 
 def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
@@ -154,13 +159,13 @@ def object_cloud(
     return Cloud(own, "object"), box
 
 
-def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[Settled]:
+def settled_on(clouds: Sequence[Cloud], model: FunctionModel) -> list[DropsByRadius]:
     """Return where spheres settle on each object, for each radius that the model looks at and that tells something.
 
     An object that the simulator cannot do holds no spheres, and that is logged.
     """
-    settled: list[Settled] = [{} for _ in clouds]
-    radii = [telling_radii(cloud, model) for cloud in clouds]
+    settled: list[DropsByRadius] = [{} for _ in clouds]
+    radii = [informative_radii(cloud, model) for cloud in clouds]
     names = [cloud.name for cloud in clouds]
     for number, outcome in settle_all(clouds, model.simulator, radii, model.seed, names, model.length):
         if isinstance(outcome, InputError):
@@ -175,7 +180,7 @@ def value_for_size(choices: Sequence[tuple[float, float]], side: float) -> float
     return next((value for least, value in choices if side >= least), 0.0)
 
 
-def telling_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
+def informative_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
     """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
     if model.length.drops is not None:
         return model.chosen_radii()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
-from spherefunc_bullet.learning.model_file import model_to_ask, shipped_model
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.box import Box
@@ -67,7 +67,7 @@ def find_objects(
     """
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
     whole = as_scan(scan, units)
-    room = recognise(whole, model_to_ask(shipped, backend), up=up, settings=settings)
+    room = recognise(whole, inference_model(shipped, backend), up=up, settings=settings)
     return [found_object(item, room, whole) for item in room.objects]
 
 

@@ -1,11 +1,11 @@
-"""The paper's own way (§IV-C): floor by RANSAC, clusters at 2 cm, each as it is, told by whole models."""
+"""The paper's own way (§IV-C): floor by RANSAC, clusters at 2 cm, each as it is, classified by whole models."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 
 from ..scans.cells import cells
 from ..scans.plane import level_by_ransac
@@ -13,7 +13,7 @@ from ..scans.scan import Scan
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, Segmentation, is_floor, numbered_by_size
 from .choosing import Candidate
-from .judging import Asking, judged
+from .judging import RecognitionContext, judged
 from .proposals import CLUSTERS, Proposal
 from .recognition import Room, scene_object
 
@@ -47,7 +47,7 @@ def recognise_as_paper(
     ]
     objects = [
         scene_object(number, points, Candidate(proposal=one.proposal, functions=one.functions, place=number))
-        for number, one in enumerate(judged(points, proposals, Asking(model=model, completion=()), watch))
+        for number, one in enumerate(judged(points, proposals, RecognitionContext(model=model, completion=()), watch))
     ]
     return Room(levelling=levelling, labels=labels, objects=objects, proposals=objects, stages=watch.seconds)
 

@@ -11,10 +11,10 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import BOLD, Boldness, cuts_of
+from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
 from ..pools.resting import resting_places
 from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.things import Top, ground_top, things_on, top_of_pool
+from ..pools.tops import Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.box import Box, bounding_box
@@ -29,9 +29,9 @@ _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat c
 _VOXEL = 0.01  # metres: the scene as these spheres see it
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
-_TOP = 0.1  # square metres: the least that things stand on
+_TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
-_NARROWEST = 0.04  # metres: of a thing on a top; a sensor's flying points and the slices it leaves are thinner
+_NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
@@ -78,7 +78,12 @@ def kinds_of(text: str | None) -> tuple[str, ...]:
 
 
 def propose(
-    scene: Scene, simulator: str | Simulator, kinds: Sequence[str] = KINDS, *, seed: int = 0, how: Boldness = BOLD
+    scene: Scene,
+    simulator: str | Simulator,
+    kinds: Sequence[str] = KINDS,
+    *,
+    seed: int = 0,
+    how: CutSettings = LOOSE_CUTS,
 ) -> list[Proposal]:
     """Return what may be an object, clusters in the order of their labels first.
 
@@ -90,7 +95,7 @@ def propose(
     kinds : sequence of {"clusters", "pools"}
     seed : int
         Of the drops.
-    how : Boldness
+    how : CutSettings
         How pools are cut out.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
@@ -140,7 +145,7 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
     return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
-def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Boldness) -> list[Proposal]:
+def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
     thinned = cells(scene.points[solid], _VOXEL)
@@ -164,7 +169,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Bol
 def on_top(
     points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int, least_round: float
 ) -> list[Proposal]:
-    """Return the things that stand on a top, and the vessels in those of them that are more than one thing.
+    """Return the objects that stand on a top, and the vessels in those of them that are more than one object.
 
     Parameters
     ----------
@@ -175,17 +180,17 @@ def on_top(
         Of its length, a vessel's least width.
     """
     proposed = []
-    for members in things_on(top):
-        thing = points[own[members]]
-        box = bounding_box(thing)
+    for members in objects_on(top):
+        item = points[own[members]]
+        box = bounding_box(item)
         if box.size[1] < _NARROWEST:
             continue
-        support = float(np.median(top.height_at(thing)))
+        support = float(np.median(top.height_at(item)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box))
-        if np.ptp(thing[:, :2], axis=0).max() > _BLOB:
-            alone = Top(plane=top.plane, points=thing, indices=members)
+        if np.ptp(item[:, :2], axis=0).max() > _BLOB:
+            alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
-                inside = own[members[cut_vessel(thing, pool)]]
+                inside = own[members[cut_vessel(item, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
                 if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))

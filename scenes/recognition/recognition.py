@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from spherefunc_bullet.formats.units import Stopwatch
-from spherefunc_bullet.learning.function_model import FunctionModel
+from spherefunc_bullet.function_model import FunctionModel
 
 from ..pools.vessels import surroundings
 from ..scans.cells import cells
@@ -23,7 +23,7 @@ from .choosing import BARS, Candidate, chosen
 from .completion import DEFAULT
 from .ground_top import ground_top_of, object_of_top
 from .inferring import inferred_seats
-from .judging import Asking, is_fragment, judged, surroundings_for
+from .judging import RecognitionContext, is_fragment, judged, surroundings_for
 from .proposals import KINDS, Scene, cluster_proposals, propose
 from .room import Room, SceneObject
 from .smoothing import smoothed
@@ -86,10 +86,10 @@ def recognise(
     watch.lap("pools")
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
-    asking = Asking(
+    context = RecognitionContext(
         model=model, completion=completion, ground_seen=levelling.floor_seen, bars=bars, surroundings=around
     )
-    candidates = judged(dense, proposed, asking, watch)
+    candidates = judged(dense, proposed, context, watch)
     objects = chosen(candidates, FEWEST)
     top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
@@ -97,7 +97,7 @@ def recognise(
     inferred = inferred_seats(dense, labels, items)
     if top is not None:
         labels[top.members] = len(items)
-        items.append(object_of_top(top, dense, asking, len(items)))
+        items.append(object_of_top(top, dense, context, len(items)))
     watch.lap("inferring")
     labels = labels[: len(points)]
     return Room(
@@ -124,8 +124,8 @@ def recognise_objects(
     model, completion
         See `recognise`.
     """
-    asking = Asking(model=model, completion=completion)
-    candidates = judged(points, cluster_proposals(points, labels), asking, Stopwatch())
+    context = RecognitionContext(model=model, completion=completion)
+    candidates = judged(points, cluster_proposals(points, labels), context, Stopwatch())
     return [scene_object(number, points, one) for number, one in enumerate(candidates)]
 
 
@@ -150,5 +150,3 @@ def labels_of(objects: Sequence[Candidate], labels: np.ndarray) -> np.ndarray:
     for number, one in enumerate(objects):
         numbered[one.proposal.members] = number
     return numbered
-
-

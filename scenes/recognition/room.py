@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from spherefunc_bullet.learning.function_model import THRESHOLD, Membership
+from spherefunc_bullet.function_model import THRESHOLD, Membership
 
 from ..scans.levelling import Levelling
 from ..segmentation.box import Box

@@ -14,15 +14,15 @@ import numpy as np
 from ..scans.cells import cells
 
 _SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
-_SQUARE = 2  # voxels along the side of the squares that areas are told in
+_SQUARE = 2  # voxels along the side of the squares that areas are measured in
 _REACH = 0.42  # metres beyond a proposal within which the scene is looked at
 _WAYS = 24  # directions
 _BAND = 0.02  # metres above and below the level that are of it
 _SLAB = 0.03  # metres likewise, of the points that its outline is of
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
-_LOW = 0.25  # metres above the level: things that stand on it
-_LOWER = 0.04  # metres below the level: another thing beside it
+_LOW = 0.25  # metres above the level: objects that stand on it
+_LOWER = 0.04  # metres below the level: another object beside it
 _GROUND = 0.03  # metres above the ground
 _WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (
@@ -153,7 +153,7 @@ def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
     aside = float(np.hypot(np.cos(angles).mean(), np.sin(angles).mean())) if len(backs) else 0.0
     rise = level.height - support
     between = (voxels[:, 2] > support + 0.25 * rise) & (voxels[:, 2] < support + 0.7 * rise)
-    closed = share_of_ways(way[between & (far > 0.6 * level.edge[way])])
+    closed = share_of_directions(way[between & (far > 0.6 * level.edge[way])])
     return [len(backs) / _WAYS, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
 
 
@@ -171,13 +171,13 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
     return [
         level.covered(others[over & (above > _BAND) & (above < _LOW)]),
         level.covered(others[over & rises]),
-        share_of_ways(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * _BAND)]),
-        share_of_ways(way[ring & standing]),
-        share_of_ways(way[at_edge & (beyond < _NEAR) & rises]),
-        share_of_ways(way[at_edge & (beyond < _FAR) & rises]),
-        share_of_ways(way[ring & (above < -_LOWER) & standing]),
-        share_of_ways(way[ring & (np.abs(others[:, 2]) < _GROUND)]),
-        1 - share_of_ways(way[ring]),
+        share_of_directions(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * _BAND)]),
+        share_of_directions(way[ring & standing]),
+        share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
+        share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
+        share_of_directions(way[ring & (above < -_LOWER) & standing]),
+        share_of_directions(way[ring & (np.abs(others[:, 2]) < _GROUND)]),
+        1 - share_of_directions(way[ring]),
         *highest,
     ]
 
@@ -188,7 +188,7 @@ def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return np.floor(np.arctan2(y, x) / (2 * np.pi) * _WAYS).astype(int) % _WAYS, np.hypot(x, y)
 
 
-def share_of_ways(ways: np.ndarray) -> float:
+def share_of_directions(ways: np.ndarray) -> float:
     """Return the share of all directions that are among some (N,)."""
     return np.count_nonzero(np.bincount(ways, minlength=_WAYS)) / _WAYS
 

@@ -1,4 +1,4 @@
-"""A room as a page for a browser: points and boxes to turn about, and a table of the objects."""
+"""A room as a page for a browser: points and boxes interactive, and a table of the objects."""
 
 from __future__ import annotations
 

@@ -60,13 +60,13 @@ function roomParts(item) {
   item.parts = { generation: artist.generation, specks: uploaded("specks", attributes), functions: [] };
   for (const [name, tint] of Object.entries(item.functions)) {
     const vertices = boxVertices(item.boxes.filter((each) => each.function === name), half);
-    item.parts.functions.push({ name, tint, count: vertices.length / 3, thing: uploaded("edges", { position: [vertices, 3] }) });
+    item.parts.functions.push({ name, tint, count: vertices.length / 3, drawable: uploaded("edges", { position: [vertices, 3] }) });
   }
   return item.parts;
 }
 
 function drawBars(part, settings) {
-  use(part.thing, { ...settings, tint: part.tint });
+  use(part.drawable, { ...settings, tint: part.tint });
   if (part.count) artist.gl.drawArrays(artist.gl.TRIANGLES, 0, part.count);
 }
 

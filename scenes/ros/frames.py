@@ -24,7 +24,7 @@ class Edge:
 
 @dataclass
 class FrameTree:
-    """The frames that were told of, each with what was said of it over time."""
+    """The frames that were published, each with its transforms over time."""
 
     edges: dict[str, list[Edge]] = field(default_factory=dict)  # by child
 

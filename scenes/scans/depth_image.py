@@ -14,7 +14,7 @@ from spherefunc_bullet.formats.limits import require_file
 from .scan import Report, Scan, scan_from_points
 
 IMAGES = (".png", ".tif", ".tiff", ".npy")
-_FARTHEST = 15.0  # metres: beyond, a depth is a sensor's mark for nothing seen, such as 65535
+_FARTHEST = 15.0  # metres: beyond, a depth is a sensor's mark without a function seen, such as 65535
 _KINECT_FOCAL = 525 / 640  # of the image's width: PrimeSense's, Open3D's default
 
 

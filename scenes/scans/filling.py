@@ -19,7 +19,7 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     """Return a scan's points (N, 3) followed by those that fill the gaps (M, 3) between neighbours, metres.
 
     Fused scans are thinned to two or three centimetres and single views spread with distance, while tolerances and
-    sizes are told in voxels of one. What is added lies between two points that are among each other's six nearest, so
+    sizes are measured in voxels of one. What is added lies between two points that are among each other's six nearest:
     no surface grows beyond its edges. The order of the points does not matter.
 
     Parameters

@@ -29,7 +29,7 @@ _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Levelling:
-    """How a scan is turned and moved to stand on z = 0, and what that was told by."""
+    """How a scan is turned and moved to stand on z = 0, and what that was found by."""
 
     T_level_scan: np.ndarray  # (4, 4) float64, from the scan's frame to the level one
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
@@ -169,7 +169,7 @@ def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: 
 
 
 def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
-    """Tell a table top from a floor: close below the camera, or small, with only low things on it."""
+    """Tell a table top from a floor: close below the camera, or small, with only low objects on it."""
     if camera is not None:
         return bool(camera @ up - height < _STANDING)
     return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)

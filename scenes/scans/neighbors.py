@@ -1,4 +1,4 @@
-"""Which points have others nearby, told by the cells of a grid as wide as the reach."""
+"""Which points have others nearby, found by the cells of a grid as wide as the reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Small flat pieces of a scan's surfaces: what floor, walls and gravity are told by."""
+"""Small flat pieces of a scan's surfaces: what floor, walls and gravity are found by."""
 
 from __future__ import annotations
 

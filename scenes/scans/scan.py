@@ -56,7 +56,7 @@ def scan_from_points(
     units : {"m", "cm", "mm", "in", "auto"}
         ``auto`` takes metres, or millimetres where a scan of metres would be larger than 60 m, and reports that.
     report : callable, optional
-        Takes one line of text for each guess; by default nobody is told.
+        Takes one line of text for each guess; by default nothing is reported.
     level_frame : str, optional
         Name of the points' frame, where that is known to have z up.
 

@@ -64,7 +64,7 @@ def renumbered(cluster_of: np.ndarray) -> np.ndarray:
 def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, *, smaller: bool = True) -> np.ndarray:
     """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
 
-    Surfaces seen at a grazing angle, and noise, tear furniture apart; of small things a gap parts neighbours.
+    Surfaces seen at a grazing angle, and noise, tear furniture apart; of small objects a gap parts neighbours.
 
     Parameters
     ----------

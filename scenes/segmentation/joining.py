@@ -57,7 +57,7 @@ def join_pieces(
 ) -> np.ndarray:
     """Return clusters (N,) int32 in which pieces of one object are one; -1 for what hangs on a wall.
 
-    What neither stands nor is carried by anything belongs to the thing right above, below or around it. The near and
+    What neither stands nor is carried by anything belongs to the object right above, below or around it. The near and
     the far side of a cup, whose bottom is not seen, belong together.
 
     Parameters
@@ -121,7 +121,7 @@ def whole_of_leg(piece: Piece, pieces: list[Piece], lows: np.ndarray, highs: np.
     """Return the piece, of all those of corners (K, 3), whose leg or base one on the floor is, if there is any.
 
     Of a table seen from above what joins a leg to the top is often hidden, or too thin to be seen. Under a table there
-    may be other things, but hardly flat ones; under a chair there is room for none.
+    may be other objects, but hardly flat ones; under a chair there is room for none.
     """
     size = piece.high - piece.low
     is_leg = size[:2].max() < _LEG and size[2] > _UPRIGHT * size[:2].max()

@@ -14,11 +14,11 @@ _BIN = 0.01  # metres, of the heights that are compared
 _BOARD = 6  # bins that a table top may be thick
 _SIDES = 0.6  # of its lower side's area that its upper one has at least
 _AROUND = 10  # bins to either side that show how much of a height is upright
-_CELL = 0.05  # metres: a top fills cells of that side, while the sides of things only cross them
+_CELL = 0.05  # metres: a top fills cells of that side, while the sides of objects only cross them
 _FILLED = 0.42  # of such a cell: two rows of voxels, as a chair and the very edge of a top make, are not enough
 _OVER = 10  # bins above a top in which what crosses it goes on
 _APART = 0.12  # metres between the middles of cells of two tops of one height
-_CLEAR = 0.015  # metres above the top at which another thing begins, noise apart
+_CLEAR = 0.015  # metres above the top at which another object begins, noise apart
 _MOST_CLEAR = 0.04  # metres, however noisy
 _GAP = 0.05  # metres: what begins higher above the top does not stand on it
 _INSIDE = 0.02  # metres from the top's edge
@@ -26,12 +26,12 @@ _AREA = 0.12  # square metres: the least of a top, or of a seat
 _SMALL = 0.4  # of a seat's area: what is larger is part of the seat
 _TABLE_AREA, _TABLE_HEIGHT = 0.25, 0.6  # square metres and metres: from there on a top is no seat
 _SPANS = 0.7  # of a top's side: what rises from its edge and is as wide is its own back, or a desk's shelf
-_FEWEST = 10  # voxels of a thing
+_FEWEST = 10  # voxels of an object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Top:
-    """A level surface that things can stand on."""
+    """A level surface that objects can stand on."""
 
     height: float  # metres
     equations: np.ndarray  # (E, 3) of its outline's edges: negative inside
@@ -78,7 +78,7 @@ def split_off(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, nois
 
 
 def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[np.ndarray]:
-    """Return the indices of each thing that a level top of one cluster (N, 3) carries or that leans on it."""
+    """Return the indices of each object that a level top of one cluster (N, 3) carries or that leans on it."""
     parts = []
     left = np.ones(len(points), bool)
     for top in tops(points, clear):
@@ -86,32 +86,32 @@ def standing_apart(points: np.ndarray, tolerance: float, clear: float) -> list[n
         outside = top.outside(points)
         apart = np.flatnonzero(left & (above | (outside > clear / 2) if top.is_table else above))
         clusters = euclidean_clusters(points[apart], tolerance)
-        for thing in (apart[members] for members in members_of(clusters)):
-            if not above[thing].any():
+        for item in (apart[members] for members in members_of(clusters)):
+            if not above[item].any():
                 continue  # a leg that spreads outward
             # Crumbs over a table are noise, and would make it higher than it is.
-            if top.is_table if len(thing) < _FEWEST else stands_apart(points[thing], outside[thing], top):
-                parts.append(thing)
-                left[thing] = False
+            if top.is_table if len(item) < _FEWEST else stands_apart(points[item], outside[item], top):
+                parts.append(item)
+                left[item] = False
     return parts
 
 
-def stands_apart(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
-    """Return whether a thing (T, 3), at distances (T,) outside a top's outline, is no part of what has the top."""
+def stands_apart(item: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+    """Return whether an object (T, 3), at distances (T,) outside a top's outline, is no part of what has the top."""
     if not top.is_table:
-        return stands_within(thing, outside, top)
+        return stands_within(item, outside, top)
     if outside.max() < -_INSIDE:
         return True
-    own = bounding_box(thing)
+    own = bounding_box(item)
     along = abs(np.cos(own.yaw - top.box.yaw)) > np.sqrt(0.5)
     return bool(own.size[0] < _SPANS * top.box.size[0 if along else 1])
 
 
-def stands_within(thing: np.ndarray, outside: np.ndarray, top: Top) -> bool:
-    """Return whether a thing (T, 3) stands on a seat, away from its edges, and is small beside it."""
-    foot = thing[:, 2] < thing[:, 2].min() + 2 * _GAP
-    area = np.prod(np.ptp(thing[:, :2], axis=0))
-    near = thing[:, 2].min() <= top.height + _GAP
+def stands_within(item: np.ndarray, outside: np.ndarray, top: Top) -> bool:
+    """Return whether an object (T, 3) stands on a seat, away from its edges, and is small beside it."""
+    foot = item[:, 2] < item[:, 2].min() + 2 * _GAP
+    area = np.prod(np.ptp(item[:, :2], axis=0))
+    near = item[:, 2].min() <= top.height + _GAP
     return bool(near and area < _SMALL * top.area and outside[foot].max() < -_INSIDE)
 
 
@@ -126,7 +126,7 @@ def tops(points: np.ndarray, clear: float = _CLEAR) -> list[Top]:
     area = np.convolve(np.bincount(bins), np.ones(2 * width + 1))[width:-width] * _BIN**2
     surfaces = []
     while area[largest := int(np.argmax(area))] >= _AREA:
-        # A board has an upper and a lower side, and things stand on the upper one.
+        # A board has an upper and a lower side, and objects stand on the upper one.
         peak = max(k for k in range(largest, min(largest + _BOARD, len(area))) if area[k] >= _SIDES * area[largest])
         around = area[max(0, peak - _AROUND) : peak + _AROUND + 1]
         if area[peak] - np.median(around) >= _AREA / 2:

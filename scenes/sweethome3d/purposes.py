@@ -1,6 +1,6 @@
 """What an object is for, from its English name: the table ``functions.csv``.
 
-An English name says what a thing is in its last noun before any *with*, *and* or *of*: a table lamp is a
+An English name says what an object is in its last noun before any *with*, *and* or *of*: a table lamp is a
 lamp, a desk chair a chair, a chair with cushion a chair.
 """
 
@@ -29,7 +29,7 @@ class _Rule:
     field: str
     pattern: re.Pattern
     purpose: Purpose
-    max_height: float  # metres; the row is not for higher things
+    max_height: float  # metres; the row is not for higher objects
 
 
 @cache
@@ -55,7 +55,7 @@ def purpose_of(name: str, category: str = "", height: float = 0.0) -> Purpose:
     category : str
         Of the catalogue that names it; some (doors, lights, vehicles) settle the question alone.
     height : float
-        Metres. Rows for lower things do not count; if none is left (a desk of 1.8 m has something
+        Metres. Rows for lower objects do not count; if none is left (a desk of 1.8 m has something
         on it), the purpose is ambiguous.
 
     Examples

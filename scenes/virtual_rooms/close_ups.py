@@ -1,4 +1,4 @@
-"""Views of one thing from near by, as people take them of table tops and chairs: cut by the image, near and fine."""
+"""Views of one object from near by, as people take them of table tops and chairs: cut by the image, near and fine."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from .furnishing import SMALL, VirtualRoom
 from .kinect import KINECT, Kinect, Surfaces, look_at, photograph
 from .scans import CLEARANCE, WALL_CLEARANCE, VirtualScan
 
-_NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large things
+_NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large objects
 _DOWN_DEG = (18.0, 55.0)  # that it looks down by
-_ASIDE = 0.4  # metres that it looks past the thing's middle, as much as that
+_ASIDE = 0.4  # metres that it looks past the object's middle, as much as that
 _TRIED = 12  # places of the camera
 _LOWEST = 0.4  # metres above the floor
 
@@ -20,7 +20,7 @@ _LOWEST = 0.4  # metres above the floor
 def close_ups(
     room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT
 ) -> Iterator[VirtualScan]:
-    """Yield so many single views of a room, each of one of its things from near by; the same numbers, the same views.
+    """Yield so many single views of a room, each of one of its objects from near by; the same numbers, the same views.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def close_ups(
 
 
 def pose_near(room: VirtualRoom, surfaces: Surfaces, rng: np.random.Generator) -> np.ndarray | None:
-    """Return the pose (4, 4) of a camera that sees one of a room's things from near by; None if none has room."""
+    """Return the pose (4, 4) of a camera that sees one of a room's objects from near by; None if none has room."""
     points = room.objects[rng.integers(len(room.objects))].points
     low, high = points.min(axis=0), points.max(axis=0)
     near, far = _NEAR if (high - low).max() <= SMALL else _FAR

@@ -21,7 +21,7 @@ class Contents:
 
     room: VirtualRoom
     rng: np.random.Generator
-    small: Sequence[Deck]  # what stands on boards, sills and things
+    small: Sequence[Deck]  # what stands on boards, sills and objects
     seats: Sequence[Deck]
     surroundings: dict[str, Deck]  # by category
     objects: list[PlacedObject] = field(default_factory=list)

@@ -20,8 +20,8 @@ WALLS = ((1, 0), (-1, 0), (0, 1), (0, -1))  # outward, along x and y
 SILL_HEIGHTS = (0.65, 0.85)  # metres of its lower edge; the board is 15 cm higher
 CLOSE = 0.001  # metres off the wall
 TRIES = 8  # places for a sill
-ON_BOARD, ON_SILL = 3, 3  # things, at most
-HEADROOM = 0.02  # metres above a thing on a board
+ON_BOARD, ON_SILL = 3, 3  # objects, at most
+HEADROOM = 0.02  # metres above an object on a board
 CARTONS = (3, 6)  # in a row, from and to below
 CARTON_GAPS = (0.03, 0.22)  # metres
 
@@ -51,12 +51,12 @@ def fixtures_added(contents: Contents, kinds: frozenset[str]):
 
 
 def facing_away(outward: Sequence[int]) -> np.ndarray:
-    """Return the transform (4, 4) that turns the back of a thing, its +y, towards a wall."""
+    """Return the transform (4, 4) that turns the back of an object, its +y, towards a wall."""
     return heading_transform(float(np.arctan2(-outward[0], outward[1])))
 
 
 def stand_at_wall(contents: Contents, floor: Ground, category: str) -> int | None:
-    """Stand a thing against a wall that has room for it; return its number, None without such a wall."""
+    """Stand an object against a wall that has room for it; return its number, None without such a wall."""
     item, cloud = contents.deal([contents.surroundings[category]])
     for wall in contents.rng.permutation(len(WALLS)):
         T_room_object = facing_away(WALLS[wall])
@@ -69,7 +69,7 @@ def stand_at_wall(contents: Contents, floor: Ground, category: str) -> int | Non
 
 
 def stand_anywhere(contents: Contents, floor: Ground, dealt: Sequence[Dealt], offsets: np.ndarray):
-    """Stand things on the floor as a group, each at an offset (K, 2) in metres, turned together."""
+    """Stand objects on the floor as a group, each at an offset (K, 2) in metres, turned together."""
     turned = heading_transform(float(contents.rng.uniform(0, 2 * np.pi)))
     shifts = np.column_stack([offsets, np.zeros(len(offsets))]) @ turned[:3, :3].T
     clouds = [transformed(cloud.points, turned) + shift for (_, cloud), shift in zip(dealt, shifts, strict=True)]
@@ -93,7 +93,7 @@ def row_of_cartons(contents: Contents, floor: Ground):
 
 
 def fill_shelf(contents: Contents, shelf: int | None):
-    """Put small things on the boards of a shelf, as far as they fit below the next one."""
+    """Put small objects on the boards of a shelf, as far as they fit below the next one."""
     if shelf is None:
         return
     occupancy, boards = contents.occupancy(), boards_of(contents.objects[shelf].points)
@@ -110,7 +110,7 @@ def fill_shelf(contents: Contents, shelf: int | None):
 
 
 def window_sills(contents: Contents):
-    """Hang one sill on a wall where nothing is in its way, with small things on it."""
+    """Hang one sill on a wall where nothing is in its way, with small objects on it."""
     occupancy = contents.occupancy()
     item, cloud = contents.deal([contents.surroundings[SILL]])
     for _ in range(TRIES):

@@ -23,7 +23,7 @@ from .scans import VirtualScan
 
 FILE_LABELS = {"wall": 0, "floor": 1}
 FIRST_OBJECT = 2
-SHELL = {FLOOR: "floor", WALL: "wall"}  # what things stand on or hang on that is no object
+SHELL = {FLOOR: "floor", WALL: "wall"}  # what objects stand on or hang on that is no object
 INSTANCES = ("label", "name", "function_label", "also", "category", "standing_on", "points", "seen")
 
 

@@ -28,7 +28,7 @@ ON_TOPS = 6  # likewise
 GAP = 0.1  # metres between neighbours on the floor, and to the walls
 TOP_GAP = 0.05  # metres between neighbours on a table top
 SMALL = 0.4  # metres: what is no larger in any direction stands on tops
-LOWEST = 0.04  # metres: lower things (a spoon, a telephone) are left out
+LOWEST = 0.04  # metres: lower objects (a spoon, a telephone) are left out
 LARGEST = 2.5  # metres
 
 

@@ -167,7 +167,7 @@ def matched(depth: np.ndarray, kinect: Kinect) -> np.ndarray:
 
     nearness = np.where(np.isfinite(depth), 1 / np.nan_to_num(depth, nan=1.0), 0.0).astype(np.float32)
     middle = median_filter(nearness, size=kinect.window).astype(float)
-    # Where most of a window has no depth, at slender things, the pixel keeps its own.
+    # Where most of a window has no depth, at slender objects, the pixel keeps its own.
     return np.where(np.isfinite(depth) & (middle > 0), 1 / np.where(middle > 0, middle, 1.0), depth)
 
 

@@ -1,6 +1,6 @@
 """Rooms as people leave them: chairs at tables, stacks, shelves, beds, sills, cartons, piles and clutter, by options.
 
-Each kind comes to a share of the rooms, told by the room's number and the seed alone; what is not asked for changes
+Each kind comes to a share of the rooms, decided by the room's number and the seed alone; what is not asked for changes
 nothing, and a room without any of it is, bit for bit, the one that `furnishing` makes.
 """
 
@@ -18,7 +18,7 @@ from .chairs_at_tables import chairs_to_tables
 from .contents import Contents, decks_by_category
 from .fixtures import fixtures_added
 from .furnishing import Deck, Stock, VirtualRoom, furnish, take_stock
-from .stacking import clutter_on_seats, small_things_stacked
+from .stacking import clutter_on_seats, small_objects_stacked
 
 EVERYTHING = "all"
 
@@ -28,10 +28,10 @@ class LivedIn:
     """The share of rooms, 0 to 1, that has each kind of disorder."""
 
     chairs: float = 0.0  # pushed against and under tables
-    stacks: float = 0.0  # small things on top of each other, and touching
-    shelves: float = 0.0  # with things on their boards
+    stacks: float = 0.0  # small objects on top of each other, and touching
+    shelves: float = 0.0  # with objects on their boards
     beds: float = 0.0
-    sills: float = 0.0  # of windows, with things on them
+    sills: float = 0.0  # of windows, with objects on them
     gaps: float = 0.0  # between cartons
     piles: float = 0.0
     clutter: float = 0.0  # on seats
@@ -39,7 +39,7 @@ class LivedIn:
     def kinds(self, seed: int, number: int) -> frozenset[str]:
         """Return the kinds that a room of a number has."""
         shares = {kind.name: getattr(self, kind.name) for kind in fields(self)}
-        # Rooms are told apart by their number, kinds by their place: another share of one leaves the others alone.
+        # Rooms are distinguished by their number, kinds by their place: another share of one leaves the others alone.
         turn = np.random.default_rng([seed, 7]).uniform(size=len(shares))
         return frozenset(
             name for place, (name, part) in enumerate(shares.items()) if falls(number, part, float(turn[place]))
@@ -110,7 +110,7 @@ class Filling:
         if "chairs" in kinds:
             chairs_to_tables(contents)
         if "stacks" in kinds:
-            small_things_stacked(contents)
+            small_objects_stacked(contents)
         if "clutter" in kinds:
             clutter_on_seats(contents)
         return contents.finished()

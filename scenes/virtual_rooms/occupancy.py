@@ -1,4 +1,4 @@
-"""Which places of a room are filled: by cubes of two centimetres, so that things may touch but not cross."""
+"""Which places of a room are filled: by cubes of two centimetres, so that objects may touch but not cross."""
 
 from __future__ import annotations
 

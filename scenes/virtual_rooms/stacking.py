@@ -1,4 +1,4 @@
-"""Small things on top of each other and side by side without a gap, and what lies on seats."""
+"""Small objects on top of each other and side by side without a gap, and what lies on seats."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from .grounds import top_of
 from .occupancy import Occupancy
 from .surroundings import CLUTTER
 
-MOVED = 0.6  # of the small things on a top, that are stacked or pushed together
+MOVED = 0.6  # of the small objects on a top, that are stacked or pushed together
 STACKED = 0.5  # of those
-TOUCH = 0.002  # metres at which two things touch
-STEP = 0.001  # metres: a thing that could slide on by less has come to its end
-PROBES = 1_500  # points of a thing that are looked at
+TOUCH = 0.002  # metres at which two objects touch
+STEP = 0.001  # metres: an object that could slide on by less has come to its end
+PROBES = 1_500  # points of an object that are looked at
 CLUTTERED = 0.6  # of the seats
 SEAT_HEIGHTS = (0.3, 0.65)  # metres
 UPHOLSTERED = 0.02  # metres by which a seat may be uneven
 
 
-def small_things_stacked(contents: Contents):
-    """Stack some of the small things on tops, and push others together."""
+def small_objects_stacked(contents: Contents):
+    """Stack some of the small objects on tops, and push others together."""
     occupancy, moved = contents.occupancy(), set()
     for number in range(len(contents.objects)):
-        thing = contents.objects[number]
+        item = contents.objects[number]
         partners = [k for k in neighbours(contents, number) if k not in moved]
-        if not is_small(thing) or not partners or number in contents.carriers() or contents.rng.uniform() > MOVED:
+        if not is_small(item) or not partners or number in contents.carriers() or contents.rng.uniform() > MOVED:
             continue
         partner = partners[int(contents.rng.integers(len(partners)))]
-        occupancy.clear(thing.points)
+        occupancy.clear(item.points)
         if contents.rng.uniform() > STACKED or not stacked(contents, occupancy, number, partner):
             pushed_together(contents, number, partner)
         occupancy.fill(contents.objects[number].points)
@@ -38,22 +38,22 @@ def small_things_stacked(contents: Contents):
 
 
 def is_small(placed: PlacedObject) -> bool:
-    """Return whether a thing is small and stands on another."""
+    """Return whether an object is small and stands on another."""
     return placed.support != FLOOR and placed.cloud.size.max() <= SMALL
 
 
 def neighbours(contents: Contents, number: int) -> list[int]:
-    """Return the small things on the same top as another."""
-    thing = contents.objects[number]
+    """Return the small objects on the same top as another."""
+    item = contents.objects[number]
     return [
         k
         for k, other in enumerate(contents.objects)
-        if k != number and is_small(other) and other.support == thing.support
+        if k != number and is_small(other) and other.support == item.support
     ]
 
 
 def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int) -> bool:
-    """Put one thing on another's top, if it has room there."""
+    """Put one object on another's top, if it has room there."""
     ground = top_of(contents.objects[partner].points)
     T_room_object = contents.place_on(contents.objects[number].cloud, ground, occupancy)
     if T_room_object is not None:
@@ -62,15 +62,15 @@ def stacked(contents: Contents, occupancy: Occupancy, number: int, partner: int)
 
 
 def pushed_together(contents: Contents, number: int, partner: int):
-    """Slide a thing towards another on the same top until it touches that, or whatever is between."""
+    """Slide an object towards another on the same top until it touches that, or whatever is between."""
     from scipy.spatial import cKDTree
 
-    thing, other = contents.objects[number], contents.objects[partner]
-    carrier = contents.objects[thing.support].points
+    item, other = contents.objects[number], contents.objects[partner]
+    carrier = contents.objects[item.support].points
     near = [contents.objects[k].points for k in neighbours(contents, number)]
-    near.append(carrier[carrier[:, 2] > thing.points[:, 2].min() + TOUCH + STEP])
-    tree, own = cKDTree(np.vstack(near)), some_of(thing.points)
-    way = other.T_room_object[:2, 3] - thing.T_room_object[:2, 3]
+    near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
+    tree, own = cKDTree(np.vstack(near)), some_of(item.points)
+    way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
         return
@@ -80,9 +80,9 @@ def pushed_together(contents: Contents, number: int, partner: int):
         gone += free
     moved = min(gone, length) * direction
     if ((own + moved > 0) & (own + moved < contents.size)).all():
-        T_room_object = thing.T_room_object.copy()
+        T_room_object = item.T_room_object.copy()
         T_room_object[:3, 3] += moved
-        contents.move(number, T_room_object, thing.support)
+        contents.move(number, T_room_object, item.support)
 
 
 def some_of(points: np.ndarray) -> np.ndarray:
@@ -91,7 +91,7 @@ def some_of(points: np.ndarray) -> np.ndarray:
 
 
 def clutter_on_seats(contents: Contents):
-    """Leave things on some of the seats, where nothing is in the way."""
+    """Leave objects on some of the seats, where nothing is in the way."""
     occupancy = contents.occupancy()
     for number, seat in enumerate(list(contents.objects)):
         if SEAT not in seat.item.functions or contents.rng.uniform() > CLUTTERED:

@@ -1,7 +1,7 @@
 """What stands about in rooms and is for none of the three functions: beds, shelves, sills, cartons, piles, clutter.
 
 A catalogue of its own, ``surroundings``, from which rooms are made as real ones are (`lived_in`). A bed is sat on as
-well, and a sill carries things, but neither is called a seat or a table by anybody.
+well, and a sill carries objects, but neither is called a seat or a table by anybody.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def carton(rng: Generator) -> trimesh.Trimesh:
 
 
 def heap(rng: Generator, *, soft: bool) -> trimesh.Trimesh:
-    """Return things heaped on the floor: clothes and cushions if soft, else boxes and books, at all angles."""
+    """Return objects heaped on the floor: clothes and cushions if soft, else boxes and books, at all angles."""
     parts, level = [], 0.0
     for share in np.linspace(1.0, 0.45, int(rng.integers(5, 10))):
         width, depth, height = rng.uniform([0.25, 0.2, 0.06], [0.5, 0.4, 0.16]) * [share, share, 1.0]

@@ -20,8 +20,8 @@ from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..settling.records import Dropping
 from .folder import RunFolder
-from .freshness import standing_row
-from .ledger import Ledger, Row, Way, settings_json
+from .freshness import valid_row
+from .ledger import Ledger, Row, RunConfig, settings_json
 from .task import Task, kept_rows, settled_rows
 
 LEAST_MEMORY = 256 << 20
@@ -41,7 +41,7 @@ class Batch:
         """The files by what the ledger calls them."""
         return {self.dataset.name_of(item.path): item.path for item in self.dataset.objects}
 
-    def way(self, radius: float) -> Way:
+    def way(self, radius: float) -> RunConfig:
         """Return how the ledger describes the runs of one radius."""
         simulator = self.dropping.simulator
         settings = self.dropping.settings(radius) | {
@@ -51,7 +51,7 @@ class Batch:
         }
         del settings["radius"]
         seed = self.dropping.seed
-        return Way(backend=simulator.name, settings=settings_json(settings), radius=radius, seed=seed)
+        return RunConfig(backend=simulator.name, settings=settings_json(settings), radius=radius, seed=seed)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,7 +143,7 @@ def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[T
     for row in ledger.rows(tuple(ways)):
         if row.object not in objects:
             continue  # of another data set, or another shard, in the same folder
-        now = standing_row(row, objects[row.object], batch.folder, batch.dropping, retry_failed)
+        now = valid_row(row, objects[row.object], batch.folder, batch.dropping, retry_failed)
         if now is None:
             missing[row.object][row.way] = ways[row.way]
         else:
@@ -172,7 +172,7 @@ def known_failures(run: Path, dataset: Dataset, dropping: Dropping) -> dict[Path
     with batch.folder.ledger() as ledger:
         for row in ledger.failures([batch.way(radius) for radius in dropping.radii]):
             path = objects.get(row.object)
-            if path is not None and standing_row(row, path, batch.folder, dropping, retry_failed=False):
+            if path is not None and valid_row(row, path, batch.folder, dropping, retry_failed=False):
                 failed[path] = InputError(f"{row.error} (in {run}; `batch --retry-failed` tries again)")
     return failed
 

@@ -13,7 +13,7 @@ from .folder import RunFolder, digest, size_and_time
 from .ledger import DONE, WAITING, Row
 
 
-def standing_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool) -> Row | None:
+def valid_row(row: Row, path: Path, folder: RunFolder, dropping: Dropping, retry_failed: bool) -> Row | None:
     """Return a row that is as true as when it was written: same object, and the centres are there. Else None.
 
     Sizes and times tell; where they differ, as after a copy, the contents do, and the row notes the new ones.

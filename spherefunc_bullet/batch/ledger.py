@@ -52,7 +52,7 @@ WAITING, DONE = "waiting", "done"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Way:
+class RunConfig:
     """How an object is simulated: all that decides the result but the object."""
 
     backend: str
@@ -149,7 +149,7 @@ class Ledger:
         with self.refusing():
             return self.connection.execute(sql, values).fetchall()
 
-    def number(self, way: Way) -> int:
+    def number(self, way: RunConfig) -> int:
         """Return a way's number, which it gets the first time."""
         names, values = ", ".join(asdict(way)), tuple(asdict(way).values())
         with self.writing() as connection:
@@ -157,16 +157,16 @@ class Ledger:
         (number,) = self.numbers([way])
         return number
 
-    def numbers(self, ways: Iterable[Way]) -> list[int]:
+    def numbers(self, ways: Iterable[RunConfig]) -> list[int]:
         """Return the numbers of those ways that have one."""
-        sql = f"SELECT way FROM ways WHERE ({', '.join(column.name for column in fields(Way))}) = (?, ?, ?, ?)"
+        sql = f"SELECT way FROM ways WHERE ({', '.join(column.name for column in fields(RunConfig))}) = (?, ?, ?, ?)"
         return [number for way in ways for (number,) in self.query(sql, tuple(asdict(way).values()))]
 
-    def ways(self) -> dict[int, Way]:
+    def ways(self) -> dict[int, RunConfig]:
         """Return all ways by their number."""
-        names = [column.name for column in fields(Way)]
+        names = [column.name for column in fields(RunConfig)]
         rows = self.query(f"SELECT way, {', '.join(names)} FROM ways ORDER BY way")
-        return {number: Way(**dict(zip(names, values, strict=True))) for number, *values in rows}
+        return {number: RunConfig(**dict(zip(names, values, strict=True))) for number, *values in rows}
 
     def expect(self, objects: Iterable[str], ways: Sequence[int]):
         """Have a waiting row for every object and way that has none."""
@@ -180,7 +180,7 @@ class Ledger:
         for values in self.query(f"SELECT {COLUMNS} FROM runs WHERE way IN ({marks}) ORDER BY object, way", ways):
             yield Row(**dict(zip(NAMES, values, strict=True)))
 
-    def failures(self, ways: Iterable[Way]) -> list[Row]:
+    def failures(self, ways: Iterable[RunConfig]) -> list[Row]:
         """Return the rows that failed in one of these ways."""
         return [row for row in self.rows(self.numbers(ways)) if row.outcome not in (WAITING, DONE)]
 

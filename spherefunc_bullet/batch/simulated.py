@@ -9,8 +9,8 @@ from pathlib import Path
 from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
+from ..settling.drops import DropsByRadius
 from ..settling.records import Dropping, ObjectRecord, simulate_objects
-from ..settling.settling import Settled
 from .batch import known_failures
 
 
@@ -23,7 +23,7 @@ class Simulated:
     records: tuple[ObjectRecord, ...]
 
     @property
-    def settled(self) -> list[Settled]:
+    def settled(self) -> list[DropsByRadius]:
         return [record.settled for record in self.records]
 
 

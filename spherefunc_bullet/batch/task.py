@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError, Unexpected
 from ..formats.sources import Source, as_source
-from ..settling.drops import settled_centers
+from ..settling.drops import drops_from_rows
 from ..settling.records import Dropping
 from .folder import FullDisk, RunFolder, digest
 from .freshness import source_stamp
@@ -70,7 +70,7 @@ def done_row(task: Task, way: int, content: str, run: str, arrays: dict[str, np.
         content=content,
         run=run,
         digest=digest(arrays["centers"]),
-        settled=len(settled_centers(arrays["centers"])),
+        settled=len(drops_from_rows(task.radii[way], arrays["centers"]).rests),
         drops=int(arrays["drops"]),
         seconds=float(arrays["seconds"]),
         memory=int(arrays["memory"]) if "memory" in arrays else None,

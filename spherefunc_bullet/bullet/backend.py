@@ -100,7 +100,7 @@ class BulletSimulator(Physics):
         return run.result(time.perf_counter() - started, provenance)
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
-        """Drop a cloud's object itself, from many directions (see `TellsPoses.poses`)."""
+        """Drop a cloud's object itself, from many directions (see `SupportsPoses.poses`)."""
         from ..simulator.statics.body import body_of
         from .bodies.falling import fallen_poses
 
@@ -117,7 +117,7 @@ class BulletSimulator(Physics):
         )
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
-        """Return by statics whether an object stands; let it go where that is not exact (see `TellsStance.stands`)."""
+        """Return by statics whether an object stands; release it if that is not exact, see `SupportsStance.stands`."""
         from ..simulator.statics.body import body_of
         from ..simulator.statics.standing import stood
         from .bodies.standing import let_go

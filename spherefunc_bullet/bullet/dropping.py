@@ -17,7 +17,7 @@ from ..clouds.cloud import Cloud
 from ..simulator import DropResult, DropSettings, Outcome, Stop
 from .collision.shape import CollisionShape
 from .columns import Columns
-from .flights import ON_ITS_WAY, TOUCH, Flights, first_apart
+from .flights import IN_FLIGHT, TOUCH, Flights, first_apart
 from .world import World
 
 CLEARANCE = 0.1  # radii above the first contact at which a sphere starts: more than a face rises between its points
@@ -103,7 +103,7 @@ class DropRun:
                 self.world.limit_speed(slot, limit)
         if not self.flights.ended:
             return
-        for slot in np.flatnonzero(outcomes != ON_ITS_WAY).tolist():
+        for slot in np.flatnonzero(outcomes != IN_FLIGHT).tolist():
             self.end(slot, Outcome(outcomes[slot]))
             if self.over:
                 return

@@ -50,7 +50,7 @@ def pybullet():
     engine_version()
     try:
         with ThreadPoolExecutor(1) as apart:
-            apart.submit(import_unheard).result()
+            apart.submit(import_silently).result()
         import pybullet
     except ImportError as error:
         raise InputError(f"backend 'bullet': PyBullet is installed but cannot be imported: {error}") from error
@@ -58,7 +58,7 @@ def pybullet():
     return pybullet
 
 
-def import_unheard():
+def import_silently():
     """Import PyBullet in a thread that is at its end then, so that nobody reads when it was built.
 
     Standard error is turned off for this thread alone, which Linux can do; elsewhere the line is seen once.

@@ -11,7 +11,7 @@ from ..processes.compilation import njit
 from ..simulator import Outcome
 from .physics import Physics
 
-ON_ITS_WAY = -1
+IN_FLIGHT = -1
 SETTLED, ROLLED_OFF, TIMED_OUT = int(Outcome.SETTLED), int(Outcome.ROLLED_OFF), int(Outcome.TIMED_OUT)
 TOUCH = 0.02  # radii: gap that counts as contact, as the engine's own threshold
 SUNK = 0.1  # radii: a sphere whose lowest point is so far below the ground is on the ground
@@ -28,7 +28,7 @@ class Flights:
         self.speeds = np.zeros(count)
         self.time = np.zeros(count)  # since the start
         self.slow = np.zeros(count)  # for how long slower than the speed of rest
-        self.outcomes = np.full(count, ON_ITS_WAY)
+        self.outcomes = np.full(count, IN_FLIGHT)
         limits = (physics.look, physics.rest_speed, 0.99 * physics.rest_time, physics.time_limit)
         arrays = (self.flying, self.positions, self.speeds, self.time, self.slow, self.outcomes)
         self.state = (*arrays, low, high, *limits)  # what is judged, and by what
@@ -72,7 +72,7 @@ def judge_flights(
     """
     fastest = 0.0
     for i in range(len(flying)):
-        outcomes[i] = ON_ITS_WAY
+        outcomes[i] = IN_FLIGHT
         if not flying[i]:
             continue
         x, y, z = new[i, 0], new[i, 1], new[i, 2]
@@ -93,7 +93,7 @@ def judge_flights(
         elif time[i] > time_limit:
             outcomes[i] = TIMED_OUT
     withhold_leaning(positions, flying, outcomes)
-    return np.sum(outcomes != ON_ITS_WAY), fastest
+    return np.sum(outcomes != IN_FLIGHT), fastest
 
 
 @njit(cache=True, error_model="numpy")
@@ -106,8 +106,8 @@ def withhold_leaning(positions, flying, outcomes):
             if not flying[i] or outcomes[i] != SETTLED:
                 continue
             for j in range(len(flying)):
-                if flying[j] and outcomes[j] == ON_ITS_WAY and distance(positions, i, j) < LEANING:
-                    outcomes[i] = ON_ITS_WAY
+                if flying[j] and outcomes[j] == IN_FLIGHT and distance(positions, i, j) < LEANING:
+                    outcomes[i] = IN_FLIGHT
                     changed = True
                     break
 

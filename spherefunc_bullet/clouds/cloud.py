@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, one_line
+from ..errors import InputError, one_line, warn_renamed
 from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
 from ..formats.sources import Source, as_source
@@ -74,7 +74,7 @@ class Cloud:
 
         return cKDTree(self.points)
 
-    def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
+    def cached(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
         """Return what ``derive`` makes of this cloud, made once and kept until the cloud is gone.
 
         It stays in this process: a cloud that is copied or sent to another process leaves it behind.
@@ -82,6 +82,11 @@ class Cloud:
         if what not in self._derived:
             self._derived[what] = derive()
         return self._derived[what]
+
+    def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
+        """Return `cached`, under its old name."""
+        warn_renamed("Cloud.once", "Cloud.cached")
+        return self.cached(what, derive)
 
     @cached_property
     def _derived(self) -> dict[Hashable, Any]:
@@ -99,7 +104,7 @@ class Cloud:
 
         points, cell = self.points, THINNED
         while cell <= side:  # each from the one before, which is shorter
-            points = self.once(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
+            points = self.cached(("thinned", cell), partial(one_per_cell, points, cell, self.bounds))
             cell *= 2
         return points
 
@@ -255,7 +260,7 @@ def load_cloud(
     max_gap : float, metres
         The largest distance from a mesh's surface to its nearest sample.
     report : callable, optional
-        Takes one line of text for each guess and for whatever looks odd; by default nobody is told.
+        Takes one line of text for each guess and for whatever looks odd; by default nothing is reported.
 
     Raises
     ------

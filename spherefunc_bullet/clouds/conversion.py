@@ -1,6 +1,6 @@
 """Clouds from whatever holds an object in Python: a path, an array, an Open3D or a trimesh object.
 
-Those libraries are told by what their objects have and never imported here.
+Those libraries are recognised by what their objects have and never imported here.
 """
 
 from __future__ import annotations
@@ -62,15 +62,15 @@ def as_cloud(
     return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
 
 
-def as_clouds(things: Iterable[Anything]) -> list[Cloud]:
+def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
     """Return the clouds of several objects, which are in metres with z up, see `as_cloud`; errors number them."""
-    if isinstance(things, str | Path | Cloud):
+    if isinstance(objects, str | Path | Cloud):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
-    return [as_cloud(thing, name=f"object {number}") for number, thing in enumerate(things)]
+    return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
 
 
 def require_own_frame(cloud: Cloud, units: str, up: str) -> Cloud:
-    """Return a cloud; raise InputError where it is told to be what no cloud is."""
+    """Return a cloud; raise InputError where units or axes are given that a cloud does not have."""
     if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
         raise InputError(f"{cloud.name}: a Cloud is in metres with z up; got units {units!r} and up {up!r}")
     return cloud

@@ -21,7 +21,7 @@ def members_of(row: Row) -> list[str]:
 
 
 def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool):
-    """Print what each object is for, with its scores, and how many files could not be told."""
+    """Print what each object is for, with its scores, and how many files could not be classified."""
     done = [row for row in rows if "error" not in row]
     each_has_column = len(functions) <= SHOWN and table_width(done, functions) <= terminal_width()
     columns = ["file", "for", *(functions if each_has_column else ["best scores"])]
@@ -30,9 +30,9 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
         for row in done
     ]
     if table:
-        print_table("What objects are for (scores; above 0.5 it is)", columns, table)
+        print_table("What objects are for (scores; positive if > 0.5)", columns, table)
     if len(done) < len(rows):
-        say(f"{len(rows) - len(done)} of {len(rows)} files could not be told, as said above")
+        say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
     for row in done if explain else []:
         print_reasons(row)
         for name in functions:
@@ -87,7 +87,7 @@ def print_reasons(row: Row):
 
 def print_quantities(row: Row, name: str):
     """Print which quantities decided about one function of one object."""
-    from ..learning.reasons.words import cells_of
+    from ..learning.profiles.words import cells_of
 
     table = [cells_of(decided) for decided in row["quantities"][name]]
     if not table:

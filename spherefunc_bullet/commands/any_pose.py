@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..console import Failures, print_json, print_table
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .poses import posed_file
 
 if TYPE_CHECKING:
+    from ..function_model import FunctionModel
     from ..learning.any_pose import PoseFunctions
-    from ..learning.function_model import FunctionModel
 
 Row = dict[str, Any]
 
@@ -24,8 +24,8 @@ def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: s
 
     simulator = require_ability(make_simulator(classifier.simulator), "poses")
     failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
-    for file, told in told_of_files(posed_file, files, simulator, how, "classifying", failures):
-        _, result, answers, seconds = told
+    for file, results in run_on_files(posed_file, files, simulator, how, "classifying", failures):
+        _, result, answers, seconds = results
         row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
         rows.append(row | {"seconds": round(seconds, 3)})
     print_json(rows) if json else print_best(rows, classifier.functions_)

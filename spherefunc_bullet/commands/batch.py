@@ -77,7 +77,7 @@ def run(
     status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
     json: Json = False,
 ):
-    """Simulate every object of DATA at every radius, and keep every result in DIR; call it again to go on.
+    """Simulate every object of DATA at every radius and keep the results in DIR; call again to continue.
 
     An object that crashes its process, takes too long or too much memory is tried twice, recorded as failed, and the
     rest goes on. Shards and runs of other machines are joined by: spherefunc batch merge SHARD... --run DIR.

@@ -1,4 +1,4 @@
-"""``spherefunc carry``: does a thing keep what it holds when it is tilted and shaken?"""
+"""``spherefunc carry``: does an object keep what it holds when it is tilted and shaken?"""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_length
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up
 
 if TYPE_CHECKING:
@@ -23,17 +23,19 @@ Row = dict[str, Any]  # what the command prints of one file
 
 
 def carry(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
-    angles: Annotated[str, typer.Option(help="Degrees to which it is tilted, to every side.")] = "15,30,45",
-    radius: Annotated[str | None, typer.Option(help="Of the spheres that fill it; by default by size.")] = None,
-    spheres: Annotated[int, typer.Option(min=1, help="That it is filled with at most.")] = 300,
-    fill: Annotated[float, typer.Option(help="Share of what it holds that it is filled with.")] = 0.9,
-    haste: Annotated[float, typer.Option(help="How fast it is tilted: at 0.1 ten times as slowly.")] = 1.0,
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
+    ],
+    angles: Annotated[str, typer.Option(help="Tilt angles in degrees, to every side.")] = "15,30,45",
+    radius: Annotated[str | None, typer.Option(help="Radius of the spheres. Default: by the object's size.")] = None,
+    spheres: Annotated[int, typer.Option(min=1, help="Maximum number of spheres.")] = 300,
+    fill: Annotated[float, typer.Option(help="Fill level, as a share of what the object holds.")] = 0.9,
+    haste: Annotated[float, typer.Option(help="Relative speed of tilting; 0.1 is ten times slower.")] = 1.0,
     shake: Annotated[str, typer.Option(help="Amplitude of shaking.")] = "1cm",
-    frequency: Annotated[float, typer.Option(help="Of shaking, Hz.")] = 3.0,
+    frequency: Annotated[float, typer.Option(help="Frequency of shaking, Hz.")] = 3.0,
     friction: Friction = 0.5,
     restitution: Restitution = 0.0,
-    density: Annotated[float, typer.Option(help="Of the spheres, kg/m3; tells their weight.")] = 1000.0,
+    density: Annotated[float, typer.Option(help="Density of the spheres, kg/m3.")] = 1000.0,
     backend: Annotated[str, typer.Option(help="A backend that can carry: bullet.")] = "bullet",
     seed: Seed = 0,
     up: Up = BY_FILE,
@@ -42,7 +44,7 @@ def carry(
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw the share kept over the angle.")] = None,
     json: Json = False,
 ):
-    """Fill each object, tilt it farther and farther to all sides, shake it, and say what share stays."""
+    """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
     from ..simulator import make_simulator
     from ..simulator.mechanics import CarrySettings, require_ability
     from ..viewer.mechanics_pictures import require_png
@@ -62,9 +64,9 @@ def carry(
         density=density,
     )
     failures = Failures()
-    told = told_of_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
-    rows = [row_of(file, result) for file, (_, result) in told]
-    draw([carried for _, carried in told], picture)
+    results = run_on_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
+    rows = [row_of(file, result) for file, (_, result) in results]
+    draw([carried for _, carried in results], picture)
     print_json(rows) if json else print_kept(rows, settings.angles_deg)
     failures.exit()
 

@@ -23,9 +23,11 @@ def say_version(asked: bool):
 
 
 def spherefunc(
-    version: Annotated[bool, typer.Option("--version", callback=say_version, is_eager=True, help="Say which.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=say_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
 ):
-    """Tell what an object is for from how spheres come to rest on it."""
+    """Classify the function of objects from how spheres come to rest on them."""
 
 
 def application(word: str | None = None) -> typer.Typer:

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from ..simulator import Simulator
 
 
-def told_of_files(
-    tell: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
+def run_on_files(
+    function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
 ) -> list[tuple[Path, Any]]:
-    """Return each file with what is told of it; a file that fails is said, and left out.
+    """Return each file with the function's result; a file that fails is reported, and left out.
 
     Parameters
     ----------
@@ -28,5 +28,5 @@ def told_of_files(
     from ..simulator import isolated
 
     tasks = [(file, simulator, *how) for file in files]
-    outcomes = run_tasks(tell, tasks, files, isolate=isolated(simulator))
+    outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
     return [(files[index], outcome) for index, outcome in failures.passed(outcomes, len(files), doing)]

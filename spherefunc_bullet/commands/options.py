@@ -17,36 +17,39 @@ if TYPE_CHECKING:
     from ..settling.records import Dropping
     from ..simulator.mechanics import Matter
 
-Backend = Annotated[str, typer.Option(help="Which simulator drops the spheres; see `spherefunc backends`.")]
-Shape = Annotated[str | None, typer.Option(help="The bullet backend's collision shape.")]
-Seed = Annotated[int, typer.Option(min=0, help="The same seed gives the same spheres.")]
-Up = Annotated[str, typer.Option(help="Axis that points up: z, -z, y, -y, x, -x, auto; file: y for glTF, else z.")]
-Units = Annotated[str, typer.Option(help="What the file's numbers mean: m, cm, mm, in or auto.")]
+Backend = Annotated[str, typer.Option(help="Simulator that drops the spheres; `spherefunc backends` lists them.")]
+Shape = Annotated[str | None, typer.Option(help="Collision shape (bullet only).")]
+Seed = Annotated[int, typer.Option(min=0, help="Random seed of the drops.")]
+Up = Annotated[
+    str, typer.Option(help="Axis that points up: z, -z, y, -y, x, -x or auto; file: y for glTF, z for others.")
+]
+Units = Annotated[str, typer.Option(help="Unit of the file's coordinates: m, cm, mm, in or auto.")]
 PackagePath = Annotated[
     list[Path] | None,
     typer.Option(
         "--package-path",
         metavar="DIR",
         callback=lambda folders: point_to_packages(folders),
-        help="Where the packages are that URDF files name, or one of them; may be repeated. Beside ROS_PACKAGE_PATH.",
+        help="Folder of the ROS packages that URDF files refer to; may be repeated. Used with ROS_PACKAGE_PATH.",
     ),
 ]
-Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm; by default the method's.")]
+Radii = Annotated[str | None, typer.Option(help="Sphere radii, such as 5mm,1cm,2cm. Default: those of the method.")]
 Method = Annotated[
-    str, typer.Option(help="profile: drops as named quantities; cubes; or paper: Hinkle and Olson's to the letter.")
+    str,
+    typer.Option(help="profile: named quantities of the drops; cubes: histogram; paper: exactly as Hinkle and Olson."),
 ]
 MissLimit = Annotated[
     int | None,
-    typer.Option(min=1, help="Consecutive spheres not placed that end a run (paper, §III-A); by default 50."),
+    typer.Option(min=1, help="A run ends after so many spheres in a row were not placed (paper, §III-A). Default: 50."),
 ]
-Jobs = Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")]
+Jobs = Annotated[int, typer.Option(help="Number of parallel processes; -1: one per core.")]
 RunDir = Annotated[
-    Path | None, typer.Option("--run", metavar="DIR", help="A run of `spherefunc batch`, whose results are used.")
+    Path | None, typer.Option("--run", metavar="DIR", help="Use the results of this run of `spherefunc batch`.")
 ]
-Mass = Annotated[str | None, typer.Option(help="Of the object: 300g, 5kg; by default from its surface.")]
-AreaDensity = Annotated[float, typer.Option(help="Mass of the object's surface, kg/m2, where no mass is given.")]
+Mass = Annotated[str | None, typer.Option(help="Mass of the object, such as 300g or 5kg. Default: from its surface.")]
+AreaDensity = Annotated[float, typer.Option(help="Mass per surface area, kg/m2, if no mass is given.")]
 Friction = Annotated[float, typer.Option(help="Coefficient of friction.")]
-Restitution = Annotated[float, typer.Option(help="How much bounces back: 0 nothing, at most 0.9.")]
+Restitution = Annotated[float, typer.Option(help="Coefficient of restitution, 0 to 0.9.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout.")]
 
 DEFAULT_METHOD = "profile"
@@ -63,7 +66,7 @@ def dropping(
     miss_limit: int | None = None,
 ) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
-    from ..learning.bounds import SPHERES
+    from ..function_model import SPHERES
     from ..learning.method import find_method
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator

@@ -1,4 +1,4 @@
-"""``spherefunc poses``: how things can lie, how likely, and what they are for so."""
+"""``spherefunc poses``: how objects can lie, how likely, and what they are for so."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
+    from ..function_model import FunctionModel
     from ..learning.any_pose import PoseFunctions
-    from ..learning.function_model import FunctionModel
     from ..simulator import Simulator
     from ..simulator.mechanics import PoseResult, PoseSettings
 
@@ -25,23 +25,29 @@ Row = dict[str, Any]  # what the contract prints of one file
 
 def poses(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, in any pose.")],
-    backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast answers by statics.")] = "bullet",
+    backend: Annotated[str, typer.Option(help="bullet drops the object itself; fast computes statics.")] = "bullet",
     drops: Annotated[int, typer.Option(min=1, help="How often the object is dropped.")] = 100,
-    fall: Annotated[float, typer.Option(min=0, help="How far it falls, in its largest extent.")] = 0.1,
+    fall: Annotated[
+        float, typer.Option(min=0, help="Height of the fall, relative to the object's largest extent.")
+    ] = 0.1,
     mass: Mass = None,
     area_density: AreaDensity = 5.0,
     friction: Friction = 0.5,
     restitution: Restitution = 0.0,
-    model: Annotated[Path | None, typer.Option(help="A model file; without one, the model that ships.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
+    ] = None,
     seed: Seed = 0,
     units: Units = "m",
     package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object as it lies.")] = None,
-    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as one page.")] = None,
+    page: Annotated[
+        Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as an HTML page.")
+    ] = None,
     json: Json = False,
 ):
-    """Say how each object can lie, how likely each pose is, and what it is for so."""
-    from ..learning.model_file import model_to_ask, shipped_model
+    """Find the stable poses of each object, their probabilities, and its functions in each."""
+    from ..learning.model_file import inference_model, shipped_model
     from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
     from ..viewer.mechanics_pictures import require_png
@@ -49,11 +55,11 @@ def poses(
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "poses")
     settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
-    classifier = model_to_ask(model or shipped_model("fast"), None)
+    classifier = inference_model(model or shipped_model("fast"), None)
     failures = Failures()
-    told = told_of_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
-    rows = [row_of(file, *posed) for file, (_, *posed) in told]
-    draw([(cloud, answers) for _, (cloud, _, answers, _) in told], picture, page)
+    results = run_on_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
+    rows = [row_of(file, *posed) for file, (_, *posed) in results]
+    draw([(cloud, answers) for _, (cloud, _, answers, _) in results], picture, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
     failures.exit()
 
@@ -102,7 +108,7 @@ def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | N
     """Draw objects in their poses where a picture or a page is asked for."""
     from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
 
-    shown = [ObjectPoses(cloud=cloud, told=answers) for cloud, answers in objects if answers]
+    shown = [ObjectPoses(cloud=cloud, answers=answers) for cloud, answers in objects if answers]
     if picture is not None and shown:
         write_picture(poses_picture(shown), picture)
     if page is not None and shown:
@@ -126,4 +132,4 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
             table.append([*start, *shares, ", ".join(members) or "none", *scores])
     if table:
         head = ["file", "turned by", "probability", "by statics", "for", *functions]
-        print_table("How things can lie, and what they are for so (above 0.5 they are)", head, table)
+        print_table("How objects can lie, and what they are for so (positive if > 0.5)", head, table)

@@ -35,20 +35,25 @@ Run = tuple[Summary, "DropResult"]
 
 def simulate(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
-    radius: Annotated[str, typer.Option(help="Of the spheres: 1cm, 5mm, 0.01; several with commas.")] = "1cm",
+    radius: Annotated[str, typer.Option(help="Sphere radius, such as 1cm, 5mm or 0.01; several with commas.")] = "1cm",
     backend: Backend = "fast",
     shape: Shape = None,
     seed: Seed = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder for one .npz with the centres per object.")] = None,
-    cores: Annotated[int | None, typer.Option(min=1, help="That a large object's spheres are shared among.")] = None,
-    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 5_000_000,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write one .npz with the settled centres per object and radius into this folder."),
+    ] = None,
+    cores: Annotated[int | None, typer.Option(min=1, help="Number of cores for one large object.")] = None,
+    max_spheres: Annotated[
+        int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")
+    ] = 5_000_000,
     miss_limit: MissLimit = None,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
     json: Json = False,
 ):
-    """Drop spheres on each object and say how many settle."""
+    """Drop spheres on each object and count how many settle."""
     from ..processes.tasks import run_tasks
     from ..simulator import MISS_LIMIT, DropSettings, isolated, make_simulator
 

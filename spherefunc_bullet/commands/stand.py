@@ -1,4 +1,4 @@
-"""``spherefunc stand``: does a thing stand, alone and with a load where spheres came to rest?"""
+"""``spherefunc stand``: does an object stand, alone and with a load where spheres came to rest?"""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, format_mass, parse_length
-from .each_file import told_of_files
+from .each_file import run_on_files
 from .options import BY_FILE, AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, Up, matter_of
 
 if TYPE_CHECKING:
@@ -20,13 +20,19 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import StandResult, StandSettings
 
 Row = dict[str, Any]  # what the command prints of one file
-BACKENDS = "fast answers by statics, exact on level ground; bullet lets go what tips, rolls or has a round bottom."
+BACKENDS = "fast computes statics, exact on level ground; bullet also simulates what tips, rolls or has a round bottom."
 
 
 def stand(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans, as they are to stand.")],
-    load: Annotated[str, typer.Option(help="Set on one place after another: 5kg; a person weighs 75kg.")] = "5kg",
-    radius: Annotated[str | None, typer.Option(help="Of the spheres that find the places; by default by size.")] = None,
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
+    ],
+    load: Annotated[
+        str, typer.Option(help="Load put on one place after another, such as 5kg; a person weighs 75kg.")
+    ] = "5kg",
+    radius: Annotated[
+        str | None, typer.Option(help="Radius of the spheres that find the places. Default: by the object's size.")
+    ] = None,
     backend: Annotated[str, typer.Option(help=BACKENDS)] = "fast",
     mass: Mass = None,
     area_density: AreaDensity = 5.0,
@@ -36,10 +42,12 @@ def stand(
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
-    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw which places can carry the load.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="PNG", help="Draw the places that can carry the load.")
+    ] = None,
     json: Json = False,
 ):
-    """Say whether each object stands, and where it can carry a load without tipping."""
+    """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
     from ..simulator import make_simulator
     from ..simulator.mechanics import StandSettings, require_ability
@@ -51,12 +59,12 @@ def stand(
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)
     failures = Failures()
-    told = told_of_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
-    draw([stood for _, stood in told], settings, picture)
+    results = run_on_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
+    draw([stood for _, stood in results], settings, picture)
     if json:
-        print_json([row_of(file, result, settings) for file, (_, result) in told])
+        print_json([row_of(file, result, settings) for file, (_, result) in results])
     else:
-        print_stances([(file, result) for file, (_, result) in told], settings.load)
+        print_stances([(file, result) for file, (_, result) in results], settings.load)
     failures.exit()
 
 

@@ -42,7 +42,7 @@ def train(
     run: options.RunDir = None,
     json: options.Json = False,
 ):
-    """Learn every function's radius and examples, and write the model."""
+    """Train a model on labelled objects and write it to a file."""
     from ..batch.simulated import simulate_dataset
     from ..datasets.agreement import require_agreement
     from ..datasets.dataset import joined_datasets, open_dataset
@@ -80,7 +80,7 @@ def summary(model: CloudClassifier, backend: str) -> Summary:
 
 
 def print_learnt(model: CloudClassifier, method: str):
-    """Print each function's examples, its radius, and how well objects are told that were held out."""
+    """Print each function's examples, its radius, and how well objects are classified that were held out."""
     measured, total = model.held_out_f_measures(), len(model.names_)
     rows = [
         [

@@ -1,4 +1,4 @@
-"""``spherefunc view``: an object, its settled spheres and its histogram, to turn about in a browser."""
+"""``spherefunc view``: an object, its settled spheres and its histogram, as an interactive page."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .options import BY_FILE, Json, PackagePath, Seed, Shape, Units, Up, simulat
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
     from ..learning.classifier import CloudClassifier
-    from ..settling.settling import Settled
+    from ..settling.drops import DropsByRadius
     from ..simulator import DropResult, DropSettings, Simulator
     from ..viewer.data import Panel
 
@@ -36,32 +36,34 @@ class Viewed:
     cloud: Cloud
     radii: tuple[float, ...]  # metres
     results: dict[str, list[DropResult]] = field(default_factory=dict)  # backend -> one per radius
-    settled: Settled | None = None  # for the explanation
+    settled: DropsByRadius | None = None  # for the explanation
 
 
 def view(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
     backend: Annotated[str, typer.Option(help="Simulators to show side by side, such as fast,bullet.")] = "fast",
     radius: Annotated[
-        str | None, typer.Option(help="Such as 1cm or 1cm,2cm; without it, by the object's size.")
+        str | None, typer.Option(help="Sphere radii, such as 1cm or 1cm,2cm. Default: by the object's size.")
     ] = None,
-    explain: Annotated[bool, typer.Option("--explain", help="Show why: neighbours, cubes for and against.")] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Explain the classification: quantities, or neighbours and cubes.")
+    ] = False,
     model: Annotated[
-        Path | None, typer.Option(help="A model file for --explain; without one, the one that ships.")
+        Path | None, typer.Option(help="A model file for --explain. Default: the model that comes with the package.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="The .html file for all, or a folder; without it, FILE.html.")
+        Path | None, typer.Option(help="An .html file for all objects, or a folder. Default: FILE.html.")
     ] = None,
-    open: Annotated[bool | None, typer.Option(help="Open the page in a browser; without it, on a terminal.")] = None,
+    open: Annotated[bool | None, typer.Option(help="Open the page in a browser. Default: only on a terminal.")] = None,
     shape: Shape = None,
     seed: Seed = 0,
-    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run at so many settled spheres.")] = 20_000,
+    max_spheres: Annotated[int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")] = 20_000,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
     json: Json = False,
 ):
-    """Show objects with settled spheres and the histogram's cubes, as pages for a browser."""
+    """Show objects with settled spheres and histogram cubes as interactive pages."""
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     check_place(out)

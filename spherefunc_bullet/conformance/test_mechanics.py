@@ -1,5 +1,5 @@
 # ruff: noqa: F811 (a fixture is an argument of the same name)
-"""What a backend must keep that tells poses or stances, or carries things; what it lacks is skipped."""
+"""What a backend must keep that tells poses or stances, or carries objects; what it lacks is skipped."""
 
 from __future__ import annotations
 

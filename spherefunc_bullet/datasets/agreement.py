@@ -1,4 +1,4 @@
-"""Whether a data set says one thing of one object: a file, or its content, under two labels teaches nothing."""
+"""Whether a data set labels each object once: a file, or its content, under two labels teaches nothing."""
 
 from __future__ import annotations
 

@@ -84,13 +84,13 @@ def joined_datasets(datasets: Sequence[Dataset]) -> Dataset:
 
 
 def distinct_names(objects: Sequence[DatasetObject]) -> tuple[list[str], list[str]]:
-    """Return the objects' names, told apart, and by these what each is a copy of; empty for what is no copy.
+    """Return distinct names of the objects, and by these what each is a copy of; empty for what is no copy.
 
     Catalogues call their objects alike: a name that has come before has its folder in front. Of several objects of one
     name a copy is of the last one before it, or else of the first.
     """
     names: list[str] = []
-    first: dict[str, str] = {}  # of the whole objects of one file name, the name that tells it apart
+    first: dict[str, str] = {}  # of the whole objects of one file name, the name that distinguishes it
     for item in objects:
         name = item.path.name
         names.append(f"{item.path.parent.name}/{name}" if name in first else name)

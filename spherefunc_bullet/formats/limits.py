@@ -1,4 +1,4 @@
-"""Limits for files from strangers, checked before what they limit is loaded.
+"""Limits for files from strangers, checked before what they limit is loaded, and one clear line for what is wrong.
 
 Each refuses in words for the file's owner. All of them together keep the reading of any one file below 2 GiB.
 """
@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import stat
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
-from ..errors import InputError, one_line
+from ..errors import InputError, OutOfMemory, one_line
 from . import FormatError
 
 MAX_FILE_BYTES = 512 << 20  # of a model or scan, with the files beside it that it names
@@ -19,6 +21,7 @@ MAX_MEMBERS = 10_000  # of an archive
 MAX_TRIANGLES = 10_000_000
 LONGEST_NAME = 200  # characters of one that no file can have, as messages show it
 MAX_VERTICES = 20_000_000  # of a mesh, or points of a cloud
+OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs")  # what only the extra ``formats`` brings
 
 
 def require_ordinary(path: Path) -> int:
@@ -96,3 +99,26 @@ def climbs_out(name: str) -> bool:
     """
     path = PurePosixPath(name.replace("\\", "/"))
     return path.is_absolute() or ".." in path.parts or (len(name) > 1 and name[1] == ":")
+
+
+@contextmanager
+def refusing(path: Path) -> Iterator[None]:
+    """Turn what is raised within into an InputError of one line that begins with the file's name."""
+    name = one_line(path.name)
+    try:
+        yield
+    except ImportError as error:
+        if (error.name or "").partition(".")[0] not in OPTIONAL:
+            raise  # a broken installation, not a bad file
+        needs = f"expected the extra 'formats' to read it, {error.name} is missing"
+        raise InputError(f"{name}: {needs}; pip install 'spherefunc-bullet[formats]'") from error
+    except (InputError, FormatError) as error:
+        line = one_line(error)
+        raise InputError(line if line.startswith(name) else f"{name}: {line}") from error
+    except MemoryError as error:
+        wanted = "expected to need no more memory to read it than there is"
+        raise OutOfMemory(f"{name}: {wanted}; simplify it") from error
+    except Exception as error:  # the one place where what readers raise on damaged bytes becomes the user's error
+        detail = one_line(f"{type(error).__name__}: {error}")[:160]
+        kind = path.suffix.lower()[1:].upper()
+        raise InputError(f"{name}: expected a {kind} file, could not read it ({detail}); is it damaged?") from error

@@ -13,9 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry
+from .geometry import Geometry, fan_triangles
 from .limits import require_counts, require_text_size
-from .polygons import fan_triangles
 from .sources import Source
 
 _TYPES = {

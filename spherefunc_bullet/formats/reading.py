@@ -8,8 +8,8 @@ import warnings
 from pathlib import Path
 
 from ..errors import InputError, one_line
-from .damage import refusing
 from .geometry import Geometry
+from .limits import refusing
 from .sources import Source, as_source
 
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.
@@ -41,7 +41,7 @@ def read_geometry(file: str | Path | Source) -> Geometry:
     Parameters
     ----------
     file : str, Path or Source
-        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, told by the
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the
         ending. Polygons are cut into triangles; the parts of a scene become one object in the scene's frame.
 
     Returns

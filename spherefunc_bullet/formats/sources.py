@@ -15,8 +15,7 @@ from functools import cached_property
 from pathlib import Path
 
 from ..errors import InputError, one_line
-from .damage import refusing
-from .limits import MAX_FILE_BYTES, require_file
+from .limits import MAX_FILE_BYTES, refusing, require_file
 
 # By ending: the module in ``formats`` and its function that gives the sources which a file names, by those names.
 NAMING = {

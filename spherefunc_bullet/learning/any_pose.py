@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh, placed
-from ..settling.settling import settle
+from ..function_model import FunctionModel, Membership
+from ..settling.kept_object import CloudObject
 from ..simulator.mechanics import Pose
-from .function_model import FunctionModel, Membership
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,10 +33,12 @@ def turned_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
 
 def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: FunctionModel) -> list[PoseFunctions]:
     """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
-    how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
-    clouds = [turned_cloud(cloud, pose.rotation) for pose in poses]
-    answers = classifier.memberships_of([classifier.settled_by(partial(settle, one, *how)) for one in clouds])
-    return [PoseFunctions(pose=pose, functions=functions) for pose, functions in zip(poses, answers, strict=True)]
+    dropping, answers = classifier.dropping(), []
+    for pose in poses:
+        turned = CloudObject(own=turned_cloud(cloud, pose.rotation), dropping=dropping)
+        scores = classifier.read(turned.drops).scores  # it lies as it can lie, so it does not fall over
+        answers.append(PoseFunctions(pose=pose, functions=classifier.memberships_by(scores[None])[0]))
+    return answers
 
 
 def best_poses(answers: Sequence[PoseFunctions]) -> dict[str, int]:

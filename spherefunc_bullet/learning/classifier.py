@@ -1,26 +1,26 @@
 """What all classifiers of functions share: clouds go in, spheres fall on them, functions come out.
 
 How settled spheres are read is a subclass's: as named quantities (`function_classifier`) or counted in cubes
-(`cube_classifier`). What labels look like is told in `labels`.
+(`cube_classifier`). `labels` says what labels look like.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from sklearn.base import BaseEstimator, ClassifierMixin
 from sklearn.utils.validation import check_is_fitted
 
+from ..classification import decide
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
-from ..settling.drops import Length
+from ..function_model import THRESHOLD, FunctionModel
+from ..settling.drops import DropsByRadius
+from ..settling.kept_object import CloudObject
 from ..settling.records import settle_kept
-from ..settling.settling import Settled, settle
-from ..simulator.statics.falling_over import falls_over
-from .function_model import THRESHOLD, FunctionModel
+from ..settling.settling import settle
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
 
 
@@ -43,11 +43,15 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     cache: bool
 
     @abstractmethod
-    def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CloudClassifier:
+    def fit_settled(
+        self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
+    ) -> CloudClassifier:
         """Learn from spheres that have fallen: per object what `settle` returns."""
 
     @abstractmethod
-    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CloudClassifier:
+    def add_settled(
+        self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
+    ) -> CloudClassifier:
         """Learn from more objects, beside those that are known."""
 
     @abstractmethod
@@ -81,11 +85,9 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def predict_proba(self, X: Iterable[Anything]) -> np.ndarray:
         """Return a score from 0 to 1 for each object and function (N, F), in the order of ``classes_``."""
         check_is_fitted(self, "members_")
-        drop, clouds = self._drop(self.chosen_radii()), as_clouds(X)
-        scores = self.score_settled([self.settled_by(partial(drop, cloud)) for cloud in clouds])
-        if self.puts_down:
-            fallen = [row.max() > THRESHOLD and falls_over(cloud) for row, cloud in zip(scores, clouds, strict=True)]
-            scores[fallen] = 0.0
+        dropping = self.dropping()
+        objects = [CloudObject(own=cloud, dropping=dropping, cache=self.cache) for cloud in as_clouds(X)]
+        scores = np.array([decide(item, self).scores for item in objects]).reshape(len(objects), len(self.functions_))
         return in_columns(scores, self.functions_, self._columns())
 
     def predict(self, X: Iterable[Anything]) -> list[frozenset[str]] | np.ndarray:
@@ -96,7 +98,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         return [frozenset(name for name, has in zip(self.functions_, row, strict=True) if has) for row in members]
 
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
-        """Return the share of objects whose functions are all told right, as scikit-learn does for multilabel."""
+        """Return the share of objects whose functions are all right, as scikit-learn does for multilabel."""
         columns = getattr(self, "columns_", None)
         labels = sets_of(y) if columns is None else sets_of(labels_of_indicator(y, columns))
         probabilities, names = self.predict_proba(X), self._columns()
@@ -118,13 +120,9 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         columns = getattr(self, "columns_", None)
         return self.functions_ if columns is None else columns
 
-    def _drop(self, radii: Sequence[float]) -> Callable[[Cloud, Length], Settled]:
-        drop, how = settle_kept if self.cache else settle, (self.simulator, radii, self.seed)
-        return lambda cloud, length: drop(cloud, *how, length)
-
-    def _settled(self, clouds: Sequence[Cloud]) -> list[Settled]:
-        drop = self._drop(self.radii)
-        return [drop(cloud, self.length) for cloud in clouds]
+    def _settled(self, clouds: Sequence[Cloud]) -> list[DropsByRadius]:
+        drop = settle_kept if self.cache else settle
+        return [drop(cloud, self.simulator, self.radii, self.seed, self.length) for cloud in clouds]
 
 
 def require_as_many(objects: Sequence, labels: Sequence):
@@ -133,7 +131,7 @@ def require_as_many(objects: Sequence, labels: Sequence):
         raise ValueError(f"expected as many labels as objects, got {len(objects)} objects and {len(labels)} labels")
 
 
-def require_alike(settled: Sequence[Settled], labels: Sequence[frozenset[str]], names: Sequence[str]):
+def require_alike(settled: Sequence[DropsByRadius], labels: Sequence[frozenset[str]], names: Sequence[str]):
     """Raise ValueError if there are not as many labels and names as objects."""
     if not len(settled) == len(labels) == len(names):
         raise ValueError(f"got {len(settled)} objects, {len(labels)} labels and {len(names)} names")

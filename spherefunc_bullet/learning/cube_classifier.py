@@ -8,8 +8,7 @@ from copy import copy
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import Length
-from ..settling.settling import Settled
+from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
 from .histogram import quarter_turns, widened
@@ -17,8 +16,6 @@ from .inverse_distance import SAME
 from .labels import Label, as_sets, memberships, more_members
 from .method import RADII, Method, find_cube_method
 from .validation import THRESHOLD, quality, radius_weights, remaining_weights, voted_scores
-
-NO_SPHERES = np.empty((0, 3))
 
 
 class CubeClassifier(CloudClassifier):
@@ -68,9 +65,9 @@ class CubeClassifier(CloudClassifier):
         self.random_state = random_state
         self.cache = cache
 
-    def fit_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
-        """Learn from settled centres: per object a dict of radius to (S, 3), as `settle` returns it."""
-        labels = as_sets(y)
+    def fit_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
+        """Learn from settled centres: per object the drops of each radius, as `settle` returns them."""
+        settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         method = find_cube_method(self.method)
         self.functions_ = tuple(sorted(set().union(*labels)))
@@ -79,18 +76,19 @@ class CubeClassifier(CloudClassifier):
         self.histograms_, self.examples_ = {}, {}
         for radius in self.radii:
             self.histograms_[radius] = method.histogram(radius)
-            self.examples_[radius] = self.histograms_[radius].fit_transform([spheres[radius] for spheres in settled])
+            self.examples_[radius] = self.histograms_[radius].fit_transform([drops[radius].rests for drops in settled])
         return self._choose_radii()
 
-    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
+    def add_settled(self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]) -> CubeClassifier:
         """Learn from more settled centres."""
         from scipy import sparse
 
         check_is_fitted(self)
+        settled = typed_drops(settled)
         self.functions_, self.members_ = more_members(self.functions_, self.members_, as_sets(y))
         self.names_ = [*self.names_, *names]
         for radius, histogram in self.histograms_.items():
-            centers = [spheres[radius] for spheres in settled]
+            centers = [drops[radius].rests for drops in settled]
             before = histogram.keys_
             histogram.partial_fit(centers)
             old = widened(self.examples_[radius], before, histogram.keys_)
@@ -103,22 +101,23 @@ class CubeClassifier(CloudClassifier):
         return {name: max(weights, key=weights.get) for name, weights in self.weights_.items()}
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
         return find_cube_method(self.method).length
 
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects given as settled centres.
 
         Parameters
         ----------
-        settled : sequence of dict of radius in metres to (S, 3) float, metres
+        settled : sequence of dict of radius in metres to Drops
             At the chosen radii. Where spheres of one were not dropped, the others vote alone.
         any_heading : bool
             Whether an object may face any way, as in a scan: its distance to a training object is then that at the
             best of four quarter turns.
         """
         check_is_fitted(self)
+        settled = typed_drops(settled)
         scores = np.zeros((len(settled), len(self.functions_)))
         if not len(settled):
             return scores
@@ -132,19 +131,23 @@ class CubeClassifier(CloudClassifier):
                 scores[rows, column] = voted_scores(known, members, weights, find_cube_method(self.method))
         return scores
 
-    def distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
+    def distances(self, settled: Sequence[DropsByRadius], radius: float) -> np.ndarray:
         """Return the Euclidean distances (Q, N) from objects to the training examples."""
+        return self._distances(rests_of(settled, radius), radius)
+
+    def _distances(self, centers: Sequence[np.ndarray], radius: float) -> np.ndarray:
+        """Return the same for settled centres (S, 3)."""
         from sklearn.metrics.pairwise import euclidean_distances
 
-        features = self.histograms_[radius].transform([spheres.get(radius, NO_SPHERES) for spheres in settled])
+        features = self.histograms_[radius].transform(centers)
         return euclidean_distances(features, self.examples_[radius])
 
-    def turned_distances(self, settled: Sequence[Settled], radius: float) -> np.ndarray:
+    def turned_distances(self, settled: Sequence[DropsByRadius], radius: float) -> np.ndarray:
         """Return the distances (Q, N) to the training examples, each object turned by quarters to be nearest."""
-        turns = [[{radius: quarter_turns(spheres.get(radius, NO_SPHERES), k)} for spheres in settled] for k in range(4)]
-        return np.min([self.distances(turned, radius) for turned in turns], axis=0)
+        turns = [[quarter_turns(centers, k) for centers in rests_of(settled, radius)] for k in range(4)]
+        return np.min([self._distances(turned, radius) for turned in turns], axis=0)
 
-    def neighbors(self, settled: Settled, name: str) -> list[dict]:
+    def neighbors(self, settled: DropsByRadius, name: str) -> list[dict]:
         """Return the training objects that decide one object's membership, by radius and nearest first.
 
         The weights of those that have the function sum to its score.
@@ -201,7 +204,7 @@ class CubeClassifier(CloudClassifier):
         return alone
 
     def held_out_f_measures(self) -> dict[str, float | None]:
-        """Return each function's F-measure on training objects, each told by all others; None of too few examples."""
+        """Return each function's F-measure on training objects, each left out; None of too few examples."""
         from sklearn.metrics.pairwise import euclidean_distances
 
         measured: dict[str, float | None] = dict.fromkeys(self.functions_)
@@ -229,7 +232,12 @@ class CubeClassifier(CloudClassifier):
         return self
 
 
-def by_radii(settled: Sequence[Settled]) -> dict[frozenset[float], list[int]]:
+def rests_of(settled: Sequence[DropsByRadius], radius: float) -> list[np.ndarray]:
+    """Return where the spheres of a radius rest on each object, (S, 3), metres."""
+    return [drops.get(radius, NO_DROPS).rests for drops in settled]
+
+
+def by_radii(settled: Sequence[DropsByRadius]) -> dict[frozenset[float], list[int]]:
     """Return which objects had spheres dropped at which radii: the rows of each such set."""
     rows: dict[frozenset[float], list[int]] = {}
     for row, spheres in enumerate(settled):

@@ -12,14 +12,23 @@ import numpy as np
 from sklearn.base import ClassifierMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
-from ..settling.drops import DROPS, EARLY_DROPS, first_drops
-from ..settling.settling import Settled
+from ..errors import warn_renamed
+from ..function_model import THRESHOLD
+from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
 from .classifier import CloudClassifier, require_alike
-from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
-from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
+from .profiles.calibration import (
+    AS_VOTED,
+    CopyGroups,
+    Line,
+    calibrated,
+    calibration_line,
+    group_copies,
+    grown_on,
+    held_out_votes,
+)
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
@@ -45,7 +54,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     drops : int
         Spheres dropped on an object at each radius.
     early_drops : int
-        Those after which an object is told where that is sure, the others not dropped; 0: always all.
+        Spheres after which an answer is given if it is sure, without dropping the others; 0: always drop all.
     estimator : classifier, optional
         One with ``predict_proba``, copied for each function; by default `forest`.
     seed : int
@@ -70,7 +79,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     members_ : (N, F) bool
     names_ : list of str
         What the training objects are called.
-    kin_ : Kin
+    copy_groups_ : CopyGroups
         Which of them are changed copies of others.
     early_ : FunctionClassifier or None
         What was learnt from the first drops alone, by `fit` and `fit_settled`.
@@ -99,14 +108,20 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.random_state = random_state
         self.cache = cache
 
+    @property
+    def kin_(self) -> CopyGroups:
+        """The same as ``copy_groups_``, under its old name."""
+        warn_renamed("FunctionClassifier.kin_", "copy_groups_")
+        return self.copy_groups_
+
     def fit_settled(
         self,
-        settled: Sequence[Settled],
+        settled: Sequence[DropsByRadius],
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
     ) -> FunctionClassifier:
-        """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
+        """Learn from drops: per object those of each radius, as `settle` returns them.
 
         Parameters
         ----------
@@ -114,27 +129,29 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
         """
-        labels = as_sets(y)
+        settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        kin = kin_of(names, originals or [""] * len(names))
-        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
+        copy_groups = group_copies(names, originals or [""] * len(names))
+        self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, copy_groups)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
             self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
         return self._know()
 
-    def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
+    def add_settled(
+        self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
+    ) -> FunctionClassifier:
         """Learn from more objects: all examples are kept, and forests are grown anew from all of them.
 
         What was learnt of scans is given up, since nothing surrounds these.
         """
         check_is_fitted(self, "members_")
-        self.in_scenes_ = None
+        self.in_scenes_, settled = None, typed_drops(settled)
         functions, members = more_members(self.functions_, self.members_, as_sets(y))
         profiles = np.vstack([self.profiles_, self.profiles(settled)])
-        kin = self.kin_.with_more(len(names))
-        self.fit_profiles(profiles, members, functions, [*self.names_, *names], kin)
+        copy_groups = self.copy_groups_.with_more(len(names))
+        self.fit_profiles(profiles, members, functions, [*self.names_, *names], copy_groups)
         if self.early_ is not None:
             self.early_.add_settled([first_drops(one, self.early_.drops) for one in settled], y, names)
         return self._know()
@@ -149,7 +166,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         members: np.ndarray,
         functions: Sequence[str],
         names: Sequence[str],
-        kin: Kin | None = None,
+        copy_groups: CopyGroups | None = None,
         taught: np.ndarray | None = None,
     ) -> FunctionClassifier:
         """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool.
@@ -163,7 +180,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
         self.functions_, self.names_ = tuple(functions), list(names)
         self.profiles_, self.members_ = profiles, members
-        self.kin_ = kin_of(self.names_, [""] * len(self.names_)) if kin is None else kin
+        self.copy_groups_ = group_copies(self.names_, [""] * len(self.names_)) if copy_groups is None else copy_groups
         base = forest(self.random_state) if self.estimator is None else self.estimator
         columns = list(zip(members.T, (np.ones_like(members) if taught is None else taught).T, strict=True))
         grown = [self._grown(base, *column) for column in columns]
@@ -185,17 +202,17 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             See `fit_profiles`, which comes first.
         """
         both = clone(self).fit_profiles(
-            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.kin_, taught
+            np.hstack([self.profiles_, beside]), members, self.functions_, self.names_, self.copy_groups_, taught
         )
-        forests = [one.in_short() for one in both.forests_ if isinstance(one, Forest)]
+        forests = [one.to_float32() for one in both.forests_ if isinstance(one, Forest)]
         if len(forests) == len(self.functions_):  # else some function is all examples', or none's
             self.in_scenes_ = SceneForests(names=tuple(names), forests=forests, lines=both.lines_)
         return self
 
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
-        return super().score_settled(settled, any_heading=any_heading)
+        return super().score_settled(typed_drops(settled), any_heading=any_heading)
 
     def keep(self, rows: np.ndarray) -> FunctionClassifier:
         """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
@@ -203,9 +220,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
         """
         self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
-        self.members_, self.kin_ = self.members_[rows], self.kin_.of(rows)
+        self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
         self.names_ = [self.names_[row] for row in rows]
-        self.forests_ = [one.in_short() if isinstance(one, Forest) else one for one in self.forests_]
+        self.forests_ = [one.to_float32() if isinstance(one, Forest) else one for one in self.forests_]
         return self._know()
 
     def _know(self) -> FunctionClassifier:
@@ -239,7 +256,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         own = np.flatnonzero(taught)
         if members[own].all() or not members[own].any():
             return None
-        return grown_on(base, self.profiles_[own], members[own], self.kin_.of(own))
+        return grown_on(base, self.profiles_[own], members[own], self.copy_groups_.of(own))
 
     def _held_out(self, base: ClassifierMixin, members: np.ndarray, taught: np.ndarray) -> np.ndarray | None:
         """Return the votes (N,) for one function of those who have not learnt the object; None for too few examples.
@@ -247,23 +264,23 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         What is no example of the function has none: not a number.
         """
         own = np.flatnonzero(taught)
-        kin = self.kin_.of(own)
-        if min(len(set(kin.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
+        copy_groups = self.copy_groups_.of(own)
+        if min(len(set(copy_groups.groups[of_kind])) for of_kind in (members[own], ~members[own])) < 2:
             return None
         votes = np.full(len(members), np.nan)
-        votes[own] = held_out_votes(base, self.profiles_[own], members[own], kin, self.random_state)
+        votes[own] = held_out_votes(base, self.profiles_[own], members[own], copy_groups, self.random_state)
         return votes
 
     def _line(self, votes: np.ndarray | None, members: np.ndarray) -> Line:
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
         if votes is None:
             return AS_VOTED
-        whole = (self.kin_.weights == 1) & ~np.isnan(votes)
+        whole = (self.copy_groups_.weights == 1) & ~np.isnan(votes)
         return calibration_line(votes[whole], members[whole])
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
-        whole = (self.kin_.weights == 1) & ~np.isnan(scores)
+        whole = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
 
 

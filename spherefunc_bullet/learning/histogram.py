@@ -215,4 +215,4 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         from ..settling.settling import settle
 
         drop = settle_kept if self.cache else settle
-        return [drop(cloud, self.simulator, [self.radius], self.seed)[self.radius] for cloud in as_clouds(X)]
+        return [drop(cloud, self.simulator, [self.radius], self.seed)[self.radius].rests for cloud in as_clouds(X)]

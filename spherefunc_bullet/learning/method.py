@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import InputError
-from ..settling.drops import DROPS, Length
+from ..settling.drops import DROPS, RunLimit
 from .histogram import DIAMETERS, CubeHistogram
 from .profiles.profile_model import PROFILE
 
@@ -32,9 +32,9 @@ class Method:
     to_the_end: bool = False  # runs end by the paper's rule alone, without a limit of settled spheres
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
-        return Length(to_the_end=self.to_the_end)
+        return RunLimit(to_the_end=self.to_the_end)
 
     @property
     def radii(self) -> tuple[float, ...]:
@@ -52,7 +52,7 @@ class ProfileMethod:
 
     name: str = PROFILE
     radii: tuple[float, ...] = PROFILE_RADII
-    length: Length = Length(drops=DROPS)
+    length: RunLimit = RunLimit(drops=DROPS)
 
 
 PAPER = Method(name="paper", neighbors=(3,), of_all=True, splits=1, to_the_end=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -23,17 +22,15 @@ from ..formats import FormatError
 from ..formats.limits import require_file
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import writing
+from ..function_model import FunctionModel, require_bounds
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
-from .bounds import require_bounds
-from .function_model import FunctionModel
 from .profiles.arrays import fill_early, fill_profiles, profiles_kept
 from .profiles.profile_model import PROFILE, ProfileModel
 
 if TYPE_CHECKING:
     from .classifier import CloudClassifier
-    from .cube_classifier import CubeClassifier
-    from .method import AnyMethod, Method
+    from .method import AnyMethod
 
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
@@ -73,6 +70,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     """
     from sklearn.utils.validation import check_is_fitted
 
+    from .cube_arrays import cubes_kept
     from .cube_classifier import CubeClassifier
 
     check_is_fitted(model, "members_")
@@ -97,19 +95,6 @@ def save_model(model: CloudClassifier, path: str | Path):
         np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays, **parts)
 
 
-def cubes_kept(model: CubeClassifier) -> tuple[About, dict[str, np.ndarray]]:
-    """Return what is kept of a classifier by cubes beside what is kept of all."""
-    from .method import find_cube_method
-
-    arrays = {}
-    for i, radius in enumerate(model.radii):
-        matrix = model.examples_[radius]
-        arrays[f"keys_{i}"] = model.histograms_[radius].keys_
-        arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"] = matrix.data, matrix.indices, matrix.indptr
-    weights = {name: list(weights.items()) for name, weights in model.weights_.items()}
-    return {"method": asdict(find_cube_method(model.method)), "weights": weights}, arrays
-
-
 @cache
 def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     """Return a model that this process keeps, so that it is read once; nobody may change it.
@@ -119,10 +104,10 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     changed : int
         When the file was, so that one written since is read anew.
     """
-    return read_model(path, backend, rebuilt_to_ask)
+    return read_model(path, backend, rebuilt_for_inference)
 
 
-def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
+def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
     """Return a model for asking alone: one that is made, a file's, or the one that ships; files are read once.
 
     What is read of a file by profiles is a `ProfileModel`, which does without scikit-learn.
@@ -136,6 +121,18 @@ def model_to_ask(model: str | Path | FunctionModel | None, backend: str | None) 
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
     return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
+
+
+def model_for_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
+    """Return the model that tells single views: the one asked, if the user gave it, else the one that ships for scans.
+
+    What is asked for one function alone is so here.
+    """
+    if given:
+        return asked
+    backend = make_simulator(asked.simulator).name
+    shipped = inference_model(shipped_model(backend, scans=True), backend)
+    return shipped.only(asked.functions_[0]) if len(asked.functions_) == 1 else shipped
 
 
 def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
@@ -153,7 +150,7 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
     InputError
         If it is no model, cut short, of another version, or of another backend.
     """
-    return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_to_learn)
+    return read_model(shipped_model(backend or "fast") if path is None else path, backend, rebuilt_for_training)
 
 
 def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
@@ -203,10 +200,10 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
 
 
-def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
+def rebuilt_for_inference(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
     """Return what a model file describes, for asking alone where it is by profiles."""
     if about["method"]["name"] != PROFILE:
-        return rebuilt_to_learn(about, arrays)
+        return rebuilt_for_training(about, arrays)
     how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
     model = ProfileModel(**how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
@@ -216,11 +213,17 @@ def rebuilt_to_ask(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel
     return model
 
 
-def rebuilt_to_learn(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
+def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
-        return rebuilt_cubes(options, about, arrays)
+        from .cube_arrays import fill_cubes, rebuilt_method
+        from .cube_classifier import CubeClassifier
+
+        model = CubeClassifier(simulator_of(about), method=rebuilt_method(about["method"]), **options)
+        fill_examples(model, about, arrays)
+        fill_cubes(model, about, arrays)
+        return model
     from .function_classifier import FunctionClassifier
 
     early = int(about["early"]["method"]["drops"]) if "early" in about else 0
@@ -245,44 +248,6 @@ def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarr
     model.names_ = [str(name) for name in arrays["names"]]
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
-
-
-def rebuilt_method(about: dict[str, Any]) -> Method:
-    """Return the method that a model file describes; of what earlier versions could vary, only the default is left."""
-    from .method import CUBES, Method
-
-    fixed = {"anchor": "centre", "heading": "as_given", "counts": "raw"}
-    about = about | {"neighbors": tuple(about["neighbors"])}
-    if any(about.pop(name, value) != value for name, value in fixed.items()):
-        raise ValueError("a method of an earlier version")
-    if about["name"] == "default":  # what earlier versions called it
-        about["name"] = CUBES.name
-    return Method(**about)
-
-
-def rebuilt_cubes(options: dict[str, Any], about: About, arrays: dict[str, np.ndarray]) -> CubeClassifier:
-    """Return the classifier by cubes that a model file describes."""
-    from scipy import sparse
-
-    from .cube_classifier import CubeClassifier
-
-    method = rebuilt_method(about["method"])
-    model = CubeClassifier(simulator_of(about), method=method, **options)
-    fill_examples(model, about, arrays)
-    model.weights_ = {
-        name: {radius: weight for radius, weight in about["weights"][name]} for name in about["functions"]
-    }
-    if not all(weights and set(weights) <= set(model.radii) for weights in model.weights_.values()):
-        raise ValueError("a function's radius is none of the model's")
-    model.histograms_, model.examples_ = {}, {}
-    for i, radius in enumerate(model.radii):
-        histogram = method.histogram(radius)
-        histogram.keys_ = arrays[f"keys_{i}"].astype(np.int64)
-        parts = arrays[f"data_{i}"], arrays[f"indices_{i}"], arrays[f"indptr_{i}"]
-        matrix = sparse.csr_matrix(parts, shape=(len(arrays["names"]), len(histogram.keys_) + 1))
-        matrix.check_format(full_check=True)
-        model.histograms_[radius], model.examples_[radius] = histogram, matrix
-    return model
 
 
 def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:

@@ -8,7 +8,7 @@ import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from ..clouds.conversion import Anything, as_cloud
-from ..settling.drops import DROPS, WIDTH, Length
+from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
 from ..settling.records import settle_kept
 from ..settling.settling import settle
 from ..simulator import Simulator
@@ -53,17 +53,19 @@ class RestingProfile(TransformerMixin, BaseEstimator):
 
         Parameters
         ----------
-        X : sequence of (D, 6) float, or of anything that `as_cloud` takes
-            The drops of each object, see `settling.drops`: metres, z up, the ground at 0; or objects, on which spheres
-            are dropped.
+        X : sequence of Drops, or of anything that `as_cloud` takes
+            The drops of each object, metres, z up, the ground at 0 (or as rows, see `Drops.rows`); or objects, on
+            which spheres are dropped.
         """
-        return profiles_at((self._dropped(thing) for thing in X), self.radius)
+        return profiles_at((self._dropped(item) for item in X), self.radius)
 
-    def _dropped(self, thing: Anything) -> np.ndarray:
-        if isinstance(thing, np.ndarray) and thing.ndim == 2 and thing.shape[1] == WIDTH:
-            return thing
-        drop, length = settle_kept if self.cache else settle, Length(drops=self.drops)
-        return drop(as_cloud(thing), self.simulator, [self.radius], self.seed, length)[self.radius]
+    def _dropped(self, item: Drops | Anything) -> Drops:
+        if isinstance(item, Drops):
+            return item
+        if isinstance(item, np.ndarray) and item.ndim == 2 and item.shape[1] == NO_DROPS.rows().shape[1]:
+            return drops_from_rows(self.radius, item)
+        drop, length = settle_kept if self.cache else settle, RunLimit(drops=self.drops)
+        return drop(as_cloud(item), self.simulator, [self.radius], self.seed, length)[self.radius]
 
     def get_feature_names_out(self, input_features: object = None) -> np.ndarray:
         """Return the names of the quantities (Q,), see `QUANTITIES`."""

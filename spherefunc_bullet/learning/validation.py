@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .function_model import THRESHOLD
+from ..function_model import THRESHOLD
 from .inverse_distance import inverse_distance_scores, nearest_of_all_scores
 from .method import Method
 
@@ -122,7 +122,5 @@ def voted_scores(
     weights : dict of radius to float
         Summing to one.
     """
-    scores = [
-        weight * member_scores(distances[radius], members, method) for radius, weight in weights.items()
-    ]
+    scores = [weight * member_scores(distances[radius], members, method) for radius, weight in weights.items()]
     return np.sum(scores, axis=0)

@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from multiprocessing.connection import Connection
-from typing import Any
 
 from ..console import log_on_stderr
-from ..errors import InputError
+from ..errors import attempt
 from .memory import cap_memory
 
 PRELOADED = ["spherefunc_bullet.settling.records", "spherefunc_bullet.commands.command_line"]
@@ -112,14 +111,6 @@ def answer(function: Callable, task: bytes) -> bytes:
     except BaseException as error:
         error.add_note(f"in a worker process:\n{traceback.format_exc()}")
         return pickle.dumps((None, portable(error)))
-
-
-def attempt(function: Callable, task: tuple) -> Any:
-    """Return what a function returns, or the InputError that it raises."""
-    try:
-        return function(*task)
-    except InputError as error:
-        return error
 
 
 def portable(error: BaseException) -> Exception:

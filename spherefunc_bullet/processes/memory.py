@@ -10,7 +10,7 @@ STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # Linu
 FIRST_TO_GO = Path("/proc/self/oom_score_adj")
 
 
-def forget_peak():
+def reset_peak():
     """Begin to measure anew, where the system can: on Linux. Elsewhere the peak is since the process began."""
     with suppress(OSError):
         RESET.write_text("5", encoding="ascii")

@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from multiprocessing.connection import wait
 from typing import Any
 
-from ..errors import InputError, one_line
-from .child import attempt
+from ..errors import InputError, attempt, one_line
 from .worker import Task, Worker
 
 

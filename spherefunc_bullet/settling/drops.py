@@ -1,35 +1,150 @@
-"""Drops as rows: where each sphere was dropped, and where it came to rest if it did.
+"""What became of the spheres that were dropped on an object: where each began, how it ended, where it rests.
 
 What falls through is evidence too: a hole in the bottom, a missing seat and a slope let spheres go.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
-# Numbers of a drop: x and y of its column; x, y and z of the centre at rest, and whether it is walled in there, all NaN
-# where it did not settle.
-WIDTH = 6
-ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others that is NaN too
+ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others nothing is known
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
-EARLY_DROPS = 40  # at each radius, of which most objects need no more to be told (compare/evaluation/stopping.py)
-NO_DROPS = np.empty((0, WIDTH), np.float32)
+EARLY_DROPS = 40  # at each radius: enough to classify most objects (compare/evaluation/stopping.py)
+FEW = 5  # settled spheres of all radii together from which much can be concluded
+LOST = -1  # in place of an `Outcome`: it did not settle, and a kept run does not say why
+_KEPT_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drops:
+    """The spheres of one radius that were dropped on one object, in its frame, in the order in which they ended."""
+
+    radius: float  # metres
+    places: np.ndarray  # (D, 2) float, metres: the column in which each began; NaN where that is not kept
+    outcomes: np.ndarray  # (D,) int8, each an `Outcome`, or `LOST`
+    rests: np.ndarray  # (S, 3) float, metres: the centres of those that settled
+    walled_in: np.ndarray  # (S,) float: 1 with the object on every side, 0 without; NaN where nobody looked
+    losses_known: bool = True  # of a run that ends by misses, only the settled are kept
+    provenance: dict[str, Any] = field(default_factory=dict, repr=False)  # see `simulator.provenance_of`
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    @property
+    def settled(self) -> np.ndarray:
+        """Which drops settled, (D,) bool."""
+        return self.outcomes == Outcome.SETTLED
+
+    def first(self, count: int) -> Drops:
+        """Return the first drops: what a run of so many would have been."""
+        kept = np.count_nonzero(self.settled[:count])
+        return replace(
+            self,
+            places=self.places[:count],
+            outcomes=self.outcomes[:count],
+            rests=self.rests[:kept],
+            walled_in=self.walled_in[:kept],
+        )
+
+    def rows(self) -> np.ndarray:
+        """Return them as they are kept in files: (D, 6) float32, or (S, 3) where losses are not known, metres."""
+        if not self.losses_known:
+            return self.rests.astype(np.float32)
+        rows = np.full((len(self), _KEPT_WIDTH), np.nan, np.float32)
+        rows[:, :2] = self.places
+        rows[self.settled, 2:] = np.column_stack([self.rests, self.walled_in])
+        return rows
+
+
+DropsByRadius = dict[float, Drops]  # radius in metres -> the drops of one object
+
+
+def resting_drops(radius: float, rests: np.ndarray, *, losses_known: bool = False) -> Drops:
+    """Return drops of which only those are known that settled, at centres (S, 3), metres."""
+    unknown = np.full((len(rests), 3), np.nan, np.float32)
+    outcomes = np.full(len(rests), Outcome.SETTLED, np.int8)
+    return Drops(
+        radius=radius,
+        places=unknown[:, :2],
+        outcomes=outcomes,
+        rests=rests,
+        walled_in=unknown[:, 2],
+        losses_known=losses_known,
+    )
+
+
+def drops_from_rows(radius: float, rows: np.ndarray, outcomes: np.ndarray | None = None, **about: Any) -> Drops:
+    """Return the drops that a file keeps as rows, see `Drops.rows`; older files tell no outcomes of lost ones."""
+    if rows.shape[1] != _KEPT_WIDTH:
+        return replace(resting_drops(radius, rows), **about)
+    settled = ~np.isnan(rows[:, 4])
+    if outcomes is None:
+        outcomes = np.where(settled, np.int8(Outcome.SETTLED), np.int8(LOST))
+    rests, walled_in = rows[settled, 2:5], rows[settled, 5]
+    return Drops(radius=radius, places=rows[:, :2], outcomes=outcomes, rests=rests, walled_in=walled_in, **about)
+
+
+NO_DROPS = drops_from_rows(0.0, np.empty((0, _KEPT_WIDTH), np.float32))
+
+
+def drops_of(result: DropResult, points: np.ndarray, radius: float) -> Drops:
+    """Return every drop of a run on an object's points (N, 3), metres."""
+    drops = fallen_where_they_rest(result.centers, points, radius)
+    if len(result.columns) >= result.settled:  # else nothing is known of what was lost
+        drops = replace(drops, places=result.columns, outcomes=result.outcomes)
+    short = {name: getattr(drops, name).astype(np.float32) for name in ("places", "rests", "walled_in")}
+    return replace(drops, **short, provenance=result.provenance)
+
+
+def fallen_where_they_rest(rests: np.ndarray, points: np.ndarray, radius: float) -> Drops:
+    """Return drops that settled straight below at centres (S, 3) on an object's points (N, 3), metres."""
+    from .enclosure import walled_in  # compiled, so not where all that is read was kept
+
+    walls = np.full(len(rests), np.nan)
+    asked = slice(None, None, max(1, len(rests) // ASKED))
+    walls[asked] = walled_in(points, rests[asked], radius)
+    return replace(resting_drops(radius, rests, losses_known=True), places=rests[:, :2], walled_in=walls)
+
+
+def typed_drops(objects: Iterable[Mapping[float, Drops | np.ndarray]]) -> list[DropsByRadius]:
+    """Return the drops of objects; of rows of numbers, as versions before had them, with a warning."""
+    return [{radius: typed(radius, drops) for radius, drops in each.items()} for each in objects]
+
+
+def typed(radius: float, drops: Drops | np.ndarray) -> Drops:
+    """Return drops of a radius, also of rows of numbers, see `Drops.rows`."""
+    if isinstance(drops, Drops):
+        return drops
+    warn_renamed("drops as an array", "Drops, see drops_from_rows")
+    return drops_from_rows(radius, np.asarray(drops))
+
+
+def first_drops(drops: DropsByRadius, count: int) -> DropsByRadius:
+    """Return the first drops of each radius."""
+    return {radius: one.first(count) for radius, one in drops.items()}
+
+
+def settled_count(drops: Mapping[float, Drops], radius: float) -> int:
+    """Return how many spheres of a radius settled."""
+    return len(drops.get(radius, NO_DROPS).rests)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Length:
+class RunLimit:
     """When a run for features ends: after so many misses in a row or settled spheres, unless it says otherwise."""
 
     drops: int | None = None  # exactly so many, whatever becomes of them
     to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres
     miss_limit: int = MISS_LIMIT  # of the paper's rule: consecutive spheres not placed that end the run
 
-    def ending(self, miss_limit: int | None) -> Length:
+    def ending(self, miss_limit: int | None) -> RunLimit:
         """Return the same with another miss limit; None: as it is.
 
         Raises
@@ -46,46 +161,5 @@ class Length:
         return replace(self, miss_limit=miss_limit)
 
 
-LIMITED = Length()
-TO_THE_END = Length(to_the_end=True)
-
-
-def drop_array(result: DropResult, points: np.ndarray, radius: float) -> np.ndarray:
-    """Return every drop of a run on an object's points (N, 3), (D, 6) float32, metres, in the order of their ends."""
-    if len(result.columns) < result.settled:  # a backend that does not tell: nothing is known of what was lost
-        return as_drops(result.centers, points, radius).astype(np.float32)
-    rows, settled = np.full((result.drops, WIDTH), np.nan), result.outcomes == Outcome.SETTLED
-    rows[:, :2] = result.columns
-    rows[settled] = as_drops(result.centers, points, radius)
-    rows[settled, :2] = result.columns[settled]
-    return rows.astype(np.float32)
-
-
-def settled_centers(drops: np.ndarray) -> np.ndarray:
-    """Return the centres (S, 3) of the drops (D, 6) that settled, metres; settled centres pass through."""
-    return drops[settled_rows(drops), 2:5] if drops.shape[1] == WIDTH else drops
-
-
-def first_drops(settled: dict[float, np.ndarray], count: int) -> dict[float, np.ndarray]:
-    """Return the first drops of each radius: what a run of so many would have been."""
-    return {radius: drops[:count] for radius, drops in settled.items()}
-
-
-def settled_count(settled: dict[float, np.ndarray], radius: float) -> int:
-    """Return how many spheres of a radius settled."""
-    return int(settled_rows(settled[radius]).sum()) if len(settled.get(radius, ())) else 0
-
-
-def settled_rows(drops: np.ndarray) -> np.ndarray:
-    """Return which drops (D, 6) settled, (D,) bool."""
-    return ~np.isnan(drops[:, 4])
-
-
-def as_drops(centers: np.ndarray, points: np.ndarray, radius: float) -> np.ndarray:
-    """Return centres (S, 3) on an object's points (N, 3), metres, as drops that settled where they fell, (S, 6)."""
-    from .enclosure import walled_in  # compiled, so not where all that is read was kept
-
-    walls = np.full(len(centers), np.nan)
-    asked = slice(None, None, max(1, len(centers) // ASKED))
-    walls[asked] = walled_in(points, centers[asked], radius)
-    return np.column_stack([centers[:, :2], centers, walls])
+LIMITED = RunLimit()
+TO_THE_END = RunLimit(to_the_end=True)

@@ -19,15 +19,16 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, load_cloud
 from ..clouds.orientation import Report, promised_up
-from ..errors import InputError, one_line
+from ..errors import InputError
 from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
-from ..simulator import Simulator, isolated, make_simulator
+from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
-from .drops import LIMITED, Length, settled_centers
-from .settling import Settled, drop_settings, measured_run
+from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
+from .settling import drop_settings, measured_run
 
+_ANSWER = "told"  # what entries call the answer of a check
 FORMAT = 1  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
@@ -57,7 +58,7 @@ class Dropping:
     radii: tuple[float, ...]  # metres
     seed: int = 0
     loading: Loading = field(default_factory=Loading)
-    length: Length = LIMITED  # of runs
+    length: RunLimit = LIMITED  # of runs
 
     def __post_init__(self):
         object.__setattr__(self, "simulator", make_simulator(self.simulator))
@@ -87,6 +88,14 @@ class Dropping:
         """Return what comes of the run of one radius; see `measured_run`."""
         return measured_run(cloud, self.simulator, radius, self.seed, self.length)
 
+    def drops(self, runs: Runs) -> DropsByRadius:
+        """Return the drops of runs."""
+        drops = {}
+        for radius, run in runs.items():
+            made_by = provenance_of(self.simulator, drop_settings(self.simulator, radius, self.length), self.seed)
+            drops[radius] = drops_from_rows(radius, run["centers"], run.get("outcomes"), provenance=made_by)
+        return drops
+
     def settings(self, radius: float) -> dict[str, Any]:
         """Return the settings of the runs of one radius, without limits that are not set."""
         settings = asdict(drop_settings(self.simulator, radius, self.length))
@@ -107,15 +116,15 @@ class ObjectRecord:
     path: Path
     size: np.ndarray  # (3,) extents of the bounding box, metres
     voxels: np.ndarray  # (V, 3) int16, the occupied cubes of VOXEL metres
-    settled: Settled = field(repr=False)  # float32, metres
+    settled: DropsByRadius = field(repr=False)
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
     falls_over: bool = False  # when it is put down as it is
 
     def centers(self, radius: float) -> np.ndarray:
-        """Return where spheres of a radius settled (S, 3), metres, whether drops were counted or not."""
-        return settled_centers(self.settled[radius])
+        """Return where spheres of a radius settled (S, 3), metres."""
+        return self.settled[radius].rests
 
 
 def simulate_objects(
@@ -162,7 +171,7 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
         path=path,
         size=shape["size"],
         voxels=shape["voxels"],
-        settled=centers_of(runs),
+        settled=dropping.drops(runs),
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
@@ -170,39 +179,12 @@ def object_record(path: Path, dropping: Dropping, home: Path | None = None) -> O
     )
 
 
-class KeptFile:
-    """A file's object and what is kept of it by content: the file is read once at most, and only for what is not kept.
-
-    Parameters
-    ----------
-    report : callable, optional
-        Is told what looks odd about the file, or was guessed, whether it is read again or not.
-    """
-
-    def __init__(self, path: Path, dropping: Dropping, report: Report | None = None):
-        self.path, self.dropping, source = path, dropping, as_source(path)
-        self.content, name, lines = dropping.content_hash(source), one_line(Path(path).name), []
-        self.cloud = cache(lambda: dropping.cloud(source, lambda line: lines.append(line.removeprefix(name))))
-        entry = entry_path("remarks", self.content)
-        remarks = computed_once(entry, lambda: self.cloud() and {"lines": np.array(lines, str)})
-        for line in remarks["lines"].tolist() if report else []:
-            report(name + line)
-
-    def runs(self, length: Length) -> Settled:
-        """Return where spheres settle in runs of some length."""
-        return centers_of(kept_runs(self.content, self.cloud, replace(self.dropping, length=length)))
-
-    def tells(self, name: str, tell: Callable[[Cloud], bool]) -> bool:
-        """Return what ``tell``, which is known by a name, says of the cloud."""
-        return kept_answer(self.content, name, lambda: tell(self.cloud()))
-
-
 def settle_kept(
-    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
-) -> Settled:
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
+) -> DropsByRadius:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
-    return centers_of(kept_runs(cloud_hash(cloud), lambda: cloud, dropping))
+    return dropping.drops(kept_runs(cloud_hash(cloud), lambda: cloud, dropping))
 
 
 def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:
@@ -214,11 +196,6 @@ def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home
     return runs
 
 
-def centers_of(runs: Runs) -> Settled:
-    """Return where the spheres of runs settled, or what became of each drop."""
-    return {radius: run["centers"] for radius, run in runs.items()}
-
-
 def cloud_hash(cloud: Cloud) -> str:
     """Return the hash of all of a cloud that spheres meet; its name does not matter."""
     digest = hashlib.sha256(f"cloud {FORMAT} {cloud.points.shape}".encode() + cloud.points.tobytes())
@@ -228,9 +205,9 @@ def cloud_hash(cloud: Cloud) -> str:
     return digest.hexdigest()
 
 
-def kept_answer(content: str, name: str, tell: Callable[[], bool], home: Path | None = None) -> bool:
-    """Return what ``tell``, which is known by a name, says of the object with this hash."""
-    return bool(computed_once(entry_path(name, content, home), lambda: {"told": np.array(tell())})["told"])
+def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
+    """Return what ``check``, which is known by a name, says of the object with this hash."""
+    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
 
 
 def computed_once(entry: Path, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:

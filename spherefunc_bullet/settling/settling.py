@@ -1,22 +1,19 @@
-"""One cloud, one simulator, some radii: the settled centres, timed."""
+"""One cloud, one simulator, some radii: what becomes of the spheres, timed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
 from ..errors import InputError
-from ..processes.memory import forget_peak, peak_bytes
+from ..processes.memory import peak_bytes, reset_peak
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
-from .drops import LIMITED, NO_DROPS, Length, drop_array
-
-# Radius in metres -> where spheres settled, centres (S, 3), metres; or, of runs of a stated number of drops, what
-# became of each, (D, 6); see `drops`.
-Settled = dict[float, np.ndarray]
+from .drops import LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
 DENSE = 0.5  # radii between points, about, that few drops pay for
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than this fall only on what a hand can hold, if drops are few
@@ -25,9 +22,9 @@ _warm: set[str] = set()  # the simulators that have run in this process
 
 
 def settle(
-    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: Length = LIMITED
-) -> Settled:
-    """Return the settled centres (S, 3) float32 of a cloud for each radius, in metres.
+    cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
+) -> DropsByRadius:
+    """Return what becomes of the spheres of each radius (metres) that are dropped on a cloud.
 
     Where the sphere is larger than the object nothing can settle, and there are none. See `drop_settings`.
     """
@@ -41,8 +38,8 @@ def settle_all(
     radii: Sequence[Sequence[float]],
     seed: int,
     names: Sequence,
-    length: Length = LIMITED,
-) -> Iterator[tuple[int, Settled | InputError]]:
+    length: RunLimit = LIMITED,
+) -> Iterator[tuple[int, DropsByRadius | InputError]]:
     """Settle several clouds, each at radii of its own; a simulator that may crash does so in another process.
 
     Parameters
@@ -52,7 +49,7 @@ def settle_all(
 
     Yields
     ------
-    index, outcome : int, Settled or InputError
+    index, outcome : int, DropsByRadius or InputError
         In the order of the clouds.
     """
     simulator = make_simulator(simulator)
@@ -61,22 +58,32 @@ def settle_all(
 
 
 def drop_or_nothing(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length
-) -> tuple[np.ndarray, float, int]:
-    """Return the settled centres (S, 3) or the drops (D, 6) float32, the seconds and the drops of one radius."""
-    if length.drops is not None and radius < FINE and cloud.size.max() > HANDHELD:
-        return NO_DROPS, 0.0, 0
-    if radius > cloud.size.max():
-        return np.empty((0, 3), np.float32) if length.drops is None else NO_DROPS, 0.0, 0
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: RunLimit
+) -> tuple[Drops, float, int]:
+    """Return what becomes of the spheres of one radius, the seconds, and how many were dropped."""
+    if too_fine(radius, cloud, length) or radius > cloud.size.max():
+        return no_drops(radius, length), 0.0, 0
     if length.drops is None:
         simulator = one_by_one(simulator)
     result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
     if length.drops is None:
-        return result.centers.astype(np.float32), result.seconds, result.drops
-    return drop_array(result, cloud.thinned(DENSE * radius), radius), result.seconds, result.drops
+        drops = replace(resting_drops(radius, result.centers.astype(np.float32)), provenance=result.provenance)
+    else:
+        drops = drops_of(result, cloud.thinned(DENSE * radius), radius)
+    return drops, result.seconds, result.drops
 
 
-def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED) -> DropSettings:
+def too_fine(radius: float, cloud: Cloud, length: RunLimit) -> bool:
+    """Return whether spheres of a radius are too small, of a stated number of them, to tell of so large an object."""
+    return length.drops is not None and radius < FINE and cloud.size.max() > HANDHELD
+
+
+def no_drops(radius: float, length: RunLimit) -> Drops:
+    """Return what becomes of no spheres."""
+    return replace(NO_DROPS, radius=radius, losses_known=length.drops is not None)
+
+
+def drop_settings(simulator: Simulator, radius: float, length: RunLimit = LIMITED) -> DropSettings:
     """Return the settings of a run whose spheres become features.
 
     Runs to the end stop by the paper's rule alone (§III-A), unless the simulator declares a limit of its own.
@@ -89,21 +96,23 @@ def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED)
 
 
 def measured_run(
-    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: Length = LIMITED
+    cloud: Cloud, simulator: Simulator, radius: float, seed: int, length: RunLimit = LIMITED
 ) -> dict[str, np.ndarray]:
-    """Return a cache entry: where spheres settled, the drops, the seconds and, where it is known, the peak of memory.
+    """Return a cache entry: the drops as `Drops.rows`, their number, the seconds and, where it is known, the memory.
 
-    Entries that were made before memory was measured lack it.
+    Entries that were made before memory was measured, or outcomes were kept, lack them.
     """
     warm_up(simulator, length)
-    forget_peak()
-    rows, seconds, drops = drop_or_nothing(cloud, simulator, radius, seed, length)
-    run = {"centers": rows, "seconds": np.array(seconds), "drops": np.array(drops)}
+    reset_peak()
+    drops, seconds, count = drop_or_nothing(cloud, simulator, radius, seed, length)
+    run = {"centers": drops.rows(), "seconds": np.array(seconds), "drops": np.array(count)}
+    if drops.losses_known:
+        run["outcomes"] = drops.outcomes
     peak = peak_bytes()
-    return run if peak is None or not drops else run | {"memory": np.array(peak)}
+    return run if peak is None or not count else run | {"memory": np.array(peak)}
 
 
-def warm_up(simulator: Simulator, length: Length = LIMITED):
+def warm_up(simulator: Simulator, length: RunLimit = LIMITED):
     """Have a simulator compile or load its code for runs of a length before the first one of this process is timed."""
     few = None if length.drops is None else 1
     kind = f"{simulator.name} {simulator.options()} {few}"

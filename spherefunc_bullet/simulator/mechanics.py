@@ -203,7 +203,7 @@ def carry_radius(cloud: Cloud) -> float:
 
 
 @runtime_checkable
-class TellsPoses(Protocol):
+class SupportsPoses(Protocol):
     """A backend that tells how an object can lie."""
 
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
@@ -212,7 +212,7 @@ class TellsPoses(Protocol):
 
 
 @runtime_checkable
-class TellsStance(Protocol):
+class SupportsStance(Protocol):
     """A backend that tells whether an object stands."""
 
     def stands(self, cloud: Cloud, settings: StandSettings, places: np.ndarray, seed: int = 0) -> StandResult:
@@ -221,7 +221,7 @@ class TellsStance(Protocol):
 
 
 @runtime_checkable
-class Carries(Protocol):
+class SupportsCarrying(Protocol):
     """A backend that carries a filled object about."""
 
     def carry(self, cloud: Cloud, settings: CarrySettings, seed: int = 0) -> CarryResult:

@@ -1,4 +1,4 @@
-"""Viewer: objects, settled spheres and cubes as pages to turn about, and why a function was told.
+"""Viewer: objects, settled spheres and cubes as interactive pages, and why an object was classified so.
 
 May import `learning` and what lies below it; needs neither network nor libraries in the browser.
 """

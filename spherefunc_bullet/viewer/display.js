@@ -105,13 +105,13 @@ function objectParts(item) {
   return item.parts;
 }
 
-// Translucent things must be drawn from the farthest to the nearest.
-function sortedCubes(layer, thing, colours, toward) {
+// Translucent drawables must be drawn from the farthest to the nearest.
+function sortedCubes(layer, drawable, colours, toward) {
   const { corners } = layer.cubes;
   const near = colours.map((_, i) => dot(corners.subarray(3 * i, 3 * i + 3), toward));
   const order = colours.map((_, i) => i).sort((a, b) => near[a] - near[b]);
-  refill(thing, "low", Float32Array.from(order.flatMap((i) => [...corners.subarray(3 * i, 3 * i + 3)])));
-  refill(thing, "colour", Float32Array.from(order.flatMap((i) => colours[i])));
+  refill(drawable, "low", Float32Array.from(order.flatMap((i) => [...corners.subarray(3 * i, 3 * i + 3)])));
+  refill(drawable, "colour", Float32Array.from(order.flatMap((i) => colours[i])));
 }
 
 function groundSquare(item) {

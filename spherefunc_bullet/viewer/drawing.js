@@ -40,15 +40,15 @@ function compiled(vertex, fragment) {
   return program;
 }
 
-// A thing to draw: attributes as {name: [values, size, per instance]}, and triangles by faces, strip or number.
+// A drawable: attributes as {name: [values, size, per instance]}, and triangles by faces, strip or number.
 function uploaded(name, attributes, faces) {
   const gl = artist.gl;
-  const thing = { program: artist.programs[name], array: gl.createVertexArray(), buffers: {}, faces };
-  gl.bindVertexArray(thing.array);
+  const drawable = { program: artist.programs[name], array: gl.createVertexArray(), buffers: {}, faces };
+  gl.bindVertexArray(drawable.array);
   for (const [key, [values, size, each]] of Object.entries(attributes)) {
-    const place = gl.getAttribLocation(thing.program, key);
-    thing.buffers[key] = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, thing.buffers[key]);
+    const place = gl.getAttribLocation(drawable.program, key);
+    drawable.buffers[key] = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, drawable.buffers[key]);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(values), gl.STATIC_DRAW);
     gl.enableVertexAttribArray(place);
     gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0);
@@ -59,20 +59,20 @@ function uploaded(name, attributes, faces) {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, faces, gl.STATIC_DRAW);
   }
   gl.bindVertexArray(null);
-  return thing;
+  return drawable;
 }
 
-function refill(thing, key, values) {
-  artist.gl.bindBuffer(artist.gl.ARRAY_BUFFER, thing.buffers[key]);
+function refill(drawable, key, values) {
+  artist.gl.bindBuffer(artist.gl.ARRAY_BUFFER, drawable.buffers[key]);
   artist.gl.bufferData(artist.gl.ARRAY_BUFFER, values, artist.gl.DYNAMIC_DRAW);
 }
 
-function use(thing, settings) {
+function use(drawable, settings) {
   const gl = artist.gl;
-  gl.useProgram(thing.program);
-  gl.bindVertexArray(thing.array);
+  gl.useProgram(drawable.program);
+  gl.bindVertexArray(drawable.array);
   for (const [key, value] of Object.entries(settings)) {
-    const place = gl.getUniformLocation(thing.program, key);
+    const place = gl.getUniformLocation(drawable.program, key);
     if (typeof value === "number") gl.uniform1f(place, value);
     else if (value.length === 3) gl.uniform3fv(place, value);
     else gl.uniformMatrix4fv(place, false, value);
@@ -120,24 +120,24 @@ function finish(target) {
   paper.drawImage(artist.canvas, 0, artist.canvas.height - height, width, height, 0, 0, width, height);
 }
 
-function drawGround(thing, settings) {
+function drawGround(drawable, settings) {
   const gl = artist.gl;
-  use(thing, settings);
+  use(drawable, settings);
   gl.depthMask(false);
   gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   gl.depthMask(true);
 }
 
-function drawBalls(thing, settings, count) {
-  use(thing, settings);
+function drawBalls(drawable, settings, count) {
+  use(drawable, settings);
   if (count) artist.gl.drawArraysInstanced(artist.gl.TRIANGLE_STRIP, 0, 4, count);
 }
 
-function drawMesh(thing, settings) {
+function drawMesh(drawable, settings) {
   const gl = artist.gl;
-  use(thing, settings);
-  const kind = thing.faces instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
-  gl.drawElements(gl.TRIANGLES, thing.faces.length, kind, 0);
+  use(drawable, settings);
+  const kind = drawable.faces instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
+  gl.drawElements(gl.TRIANGLES, drawable.faces.length, kind, 0);
 }
 
 // Draws twice, first the distance alone, so that of something translucent only the front is seen.
@@ -149,9 +149,9 @@ function drawFront(draw) {
   draw();
 }
 
-function drawCubes(thing, settings, count) {
+function drawCubes(drawable, settings, count) {
   const gl = artist.gl;
-  use(thing, settings);
+  use(drawable, settings);
   gl.depthMask(false);
   if (count) gl.drawArraysInstanced(gl.TRIANGLES, 0, 36, count);
   gl.depthMask(true);

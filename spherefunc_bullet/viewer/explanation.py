@@ -7,19 +7,17 @@ from html import escape
 
 import numpy as np
 
+from ..classification import Decision, check_stability
 from ..clouds.cloud import Cloud
 from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
-from ..learning.function_model import FALLS
-from ..learning.reasons.answer import told_in_words
+from ..learning.profiles.words import Deciding, cells_of, deciding, nearest
 from ..learning.reasons.cubes import Cubes, cube_evidence
-from ..learning.reasons.words import Deciding, cells_of, deciding, nearest
 from ..learning.validation import THRESHOLD
-from ..settling.drops import NO_DROPS, settled_centers
-from ..settling.settling import Settled
-from ..simulator.statics.falling_over import falls_over
+from ..settling.drops import NO_DROPS, DropsByRadius
+from ..settling.kept_object import CloudObject
 from .data import Layer, Panel, display, histogram_cubes
 from .page import display_html, table_html
 from .still import still_picture
@@ -27,7 +25,7 @@ from .still import still_picture
 QUANTITIES_SHOWN = 6  # of each function
 
 
-def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: Settled) -> str:
+def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: DropsByRadius) -> str:
     """Return a section that says what an object is for, and why.
 
     Parameters
@@ -35,47 +33,42 @@ def explanation_html(classifier: CloudClassifier, cloud: Cloud, settled: Settled
     classifier : CloudClassifier
         Fitted.
     cloud : Cloud
-    settled : dict of float to array
+    settled : dict of float to Drops
         What fell on the object at each radius that the classifier uses, as `settle` returns it.
     """
-    told, said, unsure = told_in_words(classifier, settled, lambda: falls_over(cloud))
-    scores = {name: membership.score for name, membership in told.items()}
+    item = CloudObject(own=cloud, dropping=classifier.dropping())
+    decision = check_stability(classifier.reading_of(settled), item, classifier)
+    scores = {name: membership.score for name, membership in decision.memberships.items()}
     if isinstance(classifier, FunctionClassifier):
-        return words_html(classifier, cloud, settled, scores, said, unsure)
+        return words_html(classifier, cloud, decision, scores)
     return cubes_html(classifier, cloud, settled, scores)
 
 
-def words_html(
-    classifier: FunctionClassifier,
-    cloud: Cloud,
-    settled: Settled,
-    scores: dict[str, float],
-    said: Sequence[str],
-    unsure: Sequence[str],
-) -> str:
+def words_html(classifier: FunctionClassifier, cloud: Cloud, decision: Decision, scores: dict[str, float]) -> str:
     """Return the section of a classifier by resting profiles: sentences, and what decided each function."""
-    sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in unsure)
-    near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(classifier, settled))
+    reading, falls = decision.reading, decision.fails_stability_check
+    sure = "".join(f"<p class='lead'><strong>Unsure:</strong> {escape(doubt)}.</p>" for doubt in decision.doubts())
+    near = ", ".join(f"{row['name']} ({', '.join(row['functions']) or 'none'})" for row in nearest(reading))
     tables = ""
     for name, score in scores.items():
-        decided = [] if FALLS in said else deciding(classifier, settled, name, QUANTITIES_SHOWN)
+        decided = [] if falls else deciding(reading, name, QUANTITIES_SHOWN)
         tables += f"<h3>{escape(name)} {score:.2f}</h3>{deciding_html(decided, name)}" if decided else ""
     return (
         f"<section><h2>Why: {escape(verdict(scores))}</h2>"
-        f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in said)}.</p>{sure}"
+        f"<p class='lead'>{'<br>'.join(escape(sentence) for sentence in decision.reasons())}.</p>{sure}"
         f"<p class='lead'>Nearest of the {len(classifier.names_)} training objects: {escape(near)}.</p>"
-        f"{drops_html(classifier, cloud, settled, max(scores, key=scores.get))}{tables}</section>"
+        f"{drops_html(classifier, cloud, reading.drops, max(scores, key=scores.get))}{tables}</section>"
     )
 
 
-def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: Settled, name: str) -> str:
+def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRadius, name: str) -> str:
     """Return the display of the drops that the answer is read from, at first those that count most for a function."""
     layers = []
     for radius in classifier.radii:
         drops = settled.get(radius, NO_DROPS)
         if not len(drops):
             continue
-        centers = np.asarray(settled_centers(drops), float)
+        centers = np.asarray(drops.rests, float)
         note = f"{len(centers)} of {len(drops)} drops of spheres of radius {format_length(radius)} stayed."
         layers.append(Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note))
     if not layers:
@@ -91,7 +84,7 @@ def deciding_html(rows: Sequence[Deciding], name: str) -> str:
     return table_html(head, map(cells_of, rows), texts=2, label=f"What decided, {name}")
 
 
-def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: Settled, scores: dict[str, float]) -> str:
+def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: DropsByRadius, scores: dict[str, float]) -> str:
     """Return the section of a classifier by cubes, with a panel for each function."""
     panels = [function_panel(classifier, settled, name, score) for name, score in scores.items()]
     radius = classifier.radius_[max(scores, key=scores.get)]
@@ -118,7 +111,7 @@ def verdict(scores: dict[str, float]) -> str:
     return ", ".join(members) or f"none of {', '.join(scores)}"
 
 
-def function_panel(classifier: CubeClassifier, settled: Settled, name: str, score: float) -> Panel:
+def function_panel(classifier: CubeClassifier, settled: DropsByRadius, name: str, score: float) -> Panel:
     """Return the panel of one function, with a layer for each radius that it uses."""
     neighbors = classifier.neighbors(settled, name)
     weights = dict(sorted(classifier.weights_[name].items()))
@@ -128,7 +121,9 @@ def function_panel(classifier: CubeClassifier, settled: Settled, name: str, scor
         rows = [row for row in neighbors if row["radius"] == radius]
         note = evidence_note(cubes, name, radius, share)
         layers.append(
-            Layer(radius=radius, centers=settled[radius], cubes=cubes, note=note, details=neighbors_html(rows, name))
+            Layer(
+                radius=radius, centers=settled[radius].rests, cubes=cubes, note=note, details=neighbors_html(rows, name)
+            )
         )
     return Panel(title=f"{name}: {score:.2f}, {'yes' if score > THRESHOLD else 'no'}", layers=layers)
 

@@ -38,12 +38,12 @@ class ObjectPoses:
     """One object, and what it is for in each of its poses."""
 
     cloud: Cloud
-    told: Sequence[PoseFunctions]
+    answers: Sequence[PoseFunctions]
 
 
 def pose_words(one: PoseFunctions) -> tuple[str, str]:
     """Return how likely a pose is, and what the object is for in it, as words."""
-    members = [f"{name} {told.score:.2f}" for name, told in one.functions.items() if told.member]
+    members = [f"{name} {answer.score:.2f}" for name, answer in one.functions.items() if answer.member]
     return f"{100 * one.pose.probability:.0f} %", ", ".join(members) or NOTHING
 
 
@@ -51,7 +51,9 @@ def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
     """Return each object as it lies in its likeliest poses, a row or more for each, its name before them."""
     rows: list[Image.Image] = []
     for one in objects:
-        tiles = [tile(turned_cloud(one.cloud, told.pose.rotation), *pose_words(told)) for told in one.told[:MOST]]
+        tiles = [
+            tile(turned_cloud(one.cloud, answer.pose.rotation), *pose_words(answer)) for answer in one.answers[:MOST]
+        ]
         lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]
         rows.append(titled(stacked(lines), f"{one.cloud.name}: how it can lie, and what it is for so"))
     return stacked(rows)
@@ -128,15 +130,15 @@ def require_png(path: Path | None):
 
 def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
     """Write a page that stands alone: each object's poses as a picture and as a table."""
-    parts = ["<h1>How things can lie, and what they are for so</h1>"]
+    parts = ["<h1>How objects can lie, and what they are for so</h1>"]
     for one in objects:
         parts.append(f"<h2>{escape(one.cloud.name)}</h2>")
         parts.append(image_html(f"{one.cloud.name} in its poses", png_of(poses_picture([one]))))
-        names = list(one.told[0].functions) if one.told else []
+        names = list(one.answers[0].functions) if one.answers else []
         rows = [
-            [f"{told.pose.probability:.3f}", f"{told.pose.statics:.3f}", f"{told.pose.tilt_deg:.0f}°"]
-            + [f"{told.functions[name].score:.2f}" for name in names]
-            for told in one.told
+            [f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}", f"{answer.pose.tilt_deg:.0f}°"]
+            + [f"{answer.functions[name].score:.2f}" for name in names]
+            for answer in one.answers
         ]
         parts.append(table_html(["probability", "by statics", "turned by", *names], rows, texts=0))
     return write_text(path, page_html("Poses", parts, style=STYLE))

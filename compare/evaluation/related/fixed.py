@@ -16,8 +16,8 @@ from ..protocol import Labels, Split, Splits
 from .examiner import examined
 from .rules import functions_by_rules
 
-Told = Callable[[ObjectRecord], frozenset[str]]  # the functions that an object has
-RELATED: dict[str, Told] = {"rules": functions_by_rules, "examiner": examined}
+Classify = Callable[[ObjectRecord], frozenset[str]]  # the functions that an object has
+RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": examined}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,11 +49,11 @@ class Fixed:
 
 def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, Fixed]:
     """Return what the baselines of related work say of objects; functions that they do not know score 0."""
-    return {name: fixed(tell, records, labels) for name, tell in RELATED.items()}
+    return {name: fixed(classify, records, labels) for name, classify in RELATED.items()}
 
 
-def fixed(tell: Told, records: Sequence[ObjectRecord], labels: Labels) -> Fixed:
+def fixed(classify: Classify, records: Sequence[ObjectRecord], labels: Labels) -> Fixed:
     """Return one baseline's scores of objects."""
-    said = of_each(tell, records)
+    said = of_each(classify, records)
     scores = [[float(function in functions) for function in labels.functions] for functions in said]
     return Fixed(scores=np.array(scores).reshape(len(records), len(labels.functions)), labels=labels)

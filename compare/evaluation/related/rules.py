@@ -1,7 +1,7 @@
 """Rules on height, area and flatness, after Stark and Bowyer's generic recognition through function.
 
 L. Stark and K. Bowyer, "Achieving generalized object recognition through reasoning about association of function to
-structure", PAMI 13(10), 1991 (the paper's [3]): a chair is whatever provides a sittable surface, told by primitives
+structure", PAMI 13(10), 1991 (the paper's [3]): a chair is whatever provides a sittable surface, found by primitives
 such as dimensions, orientation, proximity to the ground and clearance, each with a range. M. Sutton, L. Stark and K.
 Bowyer, "GRUFF-3: generalizing the domain of a function-based recognition system", Pattern Recognition 27(12), 1994,
 adds dishes and the primitive of enclosure.

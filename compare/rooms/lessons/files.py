@@ -17,11 +17,13 @@ from spherefunc_bullet.formats.writing import write_whole, writing
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.settling.cache import packed as npz_bytes
+from spherefunc_bullet.settling.drops import drops_from_rows
 from spherefunc_bullet.simulator import make_simulator
 
 from .lesson import Lesson, Sight, record_of, room_lessons
 
 FORMAT = 5  # of the files; another number, scanned anew
+_SOURCE = "thing"  # what files call the source of a lesson
 _RADIUS = "drops at "  # begins the name of the drops of a radius in metres
 
 
@@ -61,14 +63,15 @@ def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: 
 def write_lessons(path: Path, lessons: Sequence[Lesson]):
     """Write lessons as arrays, whole or not at all."""
     records = [one.record for one in lessons]
-    arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "thing")}
+    arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "source")}
+    arrays[_SOURCE] = arrays.pop("source")
     arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in ("overlap", "shown")}
     arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
     arrays["beside"] = np.array([one.beside for one in lessons], float)
     arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
     arrays |= packed("voxels", [record.voxels for record in records])
     for radius in records[0].settled if records else ():
-        arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius] for record in records])
+        arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius].rows() for record in records])
     with writing(path):
         write_whole(path, npz_bytes(arrays))
 
@@ -95,7 +98,7 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
     return [
         Lesson(
             name=str(name),
-            thing=str(arrays["thing"][row]),
+            source=str(arrays[_SOURCE][row]),
             functions=frozenset(filter(None, str(arrays["functions"][row]).split(";"))),
             overlap=float(arrays["overlap"][row]),
             shown=float(arrays["shown"][row]),
@@ -103,7 +106,7 @@ def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
             record=record_of(
                 Path(str(name)),
                 {"size": arrays["size"][row], "voxels": voxels[row]},
-                {radius: runs[row] for radius, runs in drops.items()},
+                {radius: drops_from_rows(radius, runs[row]) for radius, runs in drops.items()},
             ),
         )
         for row, name in enumerate(arrays["name"])

@@ -18,11 +18,11 @@ from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.drops import settled_centers
+from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
-from spherefunc_bullet.settling.settling import Settled, settle
+from spherefunc_bullet.settling.settling import settle
 
-_CARRIED = 0.01  # metres, radius of the spheres that tell what of a thing carries or holds
+_CARRIED = 0.01  # metres, radius of the spheres that tell what of an object carries or holds
 _NEAR = 0.04  # metres from such a sphere's centre to a point of the scan that shows its place
 _OBJECT, _PART = 0.4, 0.25  # overlaps from which on a proposal is an object, and is not clearly none
 _SHOWN = 0.25  # least share of such places: a chair's back alone, or a table's legs, tell no function
@@ -37,7 +37,7 @@ class Sight:
     leaf: float | None = None  # metres: side of the voxels that a fused scan is thinned to
     window: int = 1  # pixels, see `Kinect`
     blur: float = 0.0  # pixels, see `Kinect`
-    close: int = 4  # single views of one thing each, from near by
+    close: int = 4  # single views of one object each, from near by
 
 
 # In turn: as a robot that drives around sees a room, as one picture does, as sparse and as dense fusion have it.
@@ -49,7 +49,7 @@ SIGHTS = (
     Sight(views=1, noise=1.5),
     Sight(views=4, noise=0.5, leaf=0.02, window=7),
 )
-# As a stereo camera sees things, whose filters half fill mugs.
+# As a stereo camera sees objects, whose filters half fill mugs.
 STEREO_SIGHTS = (
     Sight(views=1, noise=0.5, window=5, blur=2.0, close=8),
     Sight(views=1, noise=0.5, window=5, blur=3.0, close=8),
@@ -60,10 +60,10 @@ STEREO_SIGHTS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lesson:
-    """One training object: where spheres settled on it, and the thing that it is, or is a part of."""
+    """One training object: where spheres settled on it, and the object that it is, or is a part of."""
 
     name: str
-    thing: str  # name of the object that it overlaps most, the same wherever that stands; empty for none
+    source: str  # name of the object that it overlaps most, the same wherever that stands; empty for none
     functions: frozenset[str]  # of that object
     unclear: frozenset[str] = frozenset()  # functions that it is an example of neither way
     overlap: float = 1.0  # intersection over union of the two
@@ -73,7 +73,7 @@ class Lesson:
 
 
 def scans_of(room: VirtualRoom, sight: Sight, seed: int) -> Iterator[VirtualScan]:
-    """Yield the scans of a room: one of the whole, and those of things from near by."""
+    """Yield the scans of a room: one of the whole, and those of objects from near by."""
     resolution, sensor = Resolution(leaf=sight.leaf, points=None), Kinect(window=sight.window, blur=sight.blur)
     yield scan_room(room, sight.views, sight.noise, seed, resolution, sensor)
     yield from close_ups(room, sight.close, sight.noise, seed, sensor)
@@ -98,16 +98,16 @@ def lesson_of(name: str, example: Example, item: DatasetObject | None, record: O
     """Return what a proposal teaches, and the object that it overlaps most, if it overlaps one."""
     own = {"name": name, "record": record, "beside": example.beside}
     if item is None:
-        return Lesson(thing="", functions=frozenset(), overlap=0.0, shown=0.0, **own)
-    return Lesson(thing=thing_of(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
+        return Lesson(source="", functions=frozenset(), overlap=0.0, shown=0.0, **own)
+    return Lesson(source=source_object(item), functions=item.functions, overlap=example.overlap, shown=shown, **own)
 
 
-def thing_of(item: DatasetObject) -> str:
+def source_object(item: DatasetObject) -> str:
     """Return what an object of one of several data sets is called."""
     return f"{item.path.parent.name}/{item.path.name}"
 
 
-def record_of(path: Path, shape: dict[str, np.ndarray], settled: Settled) -> ObjectRecord:
+def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
     """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
     return ObjectRecord(path=path, **shape, settled=settled, seconds={}, drops={})
 
@@ -115,16 +115,16 @@ def record_of(path: Path, shape: dict[str, np.ndarray], settled: Settled) -> Obj
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
     """Return what a whole model teaches."""
     settled = settle_kept(cloud, model.simulator, model.radii, model.seed, model.length)
-    name, thing = item.path.name, thing_of(item)
+    name, source = item.path.name, source_object(item)
     beside = alone(cloud.points, bounding_box(cloud.points).size)
     record = record_of(Path(name), shape_of(cloud), settled)
-    return Lesson(name=name, thing=thing, functions=item.functions, record=record, beside=beside)
+    return Lesson(name=name, source=source, functions=item.functions, record=record, beside=beside)
 
 
 def resting_places(placed: PlacedObject, model: FunctionClassifier) -> np.ndarray:
     """Return the places (S, 3) where small spheres rest on an object of a room, metres, the room's frame."""
     settled = settle_kept(placed.cloud, model.simulator, model.radii, model.seed, model.length)
-    return transformed(settled_centers(settled[_CARRIED]).astype(float), placed.T_room_object)
+    return transformed(settled[_CARRIED].rests.astype(float), placed.T_room_object)
 
 
 def share_shown(scan: VirtualScan, number: int, places: np.ndarray) -> float:
@@ -141,7 +141,7 @@ def counted(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
     """Yield lessons as examples: of which functions, of which neither way, and of all others' lack.
 
     What overlaps its object enough has its functions, if the scan shows enough of the surface that they need. Below
-    that, or where the surface is hidden, nobody can say whether it has them; small parts and what holds several things
+    that, or where the surface is hidden, nobody can say whether it has them; small parts and what holds several objects
     have none. Of functions that its object has not, a proposal is never one.
     """
     for one in lessons:

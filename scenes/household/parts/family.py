@@ -22,7 +22,7 @@ class CatalogueObject:
     also: str  # functions that are true as well, separated by ';'
     category: str
     mesh: trimesh.Trimesh
-    watertight: bool = True  # False: as open as the real thing, or a single-sided shell as many models are
+    watertight: bool = True  # False: as open as the real object, or a single-sided shell as many models are
 
 
 @dataclass(frozen=True)

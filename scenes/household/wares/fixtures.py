@@ -1,4 +1,4 @@
-"""House and bathroom fittings, instruments, and other large things that stand in rooms."""
+"""House and bathroom fittings, instruments, and other large objects that stand in rooms."""
 
 from __future__ import annotations
 

@@ -151,12 +151,12 @@ class Carriage:
         world.step()
         centers = world.positions()
         lost = ~self.basin.known_of(self.over, centers)
-        self.look_at_ways(centers, lost | (np.linalg.norm(centers - self.seen, axis=1) > UNSEEN))
+        self.check_paths(centers, lost | (np.linalg.norm(centers - self.seen, axis=1) > UNSEEN))
         for slot in np.flatnonzero(lost)[::-1]:
             pybullet().removeBody(world.air.pop(slot), **world.engine)
         self.seen = self.seen[~lost]
 
-    def look_at_ways(self, centers: np.ndarray, asked: np.ndarray):
+    def check_paths(self, centers: np.ndarray, asked: np.ndarray):
         """Count the centres that have come through the object since they were last seen, of those that are asked."""
         if not asked.any():
             return

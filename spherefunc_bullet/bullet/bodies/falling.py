@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from ...simulator.mechanics import Pose, PoseSettings
 from ...simulator.statics.body import Body
 from ...simulator.statics.facets import facets_of
-from ...simulator.statics.poses import at_rest, counted, turned_down, ways_down
-from .yard import Yard, free_body
+from ...simulator.statics.poses import at_rest, counted, stable_poses, turned_down
+from .parallel_drops import ParallelDropWorld, free_body
 
 GOLDEN = np.pi * (3 - np.sqrt(5))  # the angle between neighbours of a sunflower's seeds
 
@@ -18,13 +18,13 @@ def fallen_poses(body: Body, settings: PoseSettings, seed: int) -> tuple[tuple[P
     """Return a body's poses by drops and by statics, and how many drops never came to rest."""
     facets, free = facets_of(body), free_body(body)
     turns = free.world_rotation(even_rotations(settings.drops, seed))
-    with Yard(settings.matter) as yard:
-        hull = yard.hull(free)
-        numbers = [yard.add(free, hull, turn, settings.fall, place) for place, turn in enumerate(turns)]
+    with ParallelDropWorld(settings.matter) as world:
+        hull = world.hull(free)
+        numbers = [world.add(free, hull, turn, settings.fall, place) for place, turn in enumerate(turns)]
         bodies = [free] * len(numbers)
-        rests = yard.until_rest(bodies, numbers, lambda _, down: at_rest(facets, down), settings.time_limit)
+        rests = world.until_rest(bodies, numbers, lambda _, down: at_rest(facets, down), settings.time_limit)
     counts = counted(facets, rests.down[rests.rested])
-    return ways_down(facets, settings, counts), int((~rests.rested).sum())
+    return stable_poses(facets, settings, counts), int((~rests.rested).sum())
 
 
 def even_rotations(count: int, seed: int) -> np.ndarray:

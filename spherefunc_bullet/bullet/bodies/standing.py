@@ -11,7 +11,7 @@ from ...simulator.statics.body import Body
 from ...simulator.statics.facets import Facets, facets_of
 from ...simulator.statics.poses import at_rest
 from ...simulator.statics.standing import Stand, let_down, stance_at
-from .yard import ROLLING, Rests, Yard, free_body
+from .parallel_drops import ROLLING, ParallelDropWorld, Rests, free_body
 
 
 def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
@@ -21,14 +21,14 @@ def let_go(bodies: Sequence[Body], settings: StandSettings) -> list[Stand]:
     def settled(left: np.ndarray, down: np.ndarray) -> np.ndarray:
         return np.array([at_rest(facets[k], one[None])[0] for k, one in zip(left, down, strict=True)])
 
-    with Yard(settings.matter) as yard:
+    with ParallelDropWorld(settings.matter) as world:
         numbers = []
         for place, (free, of_one) in enumerate(zip(frees, facets, strict=True)):
             # Friction of rolling would hold what stands on an edge, its weight beyond it: only what is round has it.
             rolling = 0.0 if let_down(of_one, settings).flat else ROLLING
             turn = free.world_rotation(np.eye(3)[None])[0]
-            numbers.append(yard.add(free, yard.hull(free), turn, 0.0, place, rolling))
-        rests = yard.until_rest(frees, numbers, settled, settings.time_limit)
+            numbers.append(world.add(free, world.hull(free), turn, 0.0, place, rolling))
+        rests = world.until_rest(frees, numbers, settled, settings.time_limit)
     return [stand_of(rests, k, of_one, settings) for k, of_one in enumerate(facets)]
 
 

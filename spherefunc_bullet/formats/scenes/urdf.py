@@ -1,4 +1,4 @@
-"""URDF, read by yourdfpy: a robot's or a thing's visible parts as one object, every joint at zero.
+"""URDF, read by yourdfpy: a robot's or an object's visible parts as one object, every joint at zero.
 
 Its meshes are read by the readers of their own formats, with their limits; see `packages` for where they may lie.
 """

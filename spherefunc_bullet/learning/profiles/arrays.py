@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .calibration import Kin
+from .calibration import CopyGroups
 from .forest import Forest, kept_forests, rebuilt_forests
 from .in_scenes import rebuilt_scenes, scenes_kept
 from .profile_model import PROFILE, ProfileModel
@@ -32,7 +32,7 @@ def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.nda
 def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return what is kept of what was learnt from runs of one length."""
     arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
-    arrays |= {"weights": model.kin_.weights, "groups": model.kin_.groups}
+    arrays |= {"weights": model.copy_groups_.weights, "groups": model.copy_groups_.groups}
     for one in model.forests_:
         if one is not None and not isinstance(one, Forest):
             raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
@@ -51,8 +51,8 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     model.familiar_ = float(about["familiar"])
     model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
     model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
-    model.kin_ = Kin(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
-    if {len(model.kin_.weights), len(model.kin_.groups)} != {len(model.profiles_)}:
+    model.copy_groups_ = CopyGroups(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
+    if {len(model.copy_groups_.weights), len(model.copy_groups_.groups)} != {len(model.profiles_)}:
         raise ValueError("weights and names differ in number")
     if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
         raise ValueError("quantities and names differ in number")
@@ -60,7 +60,8 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     for one in model.forests_:
         if one is not None:
             one.require_whole(model.profiles_.shape[1])
-    model.in_scenes_ = rebuilt_scenes(about, arrays, model.profiles_.shape[1])
+    if about.get("surroundings"):
+        model.in_scenes_ = rebuilt_scenes(about, arrays, model.profiles_.shape[1])
 
 
 def fill_early(model: ProfileModel, early: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):

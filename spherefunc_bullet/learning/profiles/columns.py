@@ -173,7 +173,7 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
 
 
 def pieces_of(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return which piece each of so many things belongs to (N,), from 0, where pairs of them are linked.
+    """Return which piece each of so many objects belongs to (N,), from 0, where pairs of them are linked.
 
     Everything takes the lowest number that it is linked to until nothing changes.
     """

@@ -35,9 +35,9 @@ class Forest:
 
     def votes(self, X: np.ndarray) -> np.ndarray:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
-        return grove_of([self]).votes(X)[0]
+        return forest_batch([self]).votes(X)[0]
 
-    def in_short(self) -> Forest:
+    def to_float32(self) -> Forest:
         """Return it with thresholds as short as what is compared with them, so that files compress; no vote changes."""
         short = self.threshold.astype(np.float32)
         below = np.where(short > self.threshold, np.nextafter(short, np.float32(-np.inf)), short)
@@ -66,7 +66,7 @@ class Forest:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Grove:
+class ForestBatch:
     """Several forests that are asked together, in steps of all their trees: leaves lead to themselves."""
 
     sizes: tuple[int, ...]  # trees of each forest
@@ -94,13 +94,13 @@ class Grove:
             node = following
 
 
-def grove_of(forests: Sequence[Forest]) -> Grove:
+def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     """Return forests joined."""
     starts = np.cumsum([0, *(len(one.feature) for one in forests)])[:-1]
     feature = np.concatenate([one.feature for one in forests])
     below = np.concatenate([one.below + start for one, start in zip(forests, starts, strict=True)])
     leaf = feature == LEAF
-    return Grove(
+    return ForestBatch(
         sizes=tuple(len(one.roots) for one in forests),
         roots=np.concatenate([one.roots + start for one, start in zip(forests, starts, strict=True)]),
         feature=np.where(leaf, 0, feature).astype(np.intp),

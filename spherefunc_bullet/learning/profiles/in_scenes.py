@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .calibration import Line, calibrated
-from .forest import Forest, grove_of, kept_forests, rebuilt_forests
+from .forest import Forest, forest_batch, kept_forests, rebuilt_forests
 
 SCENES = "scenes_"  # begins the names of arrays
 
@@ -26,7 +26,7 @@ class SceneForests:
         """Return the scores (N, F) of objects by their quantities (N, R * Q) and what surrounds them (N, S)."""
         if not len(profiles):
             return np.zeros((0, len(self.forests)))
-        votes = grove_of(self.forests).votes(np.hstack([profiles, beside]))
+        votes = forest_batch(self.forests).votes(np.hstack([profiles, beside]))
         return np.column_stack([calibrated(own, line) for own, line in zip(votes, self.lines, strict=True)])
 
     def only(self, column: int) -> SceneForests:

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from ...settling.drops import NO_DROPS, Length, settled_count
-from ...settling.settling import Settled
+from ...function_model import FunctionModel, Membership, Reading
+from ...settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
-from ..function_model import FunctionModel, Membership
-from .calibration import Kin, Line, calibrated
-from .forest import Forest, Grove, grove_of
+from .calibration import CopyGroups, Line, calibrated
+from .forest import Forest, ForestBatch, forest_batch
 from .in_scenes import SceneForests
 from .quantities import NAMES, Ranks, profiles_over
 
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
-HAIR = 0.1  # score either side of the threshold that is no answer
-FEW = 5  # settled spheres of all radii together from which much can be told
+UNCERTAIN_MARGIN = 0.1  # score either side of the threshold that is no answer
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
@@ -41,7 +39,7 @@ class ProfileModel(FunctionModel):
 
     Attributes
     ----------
-    functions_, forests_, lines_, radius_, profiles_, members_, names_, kin_, familiar_
+    functions_, forests_, lines_, radius_, profiles_, members_, names_, copy_groups_, familiar_
         What was learnt, see `FunctionClassifier`.
     early_ : ProfileModel or None
         What was learnt from the first drops on the same objects; it answers where it is sure.
@@ -53,15 +51,14 @@ class ProfileModel(FunctionModel):
     forests_: list[Forest | ClassifierMixin | None]
     lines_: list[Line]
     profiles_: np.ndarray  # (N, R * Q) float
-    kin_: Kin
+    copy_groups_: CopyGroups
     familiar_: float
     early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
-    puts_down = True
-    _ranks: Ranks | None = None  # of the training objects, once somebody has asked
-    _grove: tuple[list[Forest], Grove] | None = None  # the forests, and what they are asked by
-    _asked: tuple[list[tuple[float, np.ndarray]], np.ndarray] | None = None  # the last drops, and their quantities
-    _told: tuple[tuple[list, list[Line]], np.ndarray, np.ndarray] | None = None  # what was learnt, asked, and answered
+    checks_stability = True
+    # What was learnt in the order in which it is searched, made when it is first needed.
+    _ranks: Ranks | None = None
+    _forest_batch: tuple[list[Forest], ForestBatch] | None = None
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
         self.simulator = simulator
@@ -70,28 +67,19 @@ class ProfileModel(FunctionModel):
         self.seed = seed
 
     @property
-    def length(self) -> Length:
+    def length(self) -> RunLimit:
         """How long its runs are."""
-        return Length(drops=self.drops)
+        return RunLimit(drops=self.drops)
 
-    def profiles(self, settled: Sequence[Settled]) -> np.ndarray:
-        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped.
-
-        Of one object they are asked several times over: whether it is sure, what it is for, why.
-        """
-        if len(settled) != 1:
-            return profiles_over(settled, self.radii)
-        drops = [(radius, settled[0].get(radius, NO_DROPS)) for radius in self.radii]
-        asked = self._asked
-        if asked is None or [(radius, id(rows)) for radius, rows in asked[0]] != [(r, id(rows)) for r, rows in drops]:
-            self._asked = asked = drops, profiles_over(settled, self.radii)
-        return asked[1].copy()
+    def profiles(self, settled: Sequence[DropsByRadius]) -> np.ndarray:
+        """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
+        return profiles_over(settled, self.radii)
 
     def quantity_names(self) -> list[str]:
         """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
         return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in NAMES]
 
-    def score_settled(self, settled: Sequence[Settled], *, any_heading: bool = False) -> np.ndarray:
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects, probabilities where training objects stand for what will be asked.
 
         ``any_heading`` changes nothing, as quantities do not depend on which way an object faces.
@@ -103,22 +91,28 @@ class ProfileModel(FunctionModel):
             scores[rows] = reader.score_profiles(reader.profiles([settled[row] for row in rows]))
         return scores
 
-    def memberships_in_scene(self, settled: Sequence[Settled], beside: np.ndarray) -> list[dict[str, Membership]]:
+    def memberships_in_scene(self, settled: Sequence[DropsByRadius], beside: np.ndarray) -> list[dict[str, Membership]]:
         """Return what objects of a scan are for by what surrounds them (N, S) as well, see `in_scenes_`."""
         return self.memberships_by(self.in_scenes_.scores(self.profiles(settled), beside))
 
-    def settled_by(self, drop: Callable[[Length], Settled]) -> Settled:
+    def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
         """Return the first drops where these make sure what the object is for, else all; see `FunctionModel`."""
-        if self.early_ is None:
-            return drop(self.length)
-        first = drop(self.early_.length)
-        return first if self.early_.sure_of(first) else drop(self.length)
+        if self.early_ is not None:
+            first = self.early_.reading_of(drop(self.early_.length))
+            if self.early_.sure_of(first):
+                return first
+        return self.reading_of(drop(self.length))
 
-    def sure_of(self, settled: Settled) -> bool:
+    def reading_of(self, drops: DropsByRadius) -> Reading:
+        """Return one object's drops, read by what has learnt runs of such a length."""
+        reader = self.reader_of(drops)
+        profile = reader.profiles([drops])
+        return Reading(drops=drops, profile=profile[0], scores=reader.score_profiles(profile)[0], model=reader)
+
+    def sure_of(self, reading: Reading) -> bool:
         """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
-        profile = self.profiles([settled])
-        scores = self.score_profiles(profile)[0]
-        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(settled, scores, profile)
+        scores = reading.scores
+        return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(reading)
 
     def distances(self, profiles: np.ndarray) -> np.ndarray:
         """Return how far objects (A, R * Q) are from the training objects, (A, N): the mean difference of ranks."""
@@ -126,21 +120,24 @@ class ProfileModel(FunctionModel):
             self._ranks = Ranks(self.profiles_)
         return self._ranks.distances(profiles)
 
-    def doubts(self, settled: Settled, scores: Sequence[float], profile: np.ndarray | None = None) -> list[str]:
-        """Return why the answer is unsure, each a sentence; none where it is sure.
+    def sentences(self, reading: Reading) -> list[str]:
+        """Return a sentence for each function that an object has, or for the likeliest where it has none."""
+        from .words import sentences
 
-        ``profile`` (1, R * Q) are the quantities, if they are known.
-        """
+        return sentences(reading)
+
+    def doubts(self, reading: Reading) -> list[str]:
+        """Return why the answer is unsure, each a sentence; none where it is sure."""
         found = [
-            f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
-            for name, score in zip(self.functions_, scores, strict=True)
-            if abs(score - 0.5) < HAIR
+            f"{name} is uncertain: its score {score:.2f} is close to the threshold 0.5"
+            for name, score in zip(self.functions_, reading.rounded, strict=True)
+            if abs(score - 0.5) < UNCERTAIN_MARGIN
         ]
-        stayed = sum(settled_count(settled, radius) for radius in self.radii)
-        dropped = sum(len(settled.get(radius, ())) for radius in self.radii)
+        stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
+        dropped = sum(len(reading.drops.get(radius, ())) for radius in self.radii)
         if stayed < FEW:
-            return [*found, f"hardly a sphere stayed: {stayed} of {dropped}"]
-        away = float(self.distances(self.profiles([settled]) if profile is None else profile).min())
+            return [*found, f"almost no sphere settled: {stayed} of {dropped}"]
+        away = float(self.distances(reading.profile[None]).min())
         if away > self.familiar_:
             found.append(
                 f"unlike all {len(self.names_)} training objects: {away:.2f} from the nearest, where "
@@ -148,21 +145,12 @@ class ProfileModel(FunctionModel):
             )
         return found
 
-    def reader_of(self, settled: Settled) -> ProfileModel:
+    def reader_of(self, settled: DropsByRadius) -> ProfileModel:
         """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""
         longest = max(map(len, settled.values()), default=0)
         return self if self.early_ is None or longest > self.early_.drops else self.early_
 
     def score_profiles(self, profiles: np.ndarray) -> np.ndarray:
-        """Return the scores (N, F) of objects given as quantities (N, R * Q); of the same one as before, the same."""
-        if len(profiles) != 1:
-            return self._scores(profiles)
-        learnt, told = (list(self.forests_), list(self.lines_)), self._told
-        if told is None or told[0] != learnt or not np.array_equal(told[1], profiles):
-            self._told = told = learnt, profiles.copy(), self._scores(profiles)
-        return told[2].copy()
-
-    def _scores(self, profiles: np.ndarray) -> np.ndarray:
         """Return the scores (N, F) of objects given as quantities (N, R * Q)."""
         scores = np.zeros((len(profiles), len(self.functions_)))
         if not len(profiles):
@@ -174,11 +162,11 @@ class ProfileModel(FunctionModel):
     def votes(self, profiles: np.ndarray) -> list[np.ndarray | None]:
         """Return what each function's forest says of objects given as quantities, None where there is none to ask."""
         forests = [one for one in self.forests_ if isinstance(one, Forest)]
-        if forests and (self._grove is None or self._grove[0] != forests):
-            self._grove = forests, grove_of(forests)
-        told = iter(self._grove[1].votes(profiles) if forests else ())
+        if forests and (self._forest_batch is None or self._forest_batch[0] != forests):
+            self._forest_batch = forests, forest_batch(forests)
+        own = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
-            next(told) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
+            next(own) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
             for one in self.forests_
         ]
 

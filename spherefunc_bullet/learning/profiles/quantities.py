@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...settling.drops import NO_DROPS, settled_rows
-from ...settling.settling import Settled
+from ...settling.drops import NO_DROPS, Drops, DropsByRadius
 from .columns import Columns, columns_of, fullest_level, largest_piece, near_pairs
 
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
-_BLOCK = 32  # rows whose distances are told at once
+_BLOCK = 32  # rows whose distances are computed at once
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
 
 
@@ -65,32 +64,31 @@ NAMES = tuple(quantity.name for quantity in QUANTITIES)
 Profile = dict[str, float]
 
 
-def profiles_at(dropped: Iterable[np.ndarray], radius: float) -> np.ndarray:
-    """Return the quantities (N, Q) of objects, each given as its drops (D, 6), metres; see `profile_of`."""
-    rows = [profile_of(np.asarray(drops, float), radius) for drops in dropped]
+def profiles_at(dropped: Iterable[Drops], radius: float) -> np.ndarray:
+    """Return the quantities (N, Q) of objects, each given as its drops of a radius in metres; see `profile_of`."""
+    rows = [profile_of(drops, radius) for drops in dropped]
     return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
 
-def profiles_over(settled: Sequence[Settled], radii: Sequence[float]) -> np.ndarray:
+def profiles_over(dropped: Sequence[DropsByRadius], radii: Sequence[float]) -> np.ndarray:
     """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-    return np.hstack([profiles_at([spheres.get(radius, NO_DROPS) for spheres in settled], radius) for radius in radii])
+    return np.hstack([profiles_at([drops.get(radius, NO_DROPS) for drops in dropped], radius) for radius in radii])
 
 
-def profile_of(drops: np.ndarray, radius: float) -> Profile:
-    """Return the quantities of drops (D, 6), metres, by name; all 0 where nothing settled."""
-    settled = settled_rows(drops)
-    if not settled.any():
+def profile_of(drops: Drops, radius: float) -> Profile:
+    """Return the quantities of drops by name; all 0 where nothing settled."""
+    if not len(drops.rests):
         return dict.fromkeys(NAMES, 0.0)
-    columns = columns_of(drops[settled, 2:5], radius)
+    columns = columns_of(np.asarray(drops.rests, float), radius)
     height, level = fullest_level(columns)
     piece = largest_piece(level)
     return (
-        {"settled": float(settled.sum())}
+        {"settled": float(len(drops.rests))}
         | whole(columns)
         | pile(columns)
         | carrying_level(columns, height, level, piece)
         | staying(drops, columns, piece)
-        | {"walled_in": float(np.nanmean(drops[settled, 5]))}
+        | {"walled_in": float(np.nanmean(np.asarray(drops.walled_in, float)))}
     )
 
 
@@ -143,15 +141,15 @@ def carrying_level(columns: Columns, height: float, level: Columns, piece: Colum
     }
 
 
-def staying(drops: np.ndarray, columns: Columns, piece: Columns) -> Profile:
-    """Return the share of the drops (D, 6) that stay, where the object might have held them, and how far they rolled.
+def staying(drops: Drops, columns: Columns, piece: Columns) -> Profile:
+    """Return the share of the drops that stay, where the object might have held them, and how far they rolled.
 
     A cup lets spheres go as soon as it is full, so shares are also counted up to where half of all have settled.
     """
-    settled, places = settled_rows(drops), drops[:, :2]
+    settled, places = drops.settled, np.asarray(drops.places, float)
     inside = columns.outline.inside(places)
     early = np.arange(len(drops)) <= np.flatnonzero(settled)[len(columns) // 2]
-    rolled = np.linalg.norm(drops[settled, 2:4] - places[settled], axis=1)
+    rolled = np.linalg.norm(np.asarray(drops.rests, float)[:, :2] - places[settled], axis=1)
     return {
         "stays": share(settled, inside > -columns.radius),
         "stays_early": share(settled, early & (inside > -columns.radius)),

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
+from ...classification import Decision
+from ...classification import classify as decision_about
 from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...formats.units import BY_FILE
-from ...settling.records import settle_kept
-from ...settling.settling import Settled, settle
-from ...simulator import make_simulator
-from ...simulator.statics.falling_over import falls_over
-from ..function_model import FALLS, FunctionModel, Membership, of_nobody
-from ..model_file import model_to_ask, shipped_model
-from ..profiles.profile_model import ProfileModel
-from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, settled_on_completed
-from .words import sentences
+from ...settling.kept_object import CloudObject
+from ..model_file import inference_model, model_for_views
 
 if TYPE_CHECKING:
     from ..classifier import CloudClassifier
@@ -34,6 +28,7 @@ class Answer:
     scores: dict[str, float]  # of each function, 0 to 1; above 0.5 the object has it
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
+    cloud: Cloud | None = field(default=None, repr=False, compare=False)  # that was asked about, metres, z up
 
 
 @overload
@@ -117,90 +112,27 @@ def classify(
     >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
     (['cup'], True, 'cup ')
     """
-    asked = model_to_ask(model, backend)
+    asked = inference_model(model, backend)
     asked = asked if function is None else asked.only(function)
-    of_views = model_of_views(asked, model, function)
-    told = partial(answer_of, classifier=asked, explain=explain, cache=cache, of_views=of_views)
+    view_model = partial(model_for_views, asked, given=model is not None)
     several = holds_several(anything)
     clouds = [
-        as_cloud(thing, units=units, up=up, name=f"object {number}" if several else None)
-        for number, thing in enumerate(anything if several else [anything])
+        as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
+        for number, item in enumerate(anything if several else [anything])
     ]
-    answers = [told(cloud) for cloud in clouds]
+    objects = [CloudObject(own=cloud, dropping=asked.dropping(), cache=cache) for cloud in clouds]
+    answers = [answer_of(item.own, decision_about(item, asked, view_model), explain) for item in objects]
     return answers if several else answers[0]
 
 
-def model_of_views(
-    asked: FunctionModel, given: str | Path | FunctionModel | None, function: str | None = None
-) -> Callable[[], FunctionModel]:
-    """Return what gets the model that tells single views: the one that was given, else the one that ships for scans."""
-
-    def model() -> FunctionModel:
-        """Return it."""
-        if given is not None:
-            return asked
-        backend = make_simulator(asked.simulator).name
-        shipped = model_to_ask(shipped_model(backend, scans=True), backend)
-        return shipped if function is None else shipped.only(function)
-
-    return model
-
-
-def answer_of(
-    cloud: Cloud,
-    classifier: FunctionModel,
-    *,
-    explain: bool = True,
-    cache: bool = False,
-    of_views: Callable[[], FunctionModel] | None = None,
-) -> Answer:
-    """Return what one cloud is for; one view that is for nothing is completed, and what ``of_views`` gives is asked."""
-    drop = settle_kept if cache else settle
-    how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
-    settled = classifier.settled_by(partial(drop, cloud, *how))
-    answer = answered(cloud.name, settled, classifier, lambda: falls_over(cloud), explain=explain)
-    if answer.functions or not looks_like_one_view(cloud):
-        return answer
-    model = classifier if of_views is None else of_views()
-    completed = settled_on_completed(cloud, model)
-    if completed is not None:
-        whole = answered(cloud.name, completed, model, lambda: False, explain=explain)  # of points: nobody knows
-        if whole.functions or nothing_settled(settled):
-            return doubted(whole, COMPLETED)
-    return doubted(answer, NOTHING) if nothing_settled(settled) else answer
-
-
-def doubted(answer: Answer, doubt: str) -> Answer:
-    """Return an answer that is unsure for a reason more."""
-    return replace(answer, unsure=True, reasons=(*answer.reasons, doubt))
-
-
-def answered(
-    name: str, settled: Settled, classifier: FunctionModel, falls_over: Callable[[], bool], *, explain: bool = True
-) -> Answer:
-    """Return what an object is for, on which spheres have fallen."""
-    told, reasons, doubtful = told_in_words(classifier, settled, falls_over, explain)
+def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
+    """Return a decision about a cloud as an answer."""
+    doubts = decision.doubts()
     return Answer(
-        name=name,
-        functions=frozenset(function for function, membership in told.items() if membership.member),
-        scores={function: membership.score for function, membership in told.items()},
-        unsure=bool(doubtful),
-        reasons=(*reasons, *doubtful),
+        name=cloud.name,
+        functions=decision.functions,
+        scores={name: membership.score for name, membership in decision.memberships.items()},
+        unsure=bool(doubts),
+        reasons=(*decision.reasons(explain), *doubts),
+        cloud=cloud,
     )
-
-
-def told_in_words(
-    classifier: FunctionModel, settled: Settled, falls_over: Callable[[], bool], explain: bool = True
-) -> tuple[dict[str, Membership], list[str], list[str]]:
-    """Return what an object is for, the same in sentences, and what is doubtful about it.
-
-    The last two are empty where cubes are counted. ``falls_over`` says whether it does when it is put down.
-    """
-    told = classifier.memberships_of([settled])[0]
-    if not isinstance(classifier, ProfileModel):
-        return told, [], []
-    reader, scores = classifier.reader_of(settled), [membership.score for membership in told.values()]
-    said = sentences(reader, settled, scores) if explain else []
-    if classifier.serves_nobody(told, falls_over):
-        return of_nobody(told), [FALLS, *said], []
-    return told, said, reader.doubts(settled, scores)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ...settling.settling import Settled
+from ...settling.drops import DropsByRadius
 from ..cube_classifier import CubeClassifier
 from ..histogram import Counts, CubeHistogram, counted_cubes, cube_indices
 
@@ -24,7 +24,7 @@ class Cubes:
     speaks_for: np.ndarray | None = None  # (V,) float, spheres squared; below 0 it speaks against
 
 
-def cube_evidence(classifier: CubeClassifier, settled: Settled, name: str, radius: float) -> Cubes:
+def cube_evidence(classifier: CubeClassifier, settled: DropsByRadius, name: str, radius: float) -> Cubes:
     """Return the cubes that tell an object from its nearest training objects with and without a function.
 
     A score compares distances, and a squared distance is a sum over cubes: (count - neighbour's count) squared.
@@ -35,8 +35,8 @@ def cube_evidence(classifier: CubeClassifier, settled: Settled, name: str, radiu
 
     Parameters
     ----------
-    settled : dict of float to (S, 3) float
-        The object's settled spheres at each radius, metres.
+    settled : dict of float to Drops
+        The object's spheres at each radius, metres.
     name : str
         The function.
     radius : float
@@ -49,7 +49,7 @@ def cube_evidence(classifier: CubeClassifier, settled: Settled, name: str, radiu
         lies where no training object had a sphere speaks neither way.
     """
     histogram, examples = classifier.histograms_[radius], classifier.examples_[radius]
-    here = histogram.transform([settled[radius]]).toarray()[0, :-1]
+    here = histogram.transform([settled[radius].rests]).toarray()[0, :-1]
     distances = classifier.distances([settled], radius)[0]
     weights = classifier.neighbor_weights(distances, name)
     members = classifier.members_[:, classifier.functions_.index(name)]
@@ -57,7 +57,7 @@ def cube_evidence(classifier: CubeClassifier, settled: Settled, name: str, radiu
     (inside, to_members), (outside, to_others) = sides
     speaks_for = to_others - to_members
     known = np.flatnonzero((here > 0) | (inside > 0) | (outside > 0))
-    keys, counts = unknown_cubes(settled[radius], histogram)
+    keys, counts = unknown_cubes(settled[radius].rests, histogram)
     nothing = np.zeros(len(keys))
     return Cubes(
         side=histogram.side,
@@ -99,7 +99,7 @@ def corners(keys: np.ndarray, side: float) -> np.ndarray:
     return (cube_indices(keys) + 0.5) * side + [-side / 2, -side / 2, 0.0] - side / 2
 
 
-def strongest_cubes(classifier: CubeClassifier, settled: Settled, name: str, count: int) -> list[dict]:
+def strongest_cubes(classifier: CubeClassifier, settled: DropsByRadius, name: str, count: int) -> list[dict]:
     """Return the cubes that say most about a function, those for it and those against it, ready for JSON.
 
     Those of the radius that counts most, at most ``count`` of either side, the strongest first. ``share`` is a cube's

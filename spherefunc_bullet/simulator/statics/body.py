@@ -51,7 +51,7 @@ class Body:
 def body_of(cloud: Cloud, matter: Matter) -> Body:
     """Return a cloud's object as a rigid body, its mass spread evenly over its surface.
 
-    A shell and what is solid differ in where their weight acts; models of things are mostly shells, and open ones.
+    A shell and what is solid differ in where their weight acts; models of objects are mostly shells, and open ones.
 
     Raises
     ------

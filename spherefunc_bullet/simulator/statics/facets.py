@@ -103,7 +103,7 @@ class Facets:
         return heights
 
     @cached_property
-    def ways(self) -> np.ndarray:
+    def pose_numbers(self) -> np.ndarray:
         """The number of the way to lie that each facet leads to, (F,): facets between which it rolls at a touch."""
         one, other, rise, lower = self._steps
         alike = rise < SILL * lower
@@ -136,9 +136,9 @@ class Facets:
         links = coo_array((np.ones(len(one), bool), (one, other)), shape=(count, count))
         return connected_components(links, directed=False)[1]
 
-    def lowest(self, way: int) -> int:
+    def lowest(self, number: int) -> int:
         """Return the facet of a way to lie on which the centre of mass is lowest, of equal ones the first."""
-        own = self.stable[self.ways[self.stable] == way]
+        own = self.stable[self.pose_numbers[self.stable] == number]
         return int(own[np.round(self.heights[own], 6).argmin()])
 
     def nearest(self, down: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""Does a thing fall over when it is put down as it is? Then it serves nobody in that pose.
+"""The stability check: an object that would fall over when it is put down as it is has no function in that pose.
 
 Asked of what claims a function by its spheres alone, which hold it still: an armchair upside down has a level between
-things that rise around it, and seats nobody.
+parts that rise around it, and nobody can sit on it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def falls_over(cloud: Cloud) -> bool:
 
 
 def stands_safely(cloud: Cloud) -> bool:
-    """Return whether an object's weight acts well within the polygon of its feet: most do, which is quickly told."""
+    """Return whether an object's weight acts well within the polygon of its feet: most do, which is quickly seen."""
     vertices, extent = cloud.mesh.vertices, cloud.size.max()
     feet = vertices[vertices[:, 2] < vertices[:, 2].min() + LEVEL * extent, :2]
     angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS

@@ -15,7 +15,7 @@ from .facets import SILL, TURN_DEG, Facets
 AWAY_DEG = 3.0  # from every facet it could rest on: a body that is still so far off is balanced, not at rest
 
 
-def ways_down(facets: Facets, settings: PoseSettings, counts: np.ndarray | None = None) -> tuple[Pose, ...]:
+def stable_poses(facets: Facets, settings: PoseSettings, counts: np.ndarray | None = None) -> tuple[Pose, ...]:
     """Return the poses that are likely enough, the likeliest first.
 
     Parameters
@@ -23,24 +23,28 @@ def ways_down(facets: Facets, settings: PoseSettings, counts: np.ndarray | None 
     counts : (W,) float, optional
         Share of an engine's drops that ended in each way to lie; without it statics is the answer.
     """
-    statics = np.bincount(facets.ways, weights=facets.solid_angles())
+    statics = np.bincount(facets.pose_numbers, weights=facets.solid_angles())
     shares = statics if counts is None else counts
-    likely = [way for way in np.unique(facets.ways[facets.stable]) if max(shares[way], statics[way]) >= settings.least]
+    likely = [
+        number
+        for number in np.unique(facets.pose_numbers[facets.stable])
+        if max(shares[number], statics[number]) >= settings.least
+    ]
     poses = [
         Pose(
-            rotation=turned_down(facets.normals[facets.lowest(way)]),
-            probability=float(shares[way]),
-            statics=float(statics[way]),
+            rotation=turned_down(facets.normals[facets.lowest(number)]),
+            probability=float(shares[number]),
+            statics=float(statics[number]),
         )
-        for way in likely
+        for number in likely
     ]
     return tuple(sorted(poses, key=lambda pose: (-round(pose.probability, 9), -round(pose.statics, 9))))
 
 
 def counted(facets: Facets, down: np.ndarray) -> np.ndarray:
     """Return in which share of rests, directions (N, 3) that point down, a body lay in each way, (W,)."""
-    ways = facets.ways[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
-    return np.bincount(ways, minlength=facets.ways.max() + 1) / max(1, len(down))
+    pose_numbers = facets.pose_numbers[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
+    return np.bincount(pose_numbers, minlength=facets.pose_numbers.max() + 1) / max(1, len(down))
 
 
 def at_rest(facets: Facets, down: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Things on a top: what stands on a surface that carries a pool, or on the ground where that is a table's."""
+"""Objects on a top: what stands on a surface that carries a pool, or on the ground where that is a table's."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .cutting import footprint_of
 from .surfaces import Pool
 
 _FINE = 0.005  # metres: voxels of what stands on a top
-_OVER = 0.012  # metres above a top at which things begin
+_OVER = 0.012  # metres above a top at which objects begin
 _TALLEST = 0.35  # metres: of what is looked at
 _AROUND = 0.03  # metres beyond a top's edge
 _SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
-_APART = (0.01, 0.02)  # metres between things, the sensor being near or far
+_APART = (0.01, 0.02)  # metres between objects, the sensor being near or far
 _DENSE, _VEIL = 5, 0.3  # points in a cell of surfaces that are dense, and the share of that which a veil lacks
-_LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no thing
+_LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,9 +68,9 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
 
 
 def unveiled(fine: Cells) -> list[np.ndarray]:
-    """Return the members of each thing in cells that hold as many points as a surface does, none of sparse scans.
+    """Return the members of each object in cells that hold as many points as a surface does, none of sparse scans.
 
-    Between a thing's edge and what is behind it stereo cameras see veils, which join neighbours. They lie along the
+    Between an object's edge and what is behind it stereo cameras see veils, which join neighbours. They lie along the
     line of sight, so that a cell holds few of their points.
     """
     usual = np.percentile(fine.counts, 75)
@@ -82,8 +82,8 @@ def unveiled(fine: Cells) -> list[np.ndarray]:
     return members_of(number[fine.cell_of])
 
 
-def things_on(top: Top) -> list[np.ndarray]:
-    """Return the members of each thing that stands on a top, indices of the scene's points, by both tolerances."""
+def objects_on(top: Top) -> list[np.ndarray]:
+    """Return the members of each object that stands on a top, indices of the scene's points, by both tolerances."""
     if not len(top.points):
         return []
     fine = cells(top.points, _FINE)

@@ -30,8 +30,8 @@ def slab_on_posts(width, depth, height):
     return trimesh.util.concatenate([top, *posts])
 
 
-def write_things(folder: Path, names=tuple(THINGS)) -> Path:
-    """Write things as meshes with a manifest; return the folder."""
+def write_objects(folder: Path, names=tuple(THINGS)) -> Path:
+    """Write objects as meshes with a manifest; return the folder."""
     for name in names:
         size, label = THINGS[name]
         mesh = slab_on_posts(*size) if label == "table" else trimesh.creation.box(size)

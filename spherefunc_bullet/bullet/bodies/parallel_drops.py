@@ -58,7 +58,7 @@ class Rests:
     rested: np.ndarray  # (N,) bool
 
 
-class Yard:
+class ParallelDropWorld:
     """One engine in this process, with a level ground; to be closed, best by ``with``."""
 
     def __init__(self, matter: Matter):
@@ -79,7 +79,7 @@ class Yard:
         # The engine multiplies friction and restitution of two bodies; with 1 for the ground the body's own hold.
         p.changeDynamics(number, -1, lateralFriction=1.0, restitution=1.0, **self.engine)
 
-    def __enter__(self) -> Yard:
+    def __enter__(self) -> ParallelDropWorld:
         return self
 
     def __exit__(self, *_):

@@ -5,16 +5,14 @@ What a person would say of a chair: a level 46 cm above the ground, on which sph
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TypedDict
 
 import numpy as np
 
 from ...formats.units import format_length
+from ...function_model import THRESHOLD, Reading
 from ...settling.drops import settled_count
-from ...settling.settling import Settled
-from ..profiles.profile_model import ProfileModel
-from ..profiles.quantities import NAMES, QUANTITIES, Profile, Quantity
+from .quantities import NAMES, QUANTITIES, Profile, Quantity
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
@@ -39,21 +37,23 @@ class Near(TypedDict):
     distance: float  # mean difference of ranks among the training objects, 0 to 1
 
 
-def sentences(classifier: ProfileModel, settled: Settled, scores: Sequence[float]) -> list[str]:
+def sentences(reading: Reading) -> list[str]:
     """Return a sentence for each function that an object has, or for the likeliest where it has none."""
-    names = [name for name, score in zip(classifier.functions_, scores, strict=True) if score > 0.5]
-    names = names or [classifier.functions_[int(np.argmax(scores))]]
-    score_of = dict(zip(classifier.functions_, scores, strict=True))
-    return [f"{name} {score_of[name]:.2f}: {met(classifier, settled, name)}" for name in names]
+    functions, scores = reading.model.functions_, reading.rounded
+    names = [name for name, score in zip(functions, scores, strict=True) if score > THRESHOLD]
+    names = names or [functions[int(np.argmax(scores))]]
+    score_of = dict(zip(functions, scores, strict=True))
+    return [f"{name} {score_of[name]:.2f}: {met(reading, name)}" for name in names]
 
 
-def met(classifier: ProfileModel, settled: Settled, name: str) -> str:
+def met(reading: Reading, name: str) -> str:
     """Return what the spheres met that count most for a function, as a person would say it."""
-    radii = [radius for radius in classifier.radii if settled_count(settled, radius)]
+    model = reading.model
+    radii = [radius for radius in model.radii if settled_count(reading.drops, radius)]
     if not radii:
         return "no sphere stays on it"
-    radius = classifier.radius_[name] if classifier.radius_[name] in radii else radii[-1]
-    profile = profile_at(classifier, classifier.profiles([settled])[0], radius)
+    radius = model.radius_[name] if model.radius_[name] in radii else radii[-1]
+    profile = profile_at(reading, radius)
     walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
     return (
         f"a level {said(profile, 'level_height')} above the ground, {said(profile, 'level_area')} large and "
@@ -62,20 +62,21 @@ def met(classifier: ProfileModel, settled: Settled, name: str) -> str:
     )
 
 
-def deciding(classifier: ProfileModel, settled: Settled, name: str, count: int = DECIDING) -> list[Deciding]:
+def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Deciding]:
     """Return the quantities that decide most about a function, for it or against it, the strongest first."""
-    profile, column = classifier.profiles([settled])[0], classifier.functions_.index(name)
-    medians = np.median(classifier.profiles_, axis=0)
+    model, profile = reading.model, reading.profile
+    column = model.functions_.index(name)
+    medians = np.median(model.profiles_, axis=0)
     changed = np.tile(profile, (len(profile), 1))
     np.fill_diagonal(changed, medians)
-    scores = classifier.score_profiles(np.vstack([profile, changed]))[:, column]
+    scores = model.score_profiles(np.vstack([profile, changed]))[:, column]
     shares = scores[0] - scores[1:]
     order = np.argsort(-np.abs(shares), kind="stable")[:count]
     return [
         {
             "quantity": quantity_of(i).name,
             "meaning": quantity_of(i).meaning,
-            "radius": classifier.radii[i // len(NAMES)],
+            "radius": model.radii[i // len(NAMES)],
             "value": round(float(profile[i]), 4),
             "median": round(float(medians[i]), 4),
             "share": round(float(shares[i]), 4),
@@ -85,24 +86,25 @@ def deciding(classifier: ProfileModel, settled: Settled, name: str, count: int =
     ]
 
 
-def nearest(classifier: ProfileModel, settled: Settled, count: int = NEAREST) -> list[Near]:
+def nearest(reading: Reading, count: int = NEAREST) -> list[Near]:
     """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
-    distances = classifier.distances(classifier.profiles([settled]))[0]
-    distances[classifier.kin_.weights < 1] = np.inf
+    model = reading.model
+    distances = model.distances(reading.profile[None])[0]
+    distances[model.copy_groups_.weights < 1] = np.inf
     return [
         {
-            "name": classifier.names_[i],
-            "functions": [name for name, has in zip(classifier.functions_, classifier.members_[i], strict=True) if has],
+            "name": model.names_[i],
+            "functions": [name for name, has in zip(model.functions_, model.members_[i], strict=True) if has],
             "distance": round(float(distances[i]), 4),
         }
         for i in np.argsort(distances, kind="stable")[:count].tolist()
     ]
 
 
-def profile_at(classifier: ProfileModel, profile: np.ndarray, radius: float) -> Profile:
-    """Return an object's quantities (R * Q,) at one radius, by name."""
-    start = list(classifier.radii).index(radius) * len(NAMES)
-    return dict(zip(NAMES, profile[start : start + len(NAMES)].tolist(), strict=True))
+def profile_at(reading: Reading, radius: float) -> Profile:
+    """Return an object's quantities at one radius, by name."""
+    start = list(reading.model.radii).index(radius) * len(NAMES)
+    return dict(zip(NAMES, reading.profile[start : start + len(NAMES)].tolist(), strict=True))
 
 
 def quantity_of(column: int) -> Quantity:

@@ -1,0 +1,144 @@
+"""What all fitted models of functions answer, whichever way they learnt, and without what learning takes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import InputError, warn_renamed
+from .formats.units import format_length
+from .settling.drops import DropsByRadius, RunLimit
+from .settling.records import Dropping, Loading
+from .simulator import Simulator
+
+# What a model may ask for: its file may be anybody's, and runs without bounds would not end.
+SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are classified by: larger ones lie on no seat
+MOST_RADII, MOST_DROPS = 20, 10_000  # the drops at each radius
+THRESHOLD = 0.5  # score above which an object is a member
+
+
+@dataclass(frozen=True, kw_only=True)
+class Membership:
+    """Whether an object has a function."""
+
+    member: bool
+    score: float  # 0 to 1, to four places
+    radius: float  # of the spheres that count most, metres
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reading:
+    """One object's drops as a model reads them, and the scores that follow."""
+
+    drops: DropsByRadius
+    scores: np.ndarray  # (F,) float, 0 to 1
+    model: FunctionModel  # that read them: the one asked, or what it has learnt of the first drops alone
+    profile: np.ndarray | None = None  # (R * Q,) float, the quantities; None of models that count cubes
+
+    @property
+    def rounded(self) -> list[float]:
+        """The scores as they are said."""
+        return [round(score, 4) for score in self.scores.tolist()]
+
+
+class FunctionModel(ABC):
+    """A model that is asked what objects are for, by the spheres that fell on them."""
+
+    simulator: str | Simulator
+    radii: Sequence[float]  # metres
+    seed: int  # of the drops
+    functions_: tuple[str, ...]
+    names_: list[str]  # of the training objects
+    members_: np.ndarray  # (N, F) bool
+    radius_: dict[str, float]  # that counts most for each function, metres
+    checks_stability = False  # whether an object that would fall over has no function
+
+    @property
+    @abstractmethod
+    def length(self) -> RunLimit:
+        """How long its runs are."""
+
+    @abstractmethod
+    def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
+        """Return the scores (N, F) of objects on which spheres have fallen."""
+
+    @abstractmethod
+    def chosen_radii(self) -> list[float]:
+        """Return the radii that some function uses, ascending, metres."""
+
+    @abstractmethod
+    def only(self, name: str) -> FunctionModel:
+        """Return a copy that is asked for one function alone."""
+
+    def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
+        """Return as many drops as an answer needs, of ``drop`` that makes a run of some length, read."""
+        return self.reading_of(drop(self.length))
+
+    def settled_by(self, drop: Callable[[RunLimit], DropsByRadius]) -> DropsByRadius:
+        """Return the drops of `read`, under its old name."""
+        warn_renamed("settled_by", "read, whose result holds the drops")
+        return self.read(drop).drops
+
+    def reading_of(self, drops: DropsByRadius) -> Reading:
+        """Return one object's drops, read."""
+        return Reading(drops=drops, scores=self.score_settled([drops])[0], model=self)
+
+    def sentences(self, reading: Reading) -> list[str]:
+        """Return why an object has a function or not; none where the model cannot say."""
+        return []
+
+    def doubts(self, reading: Reading) -> list[str]:
+        """Return why the answer is unsure, each a sentence; none where it is sure, or the model cannot say."""
+        return []
+
+    def dropping(self, loading: Loading | None = None) -> Dropping:
+        """Return how spheres are dropped on what the model is asked about."""
+        return Dropping(
+            simulator=self.simulator,
+            radii=tuple(self.chosen_radii()),
+            seed=self.seed,
+            loading=loading or Loading(),
+            length=self.length,
+        )
+
+    def column_of(self, name: str) -> int:
+        """Return which column of ``members_`` a function is.
+
+        Raises
+        ------
+        InputError
+            If it was not learnt.
+        """
+        if name not in self.functions_:
+            raise InputError(f"function {name!r}: expected one of {', '.join(self.functions_)}")
+        return self.functions_.index(name)
+
+    def memberships_of(
+        self, settled: Sequence[DropsByRadius], *, any_heading: bool = False
+    ) -> list[dict[str, Membership]]:
+        """Return what each object is for, by the function's name; see `score_settled`."""
+        return self.memberships_by(self.score_settled(settled, any_heading=any_heading))
+
+    def memberships_by(self, scores: np.ndarray) -> list[dict[str, Membership]]:
+        """Return what objects are for by their scores (N, F)."""
+        radius = self.radius_
+        return [
+            {
+                name: Membership(member=score > THRESHOLD, score=round(score, 4), radius=radius[name])
+                for name, score in zip(self.functions_, row, strict=True)
+            }
+            for row in scores.tolist()
+        ]
+
+
+def require_bounds(radii: Sequence[float], drops: int | None, path: str | Path):
+    """Raise InputError for a model of more or other spheres than any object is worth."""
+    if not (0 < len(radii) <= MOST_RADII and all(SPHERES[0] <= radius <= SPHERES[1] for radius in radii)):
+        wanted = f"1 to {MOST_RADII} radii from {format_length(SPHERES[0])} to {format_length(SPHERES[1])}"
+        raise InputError(f"{path}: expected a model of {wanted}, got {', '.join(map(str, radii[:MOST_RADII]))} m")
+    if drops is not None and not 0 < drops <= MOST_DROPS:
+        raise InputError(f"{path}: expected a model of 1 to {MOST_DROPS:,} drops at each radius, got {drops:,}")

@@ -1,0 +1,80 @@
+"""Objects that spheres can be dropped on: a cloud in memory, or a file and what is kept of it by content."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from ..clouds.orientation import Report
+from ..errors import one_line
+from ..formats.sources import as_source
+from .cache import entry_path
+from .drops import DropsByRadius, RunLimit
+from .records import Dropping, computed_once, kept_answer, kept_runs, settle_kept
+from .settling import settle
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CloudObject:
+    """A cloud, and how spheres are dropped on it."""
+
+    own: Cloud
+    dropping: Dropping
+    cache: bool = False  # whether spheres that have fallen on the same points before are looked up
+
+    def cloud(self) -> Cloud:
+        """Return its points and mesh."""
+        return self.own
+
+    def prepared(self, prepare: Callable[[Cloud], Cloud]) -> CloudObject:
+        """Return the object whose cloud is changed."""
+        return replace(self, own=prepare(self.own))
+
+    def drops(self, length: RunLimit) -> DropsByRadius:
+        """Return what becomes of the spheres in runs of some length."""
+        drop = settle_kept if self.cache else settle
+        return drop(self.own, self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
+
+    def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
+        """Return what ``check`` says of the cloud."""
+        return check(self.own)
+
+
+class KeptFile:
+    """A file's object and what is kept of it by content: the file is read once at most, and only for what is not kept.
+
+    Parameters
+    ----------
+    report : callable, optional
+        Receives what looks odd about the file, or was guessed, whether it is read again or not.
+    """
+
+    def __init__(self, path: Path, dropping: Dropping, report: Report | None = None):
+        self.path, self.dropping, source = path, dropping, as_source(path)
+        self.content, name, lines = dropping.content_hash(source), one_line(Path(path).name), []
+        self.cloud = cache(lambda: dropping.cloud(source, lambda line: lines.append(line.removeprefix(name))))
+        entry = entry_path("remarks", self.content)
+        remarks = computed_once(entry, lambda: self.cloud() and {"lines": np.array(lines, str)})
+        for line in remarks["lines"].tolist() if report else []:
+            report(name + line)
+
+    def prepared(self, prepare: Callable[[Cloud], Cloud]) -> KeptFile:
+        """Return the object whose cloud is changed when it is made."""
+        changed = copy(self)
+        changed.cloud = cache(lambda: prepare(self.cloud()))
+        return changed
+
+    def drops(self, length: RunLimit) -> DropsByRadius:
+        """Return what becomes of the spheres in runs of some length."""
+        dropping = replace(self.dropping, length=length)
+        return dropping.drops(kept_runs(self.content, self.cloud, dropping))
+
+    def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
+        """Return what ``check``, which is known by a name, says of the cloud."""
+        return kept_answer(self.content, name, lambda: check(self.cloud()))
