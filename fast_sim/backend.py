@@ -13,7 +13,7 @@ from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, Stan
 
 from .options import FastOptions
 
-VERSION = "3"  # of the algorithm: another number, other centres of spheres that become features
+VERSION = "5"  # of the algorithm: another number, other centres of spheres that become features
 SHORT = 100  # drops: a run of so few is kept with the cloud, since more are asked for where these do not tell
 
 

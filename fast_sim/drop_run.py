@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import PITCH, Cloud
 from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 
 from .contact import MAX_CONTACTS
@@ -38,7 +38,10 @@ class DropRun:
         if settings.max_drops is not None:  # a few spheres do not pay for more than they can feel
             points, reach = cloud.thinned(SPARSE * settings.radius), None
         self.points = point_grid(points, self.low, self.high, settings.radius)
-        self.shape = roll_shape(settings.radius, point_spacing(self.points), how)
+        spacing = point_spacing(self.points)
+        if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
+            spacing = max(spacing, PITCH)
+        self.shape = roll_shape(settings.radius, spacing, how)
         margin = settings.radius if how.inside == "sphere" else 0.0
         self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)

@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .contact import cloud_contact, nearest_point, sphere_contacts, steepest_descent
-from .falling import short_fall, stands_on_floor
+from .falling import TIGHT_POINT, short_fall, stands_on_floor
 from .kernels import inline_jit
 from .nearby import STRIDE, in_strip, look_around, still_serves, touches_points
 
 SETTLED, ROLLED_OFF, REJECTED, TIMED_OUT = 0, 1, 2, 3  # as spherefunc_bullet.simulator.Outcome
 ASTRAY = 4  # has left its strip, see `strips`
 MAX_STEPS = 20_000  # of one sphere, whatever happens
+ASIDE = 2.1  # radii: how far others lie aside of a sphere that leans on none
 GRAZING = 1e-6  # an approach slower than this share of the way is a tangent one, along a contact
 
 
@@ -87,6 +88,24 @@ def rest(points, nearby, x, y, z, radius, low, high):
 
 
 @inline_jit
+def height_on_plane(nearby, x, y, z, radius, shape):
+    """Return the height at which a sphere at rest touches the flat surface that it rests on.
+
+    In contact with points it has sunk between them. It stays so beside other spheres, which it may lean on.
+    """
+    around, normal = nearby.points, nearby.normals[0]
+    if not cloud_contact(nearby, x, y, z, radius, shape)[1] or normal[2] < math.sqrt(1 - shape.flat * shape.flat):
+        return z
+    i = nearest_point(around, nearby.counts[0], x, y, z, radius + shape.bump)[0]
+    along = (x - around[0, i]) * normal[0] + (y - around[1, i]) * normal[1] + (z - around[2, i]) * normal[2]
+    height = z + (radius - along) / normal[2]
+    if height <= z or nearest_point(around, nearby.counts[0], x, y, height, TIGHT_POINT * radius)[0] >= 0:
+        return z
+    aside = nearest_point(nearby.spheres, nearby.counts[1], x, y, height, ASIDE * radius)[0]
+    return z if aside >= 0 else height
+
+
+@inline_jit
 def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
     """Roll a sphere that has just touched at (x, y, z) until it rests or is gone.
 
@@ -108,5 +127,7 @@ def roll(points, spheres, nearby, x, y, z, radius, shape, low, high):
         lowest = min(lowest, z)
         if not moved or stalled >= shape.stalled:
             outcome, on_object = rest(points, nearby, x, y, z, radius, low, high)
+            if on_object and still_serves(nearby, x, y, z, radius):
+                z = height_on_plane(nearby, x, y, z, radius, shape)
             return x, y, z, outcome, on_object
     return x, y, z, TIMED_OUT, False

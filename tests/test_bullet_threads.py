@@ -41,7 +41,7 @@ def answer(number):
 
 
 before = [(os.fstat(fd).st_dev, os.fstat(fd).st_ino) for fd in (1, 2)]
-printers = [threading.Thread(target=print_on, args=(fd,)) for fd in printed]
+printers = [threading.Thread(target=print_on, args=(fd,), daemon=True) for fd in printed]
 for printer in printers:
     printer.start()
 with ThreadPoolExecutor(THREADS) as pool:  # the engine is imported by whichever is first

@@ -221,7 +221,8 @@ def test_real_models_load_with_their_size_and_their_coverage():
         lines = []
         cloud = load_cloud(MODELS / name, report=lines.append)
         assert cloud.bounds[0, 2] == 0
-        assert cloud.spacing == pytest.approx(0.0035, abs=0.0009)  # 2.7 mm thinned to 4 mm on panels
+        # On panels 2.7 to 4 mm; both sides of a wall that is thinner have samples of their own, side by side.
+        assert 0.0005 < cloud.spacing < 0.0044
         assert covers_random_locations(cloud, MODELS / name, rng)
 
 

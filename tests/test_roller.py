@@ -5,10 +5,11 @@ from __future__ import annotations
 import clouds
 import numpy as np
 import pytest
+import trimesh
 from scipy.optimize import nnls
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.fast_sim.contact import (
     MAX_CONTACTS,
@@ -109,6 +110,17 @@ def test_steep_incline_is_left_by_all(radius):
     assert result.settled == 0 and result.rolled_off == 50
 
 
+@pytest.mark.parametrize("thickness", [0.001, 0.002, 0.02])
+@pytest.mark.parametrize("radius", [0.01, 0.02])
+def test_spheres_roll_off_a_board_however_thin_it_is(radius, thickness):
+    board, post = trimesh.creation.box((0.2, 0.3, thickness)), trimesh.creation.box((0.02, 0.02, 0.3))
+    board.apply_transform(trimesh.transformations.rotation_matrix(np.radians(25), [1, 0, 0]))
+    post.apply_translation([0, 0, -0.16 - thickness])
+    both = trimesh.util.concatenate([board, post])
+    # On both sides of a thin board samples lie nearer to each other than along it. On its upper edge one may balance.
+    assert drop(cloud_from_mesh(both.vertices, both.faces), radius).settled < 5
+
+
 @pytest.mark.parametrize("radius", [0.005, 0.01, 0.02])
 def test_nearly_flat_incline_holds_a_layer(radius):
     result = drop(clouds.incline(1), radius)
@@ -116,7 +128,7 @@ def test_nearly_flat_incline_holds_a_layer(radius):
     normal = np.array([0, -np.sin(slope), np.cos(slope)])
     above = (result.centers - [0, 0, 0.3 + 0.15 * np.sin(slope)]) @ normal
     level = drop(clouds.plate(), radius).settled
-    assert result.on_object.all() and above.max() <= radius * (1 + 1e-9)
+    assert result.on_object.all() and above.max() <= radius * (1 + 1e-6)
     # As many as on a level plate; how many fit at random varies by some five per cent of fifty.
     assert result.settled == pytest.approx(level, rel=0.15)
 

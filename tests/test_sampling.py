@@ -112,6 +112,18 @@ def test_repeated_vertices_doubled_sheets_and_winding_change_nothing():
         assert np.allclose(np.sort(other, axis=0), np.sort(points, axis=0), atol=1e-12)
 
 
+@pytest.mark.parametrize("thickness", [0.0006, 0.001, 0.0025])
+def test_both_sides_of_a_thin_board_are_covered_by_samples_of_their_own(thickness):
+    import trimesh
+
+    board = trimesh.creation.box((0.2, 0.2, thickness))
+    points = sample_surface(np.array(board.vertices), np.array(board.faces))
+    places = np.random.default_rng(7).uniform(-0.1, 0.1, size=(500, 2))
+    for side in (-thickness / 2, thickness / 2):
+        own = points[np.abs(points[:, 2] - side) < 1e-9]
+        assert cKDTree(own[:, :2]).query(places)[0].max() <= MAX_GAP + ROUNDING
+
+
 def test_the_same_mesh_gives_the_same_points():
     rng = np.random.default_rng(5)
     vertices, faces = rng.normal(scale=0.1, size=(30, 3)), rng.integers(0, 30, size=(40, 3))
@@ -156,10 +168,11 @@ def test_points_that_come_backwards_are_thinned_last(way):
     assert np.array_equal(thin(points[:200], 0.004, points[200:][::-1]), expected)
 
 
-def test_the_first_point_of_each_cell_stays(way):
+def test_the_highest_point_of_each_cells_first_column_stays(way):
     points = scattered(3000, 0.04)
     cells = np.floor(points / 0.01)
-    order = np.lexsort([*points.T[::-1], *cells.T])
+    columns = np.floor(points[:, :2] / 0.005)
+    order = np.lexsort([points[:, 1], points[:, 0], -points[:, 2], columns[:, 1], columns[:, 0], *cells.T])
     first = np.append(True, (np.diff(cells[order], axis=0) != 0).any(axis=1))
     found = one_per_cell(points, 0.01, corners_of(points))
     assert np.array_equal(found[np.lexsort([*np.floor(found / 0.01).T])], points[order][first])

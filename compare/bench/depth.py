@@ -2,10 +2,10 @@
 
     python -m spherefunc_bullet.compare.bench.depth DATA [--backends fast,bullet] [--radii 5mm,1cm,2cm] [--count 2]
 
-The meshes of DATA are the truth; the simulators get their points alone, except the shape `mesh`. Each row changes one
-step. Samples 0.3 radii apart instead of 5 mm show what sampling adds, all samples kept what voxels leave
-out, and runs of few drops what `fast` leaves out of a cloud for them. The depth of a sphere that touches the object is
-the share of its radius by which its centre is nearer to the mesh than that.
+The meshes of DATA are the truth; what spheres meet is their points alone, except with the shape `mesh`. Each row
+changes one step. Samples 0.3 radii apart instead of 5 mm show what sampling adds, all samples kept what voxels leave
+out, and runs of few drops what `fast` leaves out of a cloud for them. The depth of a sphere that touches the object
+is the share of its radius by which its centre is nearer to the mesh than that.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, load_cloud
+from spherefunc_bullet.clouds.cloud import MAX_GAP, load_cloud
 from spherefunc_bullet.console import print_table, progress, run
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
@@ -70,15 +70,14 @@ WAYS = {
 
 def settled_depths(path: Path, backend: str, way: Variant, radius: float) -> np.ndarray:
     """Return how deep the settled spheres that touch an object lie in its mesh, (S,) radii; none if it is too small."""
-    whole = load_cloud(path, max_gap=min(MAX_GAP, FINE * radius) if way.fine else MAX_GAP)
-    cloud = whole if way.shape == "mesh" else Cloud(whole.points, whole.name)
+    cloud = load_cloud(path, max_gap=min(MAX_GAP, FINE * radius) if way.fine else MAX_GAP)
     misses = {} if way.drops is None else {"max_drops": way.drops, "miss_limit": way.drops}
     settings = DropSettings(radius=radius, max_spheres=SPHERES, **misses)
     try:
         result = make_simulator(backend, **way.options()).drop(cloud, settings, 0)
     except InputError:
         return np.empty(0)
-    return 1 - mesh_distances(whole.mesh, result.centers[result.on_object]) / radius
+    return 1 - mesh_distances(cloud.mesh, result.centers[result.on_object]) / radius
 
 
 def row(title: str, radius: float, depths: np.ndarray) -> list[str]:

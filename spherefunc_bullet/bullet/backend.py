@@ -22,7 +22,7 @@ from ..simulator.mechanics import (
 from .engine import engine_version
 from .physics import Physics
 
-VERSION = "5"  # of the method: another number, other centres
+VERSION = "6"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")
 FINEST = 3e-4  # square radii: the mean area of a mesh's faces from which on a sphere meets too many of them at once
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..processes.compilation import njit
 
+COLUMNS = 2  # along each side of a cell
 ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # as powers of two: 2, 4, 16 and 64
 INSIDE = np.uint32(3)  # the bits of a cell's place within its brick, along one axis
 
@@ -47,11 +48,18 @@ def place_of(bricks, used, i, j, k):
 
 
 @njit(forceinline=True)
-def near_in_chain(kept, links, other, x, y, z, squared):
-    """Return whether one of the kept points of a cell is near (x, y, z); each is followed by the one it links to."""
+def stands_for(dx, dy, dz, squared, normal, aside):
+    """Return whether a kept point so far from another is near it, and in its plane, or no farther beside it."""
+    across = abs(dx * normal[0] + dy * normal[1] + dz * normal[2])
+    return (dx * dx + dy * dy + dz * dz < squared) & (across <= aside)
+
+
+@njit(forceinline=True)
+def near_in_chain(kept, links, other, x, y, z, squared, normal, aside):
+    """Return whether a kept point of a cell stands for (x, y, z); each is followed by the one it links to."""
     while other > 0:
         dx, dy, dz = kept[other, 0] - x, kept[other, 1] - y, kept[other, 2] - z
-        if dx * dx + dy * dy + dz * dz < squared:
+        if stands_for(dx, dy, dz, squared, normal, aside):
             return True
         other = np.uint32(links[other, 3])
     return False
@@ -70,8 +78,8 @@ def beside(offset, own):
 
 
 @njit(forceinline=True)
-def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared):
-    """Return whether a kept point is near (x, y, z), which lies so many cells from the grid's first whole one.
+def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
+    """Return whether a kept point stands for (x, y, z), which lies so many cells from the grid's first whole one.
 
     Cells are two distances wide, so that the ball around a point touches at most two along each axis. The point's own
     one is looked at first, since what is too near mostly is there.
@@ -81,32 +89,38 @@ def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squ
         for b in (j, beside(along, j)):
             for c in (k, beside(up, k)):
                 last = contents[(bricks[a >> SIDE, b >> SIDE, c >> SIDE] << CELLS) + within(a, b, c)]
-                if near_in_chain(kept, links, last, x, y, z, squared):
+                if near_in_chain(kept, links, last, x, y, z, squared, normal, aside):
                     return True
     return False
 
 
 @njit(cache=True)
-def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, links):
+def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, bricks, contents, kept, links):
     """Write the points that greedy thinning keeps; return how many.
 
     Parameters
     ----------
     points, backwards : (N, 3) and (M, 3) float64
         From ``low`` on, metres; after the first ones come the others, the last one first.
+    normals, ends, aside
+        See `thinning.Planes`.
     bricks, contents
         As `empty_bricks` makes them, with a cell to spare on each side; a cell holds its last point.
     kept, links : (N + M + 1, 4) float64 and the same as int64
         Receives the kept points from row 1, each with the number of the one before it in its cell.
     """
     used = count = ONE
+    plane = 0
     scale = 0.5 / distance
     squared = 0.25 / (scale * scale)
     for p in range(len(points) + len(backwards)):
         point = points[p] if p < len(points) else backwards[len(points) + len(backwards) - 1 - p]
+        while p >= ends[plane]:
+            plane += 1
         x, y, z = point[0], point[1], point[2]
         across, along, up = (x - low[0]) * scale, (y - low[1]) * scale, (z - low[2]) * scale
-        if has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared):
+        own = normals[plane]
+        if has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, own, aside):
             continue
         place, used = place_of(bricks, used, own_cell(across), own_cell(along), own_cell(up))
         kept[count, 0], kept[count, 1], kept[count, 2] = x, y, z
@@ -115,12 +129,25 @@ def thin_in_bricks(points, backwards, low, distance, bricks, contents, kept, lin
     return count - ONE
 
 
-@njit(cache=True)
-def first_in_bricks(points, per_metre, low, bricks, contents, first):
-    """Write of points (N, 3) the first one in x, then y, then z, of each cell, in the order of cells; return how many.
+@njit(forceinline=True)
+def stands_above(point, other, per_metre):
+    """Return whether a point of a cell is kept rather than another: the highest in the first column that has points.
 
-    Without questions, since whether a cell is new, or a point before another, cannot be foreseen: the row after the
-    last one is behind all points.
+    Columns are ordered in x, then y, points of one height too. The highest of the whole cell makes steps of a slope.
+    """
+    per_metre *= COLUMNS
+    (x, y, z), (tx, ty, tz) = point, other
+    i, j, ti, tj = np.floor(x * per_metre), np.floor(y * per_metre), np.floor(tx * per_metre), np.floor(ty * per_metre)
+    before = (x < tx) | ((x == tx) & (y < ty))
+    return (i < ti) | ((i == ti) & ((j < tj) | ((j == tj) & ((z > tz) | ((z == tz) & before)))))
+
+
+@njit(cache=True)
+def top_in_bricks(points, per_metre, low, bricks, contents, top):
+    """Write of points (N, 3) the one of each cell that `stands_above` others, in the order of cells; return how many.
+
+    Without questions, since whether a cell is new, or a point kept, cannot be foreseen: the row after the last one
+    comes after all points.
 
     Parameters
     ----------
@@ -128,11 +155,11 @@ def first_in_bricks(points, per_metre, low, bricks, contents, first):
         The first cell of the grid.
     bricks, contents
         As `empty_bricks` makes them; a cell holds the number of its row, from 1.
-    first : (N + 1, 3) float64
+    top : (N + 1, 3) float64
         Receives them.
     """
     used, count = ONE, np.uint32(0)
-    first[0, 0] = np.inf
+    top[0] = np.inf, 0.0, 0.0
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         i = np.uint32(int(math.floor(x * per_metre)) - low[0])
@@ -143,10 +170,10 @@ def first_in_bricks(points, per_metre, low, bricks, contents, first):
         row = np.uint32(count if is_new else contents[place] - ONE)
         contents[place] = row + ONE
         count += np.uint32(is_new)
-        first[count, 0] = np.inf
-        fx, fy, fz = first[row, 0], first[row, 1], first[row, 2]
-        is_before = (x < fx) | ((x == fx) & ((y < fy) | ((y == fy) & (z < fz))))
-        first[row, 0] = x if is_before else fx
-        first[row, 1] = y if is_before else fy
-        first[row, 2] = z if is_before else fz
+        top[count] = np.inf, 0.0, 0.0
+        tx, ty, tz = top[row, 0], top[row, 1], top[row, 2]
+        is_over = stands_above((x, y, z), (tx, ty, tz), per_metre)
+        top[row, 0] = x if is_over else tx
+        top[row, 1] = y if is_over else ty
+        top[row, 2] = z if is_over else tz
     return count

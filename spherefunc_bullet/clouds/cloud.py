@@ -22,6 +22,7 @@ from .orientation import Report, require_choices, require_size, to_metres, to_z_
 MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB
 MAX_GAP = 0.005  # metres: the paper's half centimetre between a surface and its nearest sample
+PITCH = 0.0035  # metres: median distance between a mesh's samples along its surface, see `sampling`
 THINNED = 0.005  # metres: how dense meshes are sampled
 Derived = TypeVar("Derived")
 _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent

@@ -5,7 +5,8 @@ share it and the panel comes out regular. A triangle's candidates are the points
 points within ``cover``. The lattice covers the plane with that radius, and moving a lattice point to the
 nearest point of a convex set takes it no farther from any point of the set: so no location of the triangle
 is farther than ``cover`` from a candidate. Thinning drops a candidate only for a kept one nearer than
-``max_gap - cover``; the two add up to ``max_gap``.
+``max_gap - cover``; the two add up to ``max_gap``. Nor does it for one farther than ``aside`` from the
+triangle's plane: each side of a thin wall has samples of its own.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 
 from ..processes.compilation import njit
 from .outline import merge_vertices, outline_points
-from .thinning import thin
+from .thinning import Planes, thin
 
 COVER = 0.46  # of max_gap: a lattice pitch of 4 mm for 5 mm; the rest goes to thinning
+ASIDE = 0.1  # of max_gap, half a millimetre: farther from a sample's plane no other one stands for it
 _SLIVER = 0.02  # of cover: lower triangles are sampled along their longest edge, their normal is unreliable
 
 
@@ -187,12 +189,14 @@ def _lattice_points(triangle, cover, corners, out, front, back):
 
 
 @njit(cache=True)
-def _candidates(triangles, cover, corners, out, front):
+def _candidates(triangles, cover, corners, out, front, normals, ends):
     """Fill ``out`` from ``front`` and from its end; return the first free row and the last free row.
 
+    Of each triangle (M) its normal, 0 for a sliver, and the ends of its points, all from the front before all from
+    the back, are written into ``normals`` (2 M + 1, 3) and ``ends`` (2 M + 1,), after those of the first points.
     ``corners`` (3, 2) is scratch.
     """
-    back = len(out) - 1
+    count, back = len(triangles), len(out) - 1
     for t in range(len(triangles)):
         triangle = triangles[t]
         first, length, height = _longest_edge(triangle)
@@ -200,10 +204,17 @@ def _candidates(triangles, cover, corners, out, front):
             back = _sliver_points(triangle, first, length, cover, out, back)
         else:
             front, back = _lattice_points(triangle, cover, corners, out, front, back)
+            x, y, z = _normal(triangle)
+            area = math.sqrt(x * x + y * y + z * z)
+            normals[1 + t] = normals[1 + count + t] = x / area, y / area, z / area
+        ends[1 + t], ends[1 + count + t] = front, len(out) - 1 - back
+    ends[1 + count :] += front
     return front, back
 
 
-def surface_candidates(triangles: np.ndarray, cover: float, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def surface_candidates(
+    triangles: np.ndarray, cover: float, first: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return points on triangles such that no location of them is farther than ``cover`` from one.
 
     Parameters
@@ -218,12 +229,15 @@ def surface_candidates(triangles: np.ndarray, cover: float, first: np.ndarray) -
     inside, border : (F + I, 3) and (B, 3) float64, metres
         After the first points the lattice points that lie in a triangle; and those moved onto its border, last one
         first.
+    normals, ends : (2 M + 1, 3) float64 and (2 M + 1,) int64
+        See `Planes`; the first points lie in none.
     """
     corners = np.empty((3, 2))
     out = np.empty((len(first) + _bound(triangles, cover, corners), 3))
     out[: len(first)] = first
-    front, back = _candidates(triangles, cover, corners, out, len(first))
-    return out[:front], out[back + 1 :]
+    normals, ends = np.zeros((2 * len(triangles) + 1, 3)), np.full(2 * len(triangles) + 1, len(first))
+    front, back = _candidates(triangles, cover, corners, out, len(first), normals, ends)
+    return out[:front], out[back + 1 :], normals, ends
 
 
 def surface_area(vertices: np.ndarray, faces: np.ndarray) -> float:
@@ -245,8 +259,9 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     """Return points on a mesh such that no location of its surface is farther than ``max_gap`` from one.
 
     The same mesh gives the same points. Flat panels get a triangular lattice of pitch ``0.8 max_gap``; no
-    two points are nearer than ``0.54 max_gap``, however fine the mesh. Corners and sharp edges come first, so
-    that they keep their outline.
+    two points of one plane are nearer than ``0.54 max_gap``, however fine the mesh, and a face's nearest sample
+    is no farther than a tenth of ``max_gap`` from its plane. Corners and sharp edges come first, so that they
+    keep their outline.
 
     Parameters
     ----------
@@ -262,5 +277,5 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     cover = COVER * max_gap
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
-    inside, border = surface_candidates(vertices[faces], cover, outline)
-    return thin(inside, max_gap - cover, border)
+    inside, border, normals, ends = surface_candidates(vertices[faces], cover, outline)
+    return thin(inside, max_gap - cover, border, Planes(normals, ends, ASIDE * max_gap))

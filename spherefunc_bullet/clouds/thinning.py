@@ -1,13 +1,17 @@
-"""Greedy thinning: points in order, each kept unless a kept one is too near."""
+"""Greedy thinning: points in order, each kept unless a kept one is too near.
+
+Points of a surface count as near along it only: the two sides of a thin wall, of which spheres meet one, keep theirs.
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ..processes.compilation import njit
-from .bricks import empty_bricks, first_in_bricks, thin_in_bricks
+from .bricks import empty_bricks, stands_above, stands_for, thin_in_bricks, top_in_bricks
 from .corners import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
@@ -15,6 +19,14 @@ MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked 
 CELLS_A_POINT = 64
 NO_POINTS = np.empty((0, 3))
 _OFFSET = np.int64(1 << 20)  # makes cell numbers positive; 21 bits an axis hold 100 m in cells of 0.1 mm
+
+
+class Planes(NamedTuple):
+    """The planes that points to be thinned lie in, in the order of the points."""
+
+    normals: np.ndarray  # (R, 3) unit normal of each run of points in one plane; 0 for points in none
+    ends: np.ndarray  # (R,) int64, how many points there are up to the end of each run
+    aside: float  # metres: farther from its plane no kept point is too near to a point
 
 
 @njit(cache=True)
@@ -32,19 +44,19 @@ def _slot(i, j, k, table, shift):
 
 
 @njit(cache=True)
-def _near_in_chain(points, other, follower, x, y, z, squared):
-    """Return whether one of the kept points of a cell, each with its follower, is near (x, y, z)."""
+def _near_in_chain(points, other, follower, x, y, z, squared, normal, aside):
+    """Return whether one of the kept points of a cell, each with its follower, stands for (x, y, z)."""
     while other >= 0:
         dx, dy, dz = points[other, 0] - x, points[other, 1] - y, points[other, 2] - z
-        if dx * dx + dy * dy + dz * dz < squared:
+        if stands_for(dx, dy, dz, squared, normal, aside):
             return True
         other = follower[other]
     return False
 
 
 @njit(cache=True)
-def _has_kept_near(points, p, scale, table, follower, shift):
-    """Return whether a kept point is nearer to point ``p`` than half a cell.
+def _has_kept_near(points, p, scale, table, follower, shift, normal, aside):
+    """Return whether a kept point that stands for point ``p`` is nearer to it than half a cell.
 
     Cells are two distances wide, so that the ball around a point touches at most two along each axis: its own
     and the one on whose side it lies.
@@ -58,21 +70,25 @@ def _has_kept_near(points, p, scale, table, follower, shift):
         for j in range(j0, j0 + 2):
             for i in range(i0, i0 + 2):
                 slot, _ = _slot(i, j, k, table, shift)
-                if _near_in_chain(points, table[slot, 1], follower, x, y, z, squared):  # -1 in a free slot
+                last = table[slot, 1]  # -1 in a free slot
+                if _near_in_chain(points, last, follower, x, y, z, squared, normal, aside):
                     return True
     return False
 
 
 @njit(cache=True)
-def _thin(points, distance, bits):
+def _thin(points, distance, normals, ends, aside, bits):
     """Return the mask of the kept points."""
     keep = np.zeros(len(points), dtype=np.bool_)
     table = np.full((1 << bits, 2), -1, dtype=np.int64)
     follower = np.full(len(points), -1, dtype=np.int32)
     scale = 0.5 / distance
     shift = 64 - bits
+    plane = 0
     for p in range(len(points)):
-        if _has_kept_near(points, p, scale, table, follower, shift):
+        while p >= ends[plane]:
+            plane += 1
+        if _has_kept_near(points, p, scale, table, follower, shift, normals[plane], aside):
             continue
         x, y, z = points[p, 0] * scale, points[p, 1] * scale, points[p, 2] * scale
         i, j, k = np.int64(math.floor(x)), np.int64(math.floor(y)), np.int64(math.floor(z))
@@ -84,7 +100,9 @@ def _thin(points, distance, bits):
     return keep
 
 
-def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS) -> np.ndarray:
+def thin(
+    points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS, planes: Planes | None = None
+) -> np.ndarray:
     """Return the points that greedy thinning keeps, in their order.
 
     Parameters
@@ -92,9 +110,11 @@ def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS)
     points : (N, 3) float64, metres
         Earlier points win over later ones.
     distance : float, metres
-        No two kept points are nearer to each other; no dropped point is as far from all kept ones.
+        No two kept points of one plane are nearer to each other; no dropped point is as far from all kept ones.
     backwards : (M, 3) float64, metres
         Points that come after the others, the last one first.
+    planes : Planes, optional
+        Of all points; by default they lie in none.
 
     Returns
     -------
@@ -105,43 +125,42 @@ def thin(points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS)
     low, high = corners.min(axis=0), corners.max(axis=0)
     cells = np.floor((high - low) * (0.5 / distance)) + 3
     count = len(points) + len(backwards)
+    planes = planes or Planes(np.zeros((1, 3)), np.array([count]), 0.0)
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * count):
         kept = np.empty((count + 1, 4))
         grid = empty_bricks(cells, count)
-        count = thin_in_bricks(points, backwards, low, distance, *grid, kept, kept.view(np.int64))
+        count = thin_in_bricks(points, backwards, low, distance, *planes, *grid, kept, kept.view(np.int64))
         return kept[1 : count + 1, :3].copy()
     points = np.concatenate([points, backwards[::-1]])
     bits = max(8, (2 * len(points)).bit_length())  # half of the table stays free, so that every search ends
-    return points[_thin(points, distance, bits)]
+    return points[_thin(points, distance, *planes, bits)]
 
 
 def one_per_cell(points: np.ndarray, side: float, bounds: np.ndarray) -> np.ndarray:
     """Return of points (N, 3) one in each cube of a side in metres (M, 3), whatever order they come in.
 
+    It is the highest in its column: spheres come from above, and of a thin board's two sides meet the upper one.
     ``bounds`` (2, 3) are the corners of a box around them, metres.
     """
     low, high = bounds
     low, cells = np.floor(low / side) - 1, np.floor(high / side) - np.floor(low / side) + 3
     if np.prod(cells) <= min(MAX_CELLS, CELLS_A_POINT * len(points)):
         grid = empty_bricks(cells, len(points))
-        first = np.empty((len(points) + 1, 3))
-        return first[: first_in_bricks(points, 1 / side, low.astype(np.int64), *grid, first)]
+        top = np.empty((len(points) + 1, 3))
+        return top[: top_in_bricks(points, 1 / side, low.astype(np.int64), *grid, top)]
     bits = max(4, math.ceil(math.log2(max(len(points), 1))) + 1)
-    return points[_first_of_cells(points, 1 / side, bits)]
+    return points[_top_of_cells(points, 1 / side, bits)]
 
 
 @njit(forceinline=True)
-def _comes_first(points, p, other):
-    """Return whether a point is before another in x, then y, then z."""
-    for axis in range(3):
-        if points[p, axis] != points[other, axis]:
-            return points[p, axis] < points[other, axis]
-    return False
+def _place(points, p):
+    """Return the coordinates of a point."""
+    return points[p, 0], points[p, 1], points[p, 2]
 
 
 @njit(cache=True)
-def _first_of_cells(points, per_metre, bits):
-    """Return the index of the point of each cell that is first in x, then y, then z (M,), cells in no order."""
+def _top_of_cells(points, per_metre, bits):
+    """Return the index of the point of each cell (M,) that `top_in_bricks` keeps, cells in no order."""
     table = np.full((1 << bits, 2), -1, dtype=np.int64)
     shift = 64 - bits
     slots, count = np.empty(len(points), np.int64), 0
@@ -155,6 +174,6 @@ def _first_of_cells(points, per_metre, bits):
             table[slot, 0], table[slot, 1] = key, p
             slots[count] = slot
             count += 1
-        elif _comes_first(points, p, other):
+        elif stands_above(_place(points, p), _place(points, other), per_metre):
             table[slot, 1] = p
     return table[slots[:count], 1]

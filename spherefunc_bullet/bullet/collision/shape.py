@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...clouds.cloud import MAX_GAP, MIN_POINTS, Cloud
+from ...clouds.cloud import MAX_GAP, MIN_POINTS, PITCH, Cloud
 from ...errors import InputError
 
 VOXEL = 0.4  # of the radius
@@ -106,6 +106,8 @@ def thinned(cloud: Cloud, radius: float, voxel_size: float | None) -> tuple[np.n
 
     points = distinct(cloud) / radius
     spacing = Cloud(points, cloud.name).spacing
+    if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
+        spacing = max(spacing, PITCH / radius)
     gap = max(min(MAX_GAP / radius, 3 * spacing), 1.25 * spacing)
     side = VOXEL if voxel_size is None else voxel_size / radius
     if voxel_size is None and side <= 1.5 * spacing:
