@@ -36,6 +36,7 @@ class Settling:
     one_view: bool  # whether it looks like one, asked where it is for nothing
     falls_over: bool  # when it is put down, asked where it is for something
     seconds: float
+    on_top: int = 0  # objects that stand on it, asked of tables
 
 
 def classify(
@@ -134,6 +135,7 @@ def dropping_of(classifier: FunctionModel, up: str, units: str) -> Dropping:
 
 def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> Settling:
     """Return what became of as many drops on one file's object as its answer needs, and what else decides about it."""
+    from ..learning.reasons import laid
     from ..learning.reasons.one_view import looks_like_one_view
     from ..settling.records import KeptFile
     from ..simulator.statics.falling_over import falls_over
@@ -142,12 +144,16 @@ def settled_file(file: Path, dropping: Dropping, classifier: FunctionModel) -> S
     kept = KeptFile(file, dropping, report=say)
     settled = classifier.settled_by(kept.runs)
     told = classifier.memberships_of([settled])[0]
+    on_top, name = 0, f"on_top_{dropping.simulator.name}"
+    if laid.TABLE in told and told[laid.TABLE].member:
+        on_top = kept.counts(name, lambda cloud: laid.standing_on(cloud, settled))
     for_nothing = not any(membership.member for membership in told.values())
     return Settling(
         settled=settled,
         one_view=for_nothing and kept.tells("one_view", looks_like_one_view),
         falls_over=classifier.serves_nobody(told, lambda: kept.tells("falls_over", falls_over)),
         seconds=time.perf_counter() - started,
+        on_top=on_top,
     )
 
 
@@ -155,11 +161,12 @@ def scored(file: Path, dropped: Settling, classifier: FunctionModel, explain: bo
     """Return the scores of one file's object, on which the spheres have fallen."""
     from ..learning.profiles.profile_model import ProfileModel
     from ..learning.reasons.answer import told_in_words
+    from ..learning.reasons.laid import remark
 
     started, settled = time.perf_counter(), dropped.settled
     memberships, reasons, doubtful = told_in_words(classifier, settled, lambda: dropped.falls_over)
     row = {"file": str(file), "functions": {name: asdict(membership) for name, membership in memberships.items()}}
-    row |= {"unsure": bool(doubtful), "reasons": [*reasons, *doubtful]}
+    row |= {"unsure": bool(doubtful), "reasons": [*reasons, *filter(None, [remark(dropped.on_top)]), *doubtful]}
     row["seconds"] = round(dropped.seconds + time.perf_counter() - started, 3)
     if explain:
         if isinstance(classifier, ProfileModel):

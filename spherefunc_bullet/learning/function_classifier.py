@@ -19,7 +19,19 @@ from .classifier import CloudClassifier, require_alike
 from .function_model import THRESHOLD
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
-from .profiles.calibration import AS_VOTED, Kin, Line, calibrated, calibration_line, grown_on, held_out_votes, kin_of
+from .profiles.calibration import (
+    AS_VOTED,
+    UNSURE,
+    Band,
+    Kin,
+    Line,
+    calibrated,
+    calibration_line,
+    grown_on,
+    held_out_votes,
+    kin_of,
+    unsure_band,
+)
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
@@ -105,6 +117,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
+        sources: Sequence[str] | None = None,
     ) -> FunctionClassifier:
         """Learn from drops: per object a dict of radius to (D, 6), as `settle` returns it.
 
@@ -113,15 +126,18 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         originals : sequence of str, optional
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
+        sources : sequence of str, optional
+            Who made each object, empty for what is always learnt. How sure to be is then told by the objects of each
+            source, and copies of them, when nothing of that source is learnt.
         """
         labels = as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        kin = kin_of(names, originals or [""] * len(names))
+        kin = kin_of(names, originals or [""] * len(names), sources)
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, kin)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
-            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
+            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals, sources)
         return self._know()
 
     def add_settled(self, settled: Sequence[Settled], y: Sequence[Label], names: Sequence[str]) -> FunctionClassifier:
@@ -171,6 +187,10 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         held_out = [self._held_out(base, *column) for column in columns]
         self.lines_ = [self._line(votes, column) for votes, column in zip(held_out, members.T, strict=True)]
         self.held_out_ = held_out
+        self.bands_ = {
+            name: self._band(votes, line, column)
+            for name, votes, line, column in zip(self.functions_, held_out, self.lines_, members.T, strict=True)
+        }
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
@@ -258,8 +278,15 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
         if votes is None:
             return AS_VOTED
-        whole = (self.kin_.weights == 1) & ~np.isnan(votes)
-        return calibration_line(votes[whole], members[whole])
+        asked = ((self.kin_.weights == 1) | self.kin_.has_sources) & ~np.isnan(votes)
+        return calibration_line(votes[asked], members[asked])
+
+    def _band(self, votes: np.ndarray | None, line: Line, members: np.ndarray) -> Band:
+        """Return between which scores one function is unsure: what is known where sources can be left out."""
+        if votes is None or not self.kin_.has_sources:
+            return UNSURE
+        asked = ~np.isnan(votes)
+        return unsure_band(calibrated(votes[asked], line), members[asked])
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""

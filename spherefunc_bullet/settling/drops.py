@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..clouds.heading import turned
 from ..errors import InputError
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
@@ -59,6 +60,15 @@ def drop_array(result: DropResult, points: np.ndarray, radius: float) -> np.ndar
     rows[settled] = as_drops(result.centers, points, radius)
     rows[settled, :2] = result.columns[settled]
     return rows.astype(np.float32)
+
+
+def turned_drops(drops: np.ndarray, angle: float) -> np.ndarray:
+    """Return drops (D, 6) turned about z by an angle, radians."""
+    if not angle:
+        return drops
+    rows = drops.copy()
+    rows[:, 0:2], rows[:, 2:4] = (turned(np.pad(rows[:, k : k + 2], ((0, 0), (0, 1))), angle)[:, :2] for k in (0, 2))
+    return rows
 
 
 def settled_centers(drops: np.ndarray) -> np.ndarray:

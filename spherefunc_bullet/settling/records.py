@@ -26,9 +26,10 @@ from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, Length, settled_centers
+from .readied import readied
 from .settling import Settled, drop_settings, measured_run
 
-FORMAT = 1  # of the cache; another number, other entries
+FORMAT = 2  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
 
@@ -64,8 +65,9 @@ class Dropping:
         object.__setattr__(self, "radii", tuple(self.radii))
 
     def cloud(self, file: Path | Source, report: Report | None = None) -> Cloud:
-        """Return a file's cloud; see `load_cloud`."""
-        return load_cloud(file, up=self.loading.up, units=self.loading.units, report=report)
+        """Return a file's cloud; see `load_cloud`, and `readied` where few drops are to tell what it is for."""
+        cloud = load_cloud(file, up=self.loading.up, units=self.loading.units, report=report)
+        return cloud if self.length.drops is None else readied(cloud)
 
     def content_hash(self, file: Path | Source) -> str:
         """Return the hash of the bytes of a file, and of all files that it names, and of how it is loaded.
@@ -195,6 +197,11 @@ class KeptFile:
     def tells(self, name: str, tell: Callable[[Cloud], bool]) -> bool:
         """Return what ``tell``, which is known by a name, says of the cloud."""
         return kept_answer(self.content, name, lambda: tell(self.cloud()))
+
+    def counts(self, name: str, count: Callable[[Cloud], int]) -> int:
+        """Return what ``count``, which is known by a name, counts in the cloud."""
+        entry = entry_path(name, self.content)
+        return int(computed_once(entry, lambda: {"count": np.array(count(self.cloud()))})["count"])
 
 
 def settle_kept(

@@ -8,11 +8,12 @@ from contextlib import suppress
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
+from ..clouds.heading import headed
 from ..errors import InputError
 from ..processes.memory import forget_peak, peak_bytes
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
-from .drops import LIMITED, NO_DROPS, Length, drop_array
+from .drops import LIMITED, NO_DROPS, Length, drop_array, turned_drops
 
 # Radius in metres -> where spheres settled, centres (S, 3), metres; or, of runs of a stated number of drops, what
 # became of each, (D, 6); see `drops`.
@@ -70,10 +71,12 @@ def drop_or_nothing(
         return np.empty((0, 3), np.float32) if length.drops is None else NO_DROPS, 0.0, 0
     if length.drops is None:
         simulator = one_by_one(simulator)
-    result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
-    if length.drops is None:
+        result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
         return result.centers.astype(np.float32), result.seconds, result.drops
-    return drop_array(result, cloud.thinned(DENSE * radius), radius), result.seconds, result.drops
+    cloud, angle = headed(cloud)
+    result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
+    rows = drop_array(result, cloud.thinned(DENSE * radius), radius)
+    return turned_drops(rows, -angle), result.seconds, result.drops
 
 
 def drop_settings(simulator: Simulator, radius: float, length: Length = LIMITED) -> DropSettings:

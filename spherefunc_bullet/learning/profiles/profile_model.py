@@ -12,7 +12,7 @@ from ...settling.drops import NO_DROPS, Length, settled_count
 from ...settling.settling import Settled
 from ...simulator import Simulator
 from ..function_model import FunctionModel, Membership
-from .calibration import Kin, Line, calibrated
+from .calibration import UNSURE, Band, Kin, Line, calibrated
 from .forest import Forest, Grove, grove_of
 from .in_scenes import SceneForests
 from .quantities import NAMES, Ranks, profiles_over
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
-HAIR = 0.1  # score either side of the threshold that is no answer
 FEW = 5  # settled spheres of all radii together from which much can be told
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
@@ -55,6 +54,7 @@ class ProfileModel(FunctionModel):
     profiles_: np.ndarray  # (N, R * Q) float
     kin_: Kin
     familiar_: float
+    bands_: dict[str, Band] | None = None  # scores between which a function is unsure
     early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
     puts_down = True
@@ -132,9 +132,10 @@ class ProfileModel(FunctionModel):
         ``profile`` (1, R * Q) are the quantities, if they are known.
         """
         found = [
-            f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides"
+            f"{name} by a hair's breadth: {score:.2f}, where 0.5 decides and {low:.2f} to {high:.2f} is unsure"
             for name, score in zip(self.functions_, scores, strict=True)
-            if abs(score - 0.5) < HAIR
+            for low, high in [self.band(name)]
+            if low < score < high
         ]
         stayed = sum(settled_count(settled, radius) for radius in self.radii)
         dropped = sum(len(settled.get(radius, ())) for radius in self.radii)
@@ -147,6 +148,15 @@ class ProfileModel(FunctionModel):
                 f"{self.familiar_:.2f} is far for one of them"
             )
         return found
+
+    def band(self, name: str) -> Band:
+        """Return between which scores a function is unsure."""
+        return (self.bands_ or {}).get(name, UNSURE)
+
+    def are_doubtful(self, scores: np.ndarray) -> np.ndarray:
+        """Return which answers, by their scores (N, F), are unsure of some function, (N,) bool."""
+        low, high = np.array([self.band(name) for name in self.functions_]).T
+        return ((scores > low) & (scores < high)).any(axis=1)
 
     def reader_of(self, settled: Settled) -> ProfileModel:
         """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""

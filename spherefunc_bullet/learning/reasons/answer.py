@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, overload
 from ...clouds.cloud import Cloud
 from ...clouds.conversion import Anything, as_cloud, holds_several
 from ...formats.units import BY_FILE
+from ...settling.readied import readied
 from ...settling.records import settle_kept
 from ...settling.settling import Settled, settle
 from ...simulator import make_simulator
@@ -18,6 +19,7 @@ from ...simulator.statics.falling_over import falls_over
 from ..function_model import FALLS, FunctionModel, Membership, of_nobody
 from ..model_file import model_to_ask, shipped_model
 from ..profiles.profile_model import ProfileModel
+from . import laid
 from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, settled_on_completed
 from .words import sentences
 
@@ -156,9 +158,12 @@ def answer_of(
 ) -> Answer:
     """Return what one cloud is for; one view that is for nothing is completed, and what ``of_views`` gives is asked."""
     drop = settle_kept if cache else settle
+    cloud = readied(cloud) if isinstance(classifier, ProfileModel) else cloud
     how = (classifier.simulator, classifier.chosen_radii(), classifier.seed)
     settled = classifier.settled_by(partial(drop, cloud, *how))
     answer = answered(cloud.name, settled, classifier, lambda: falls_over(cloud), explain=explain)
+    if laid.TABLE in answer.functions and explain:
+        return with_remark(answer, laid.remark(laid.standing_on(cloud, settled)))
     if answer.functions or not looks_like_one_view(cloud):
         return answer
     model = classifier if of_views is None else of_views()
@@ -168,6 +173,14 @@ def answer_of(
         if whole.functions or nothing_settled(settled):
             return doubted(whole, COMPLETED)
     return doubted(answer, NOTHING) if nothing_settled(settled) else answer
+
+
+def with_remark(answer: Answer, said: str | None) -> Answer:
+    """Return an answer with a reason more, if there is one; doubts stay last."""
+    if said is None:
+        return answer
+    first = len(answer.functions)
+    return replace(answer, reasons=(*answer.reasons[:first], said, *answer.reasons[first:]))
 
 
 def doubted(answer: Answer, doubt: str) -> Answer:
