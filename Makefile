@@ -50,16 +50,24 @@ figures: setup  ## the pictures in docs/images
 MODELS := spherefunc_bullet/learning/models
 LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/household-4 build/household-5
 
-model: setup build/impaired $(LIKE_HOUSEHOLD)  ## those that ship with the package: six catalogues, and spoilt copies
+OTHERS := $(wildcard ../shared/data/models)  # objects by other people; those whose licence allows it are learnt too
+LEARNT := household build/impaired $(LIKE_HOUSEHOLD) $(if $(OTHERS),build/others build/others-impaired)
+
+model: setup build/impaired $(LIKE_HOUSEHOLD) $(filter build/others%,$(LEARNT))  ## those that ship with the package
 	@for backend in fast bullet; do \
-		$(BIN)/spherefunc train household build/impaired $(LIKE_HOUSEHOLD) --backend $$backend \
-			--out $(MODELS)/household-$$backend.npz || exit; \
+		$(BIN)/spherefunc train $(LEARNT) --backend $$backend --out $(MODELS)/household-$$backend.npz || exit; \
 	done
 
 CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # what is made of older ones is stale
 
-build/impaired: $(CATALOGUE)  ## useless and harmlessly changed copies of some objects of household
+build/impaired: $(CATALOGUE)  ## copies of some objects of household: useless, harmlessly changed, in use, as sensed
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair household $@ --copied 12
+
+build/others: $(OTHERS)/manifest.csv  ## what other people's licences allow to learn from
+	@rm -rf $@ && $(BIN)/spherefunc dataset select $(OTHERS) $@ --permissive
+
+build/others-impaired: build/others $(CATALOGUE)  ## copies of some of these
+	@rm -rf $@ && $(BIN)/spherefunc dataset impair build/others $@ --copied 24
 
 SCAN_ROOMS := 224
 JOBS := 1

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
+from .learning.reasons.laid import TABLE, objects_on_table, remark
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
@@ -29,12 +30,8 @@ COMPLETED = "this looks like a single view of an object, so it was completed and
 class DroppedOn(Protocol):
     """An object that spheres can be dropped on: a cloud in memory, or a file and what is kept of it."""
 
-    def prepared(self, prepare: Callable[[Cloud], Cloud]) -> Self:
-        """Return the object whose cloud is changed before anything is asked of it."""
-        ...
-
     def cloud(self) -> Cloud:
-        """Return its points and mesh."""
+        """Return its points and mesh as spheres meet them: level, and without gaps between sparse points."""
         ...
 
     def drops(self, length: RunLimit) -> DropsByRadius:
@@ -45,6 +42,10 @@ class DroppedOn(Protocol):
         """Return what ``check``, which is kept by a name, says of the cloud."""
         ...
 
+    def count(self, name: str, count: Callable[[Cloud], int]) -> int:
+        """Return what ``count``, which is kept by a name, counts in the cloud."""
+        ...
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Decision:
@@ -53,6 +54,7 @@ class Decision:
     model: FunctionModel
     reading: Reading
     fails_stability_check: bool = False
+    objects_on_top: int = 0  # that stand on a table
     more_doubts: tuple[str, ...] = ()
 
     @property
@@ -73,6 +75,8 @@ class Decision:
     def reasons(self, explain: bool = True) -> list[str]:
         """Return sentences that say why; none from models that count cubes."""
         said = self.reading.model.sentences(self.reading) if explain else []
+        if explain and self.objects_on_top:
+            said.append(remark(self.objects_on_top))
         return [FALLS, *said] if self.fails_stability_check else said
 
     def doubts(self) -> list[str]:
@@ -91,16 +95,12 @@ def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], Fun
     view_model : callable
         Returns the model that is asked about an object of which a sensor saw one side alone.
     """
-    item = item.prepared(prepare)
     decision = decide(item, model)
+    if TABLE in decision.functions:
+        return with_objects_on_top(decision, item)
     if decision.functions or not item.check("one_view", looks_like_one_view):
         return decision
     return reclassify_completed(item.cloud(), decision, view_model())
-
-
-def prepare(cloud: Cloud) -> Cloud:
-    """Return the cloud that spheres are dropped on: as it is."""
-    return cloud
 
 
 def decide(item: DroppedOn, model: FunctionModel) -> Decision:
@@ -113,6 +113,13 @@ def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> 
     """Return what an object is for whose drops are read; whether it falls over is asked where it has a function."""
     asked = model.checks_stability and bool((reading.scores > THRESHOLD).any())
     return Decision(model=model, reading=reading, fails_stability_check=asked and item.check("falls_over", falls_over))
+
+
+def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
+    """Return the decision about a table with how many objects stand on it."""
+    name = f"objects_on_table_{decision.model.dropping().simulator.name}"
+    count = item.count(name, lambda cloud: objects_on_table(cloud, decision.reading.drops))
+    return replace(decision, objects_on_top=count)
 
 
 def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel) -> Decision:

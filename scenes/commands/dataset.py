@@ -152,19 +152,23 @@ def select(
     directory: Directory,
     up_to: Annotated[str | None, typer.Option(help="Greatest extent of an object, such as 50cm.")] = None,
     least: Annotated[str | None, typer.Option("--from", help="Least extent of the longest side.")] = None,
+    permissive: Annotated[
+        bool, typer.Option("--permissive", help="Only of licences that let a model learn from them and be passed on.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
-    """Copy the objects of some sizes, with their labels: to tell cups from other small objects, say."""
+    """Copy the objects of some sizes or licences, with their labels: to tell cups from other small objects, say."""
     from shutil import copyfile
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
     from spherefunc_bullet.datasets.dataset import label_text, open_dataset
+    from spherefunc_bullet.datasets.licenses import is_permissive
     from spherefunc_bullet.errors import InputError
     from spherefunc_bullet.formats.units import parse_length
     from spherefunc_bullet.formats.writing import prepare_folder, writing
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
-    objects = open_dataset(data).objects
+    objects = [item for item in open_dataset(data).objects if not permissive or is_permissive(item.license)]
     measured = progress(objects, len(objects), "measuring")
     chosen = [item for item in measured if lower <= max(_extents(item.path)) <= upper]
     if not chosen:
@@ -177,8 +181,9 @@ def select(
         name = f"{number:04d}_{item.path.name}"
         with writing(directory / name):
             copyfile(item.path, directory / name)
-        rows.append((name, label_text(item.functions), ";".join(sorted(item.also)), item.category, item.group))
-    manifest = write_manifest(directory, COLUMNS, rows)
+        also = ";".join(sorted(item.also))
+        rows.append((name, label_text(item.functions), also, item.category, item.group, item.source, item.license))
+    manifest = write_manifest(directory, (*COLUMNS, "source", "license"), rows)
     _say({"manifest": str(manifest), "objects": len(chosen), "of": len(objects)}, as_json)
 
 
@@ -193,18 +198,20 @@ def impair(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Write copies that look right and do not work, and copies changed in what must not matter."""
+    """Write copies that do not work, copies changed in what must not matter, and copies in use and as sensed."""
     from spherefunc_bullet.datasets.dataset import open_dataset
 
-    from ..impairment.folder import evenly_chosen, impair_dataset
+    from ..impairment.folder import evenly_spread, impair_dataset
     from ..impairment.impairments import chosen_kinds
 
-    failures, dataset = Failures(), open_dataset(data)
+    failures, dataset, impairments = Failures(), open_dataset(data), chosen_kinds(kinds.split(",") if kinds else None)
+    functions = dict.fromkeys(function for impairment in impairments for function in impairment.functions)
+    some = [item for function in functions for item in evenly_spread(dataset.objects, function, copied)]
     copies = impair_dataset(
-        replace(dataset, objects=evenly_chosen(dataset.objects, copied)) if copied else dataset,
+        replace(dataset, objects=tuple(some)),
         directory,
         seed=seed,
-        impairments=chosen_kinds(kinds.split(",") if kinds else None),
+        impairments=impairments,
         failed=failures.add,
         progress=lambda objects: progress(objects, len(objects), "making copies"),
     )

@@ -18,11 +18,13 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 
-from .impairments import FUNCTIONS, IMPAIRMENTS, Impairment
+from .impairments import IMPAIRMENTS
+from .kinds import FUNCTIONS, Impairment
+from .kinds import NONE as NOTHING
 from .specimen import Specimen
 from .surfaces import Surface
 
-COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group")
+COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group", "source", "license")
 Failed = Callable[[InputError], None]
 
 
@@ -74,14 +76,15 @@ def impair_dataset(
     InputError
         If no object has a function that can be impaired, or the directory cannot be written.
     """
-    numbered = [(number, item) for number, item in enumerate(dataset.objects) if function_of(item)]
-    if not numbered:
+    asked = {function for impairment in impairments for function in impairment.functions}
+    numbered = [(number, item) for number, item in enumerate(dataset.objects) if kind_of(item) in asked]
+    if not any(function_of(item) for _, item in numbered):
         raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
     prepare_folder(directory)
     rows, left_out = [], Counter()
     for number, item in progress(numbered):
         try:
-            specimen = Specimen(load_cloud(item.path, up=up, units=units), function_of(item))
+            specimen = Specimen(load_cloud(item.path, up=up, units=units), kind_of(item))
         except InputError as error:
             failed(error)
             continue
@@ -99,17 +102,24 @@ def impair_dataset(
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:
     """Return the objects that have a function, at most so many of each, evenly spread over the data set."""
-    chosen: list[DatasetObject] = []
-    for function in FUNCTIONS:
-        members = [item for item in objects if function_of(item) == function]
-        count = len(members) if most is None else min(most, len(members))
-        chosen += [members[number * len(members) // count] for number in range(count)]
-    return tuple(chosen)
+    return tuple(item for function in FUNCTIONS for item in evenly_spread(objects, function, most))
+
+
+def evenly_spread(objects: Sequence[DatasetObject], function: str, most: int | None) -> list[DatasetObject]:
+    """Return at most so many objects of one function, or of none, evenly spread over the data set."""
+    members = [item for item in objects if kind_of(item) == function]
+    count = len(members) if most is None else min(most, len(members))
+    return [members[number * len(members) // count] for number in range(count)]
 
 
 def function_of(item: DatasetObject) -> str | None:
     """Return the one function of an object that can be impaired; of several, the first by name."""
     return next((function for function in FUNCTIONS if function in item.functions), None)
+
+
+def kind_of(item: DatasetObject) -> str:
+    """Return the one function that decides which copies are made of an object; ``none`` of what has none at all."""
+    return function_of(item) or ("also" if item.also else NOTHING)
 
 
 def changed_copies(
@@ -128,7 +138,8 @@ def manifest_row(file: str, of: str, item: DatasetObject, impairment: Impairment
     """
     label, also = (label_text(item.functions), ";".join(sorted(item.also))) if impairment.works else (NONE, "")
     kind, works = impairment.kind, int(impairment.works)
-    return file, label, of, kind, works, also, item.category, item.group, (function_of(item), kind)
+    about = (item.category, item.group, item.source, item.license)
+    return file, label, of, kind, works, also, *about, (kind_of(item), kind)
 
 
 def copy_ply(surface: Surface) -> bytes:

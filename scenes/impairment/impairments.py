@@ -2,39 +2,13 @@
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-
-import numpy as np
+from collections.abc import Iterable
 
 from spherefunc_bullet.errors import require_known
 
 from . import cups, harmless, seats, tables, tops
-from .specimen import Specimen
-from .surfaces import Surface
-
-FUNCTIONS = ("cup", "sittable", "table")
-Change = Callable[[Specimen, np.random.Generator], Surface | None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Impairment:
-    """One kind of change."""
-
-    kind: str
-    functions: tuple[str, ...]  # of which it is made
-    works: bool  # whether what is changed still serves
-    change: Change  # returns None where it cannot be made of an object
-
-    def applied(self, specimen: Specimen, name: str, seed: int) -> Surface | None:
-        """Return a changed copy, standing on the ground, or None; the same seed gives the same bits.
-
-        The random stream is the object's and the kind's own, so that one more of either leaves all others alone.
-        """
-        rng = np.random.default_rng([seed, zlib.crc32(name.encode()), zlib.crc32(self.kind.encode())])
-        changed = self.change(specimen, rng)
-        return None if changed is None else changed.standing()
+from .kinds import FUNCTIONS, Change, Impairment
+from .use.copies import AS_SENSED, IN_USE
 
 
 def useless(function: str, **changes: Change) -> list[Impairment]:
@@ -89,9 +63,10 @@ IMPAIRMENTS = (
         triangulation=harmless.triangulation,
     ),
 )
+COPIES = (*IMPAIRMENTS, *IN_USE, *AS_SENSED)  # all that `dataset impair` makes
 
 
-def kinds_of(impairments: Iterable[Impairment] = IMPAIRMENTS) -> list[str]:
+def kinds_of(impairments: Iterable[Impairment] = COPIES) -> list[str]:
     """Return the names of the kinds, each once, in order."""
     return list(dict.fromkeys(impairment.kind for impairment in impairments))
 
@@ -105,7 +80,7 @@ def chosen_kinds(kinds: Iterable[str] | None) -> tuple[Impairment, ...]:
         If there is no such kind.
     """
     if kinds is None:
-        return IMPAIRMENTS
+        return COPIES
     wanted = set(kinds)
     require_known("--kinds", sorted(wanted), kinds_of())
-    return tuple(impairment for impairment in IMPAIRMENTS if impairment.kind in wanted | {"whole"})
+    return tuple(impairment for impairment in COPIES if impairment.kind in wanted | {"whole"})

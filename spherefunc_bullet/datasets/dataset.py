@@ -30,6 +30,8 @@ class DatasetObject:
     also: frozenset[str] = frozenset()  # true as well, or disputed, but not the primary one
     category: str = ""
     group: str = ""  # its source
+    source: str = ""  # who made it, where that has to be said
+    license: str = ""
     of: str = ""  # what it is an impaired or harmlessly changed copy of, a file's name
 
 
@@ -145,6 +147,8 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
         category=(row.get("category") or "").strip(),
         of=(row.get("of") or "").strip(),
         group=(row.get("group") or "").strip(),
+        source=(row.get("source") or "").strip(),
+        license=(row.get("license") or "").strip(),
     )
 
 

@@ -21,6 +21,8 @@ from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import (
     AS_VOTED,
+    UNSURE,
+    Band,
     CopyGroups,
     Line,
     calibrated,
@@ -28,6 +30,7 @@ from .profiles.calibration import (
     group_copies,
     grown_on,
     held_out_votes,
+    unsure_band,
 )
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
@@ -109,9 +112,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.cache = cache
 
     @property
-    def kin_(self) -> CopyGroups:
+    def copy_groups_(self) -> CopyGroups:
         """The same as ``copy_groups_``, under its old name."""
-        warn_renamed("FunctionClassifier.kin_", "copy_groups_")
+        warn_renamed("FunctionClassifier.copy_groups_", "copy_groups_")
         return self.copy_groups_
 
     def fit_settled(
@@ -120,6 +123,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         y: Sequence[Label],
         names: Sequence[str],
         originals: Sequence[str] | None = None,
+        sources: Sequence[str] | None = None,
     ) -> FunctionClassifier:
         """Learn from drops: per object those of each radius, as `settle` returns them.
 
@@ -128,15 +132,18 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         originals : sequence of str, optional
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
+        sources : sequence of str, optional
+            Who made each object, empty for what is always learnt. How sure to be is then told by the objects of each
+            source, and copies of them, when nothing of that source is learnt.
         """
         settled, labels = typed_drops(settled), as_sets(y)
         require_alike(settled, labels, names)
         functions = tuple(sorted(set().union(*labels)))
-        copy_groups = group_copies(names, originals or [""] * len(names))
+        copy_groups = group_copies(names, originals or [""] * len(names), sources)
         self.fit_profiles(self.profiles(settled), memberships(labels, functions), functions, names, copy_groups)
         if 0 < self.early_drops < self.drops:
             first = [first_drops(one, self.early_drops) for one in settled]
-            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals)
+            self.early_ = self.of_drops(self.early_drops).fit_settled(first, labels, names, originals, sources)
         return self._know()
 
     def add_settled(
@@ -188,6 +195,10 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         held_out = [self._held_out(base, *column) for column in columns]
         self.lines_ = [self._line(votes, column) for votes, column in zip(held_out, members.T, strict=True)]
         self.held_out_ = held_out
+        self.bands_ = {
+            name: self._band(votes, line, column)
+            for name, votes, line, column in zip(self.functions_, held_out, self.lines_, members.T, strict=True)
+        }
         self.radius_ = {name: self._radius(one) for name, one in zip(self.functions_, grown, strict=True)}
         return self
 
@@ -275,8 +286,15 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return what makes probabilities of one function's votes; too few examples leave them as they are."""
         if votes is None:
             return AS_VOTED
-        whole = (self.copy_groups_.weights == 1) & ~np.isnan(votes)
-        return calibration_line(votes[whole], members[whole])
+        asked = ((self.copy_groups_.weights == 1) | self.copy_groups_.has_sources) & ~np.isnan(votes)
+        return calibration_line(votes[asked], members[asked])
+
+    def _band(self, votes: np.ndarray | None, line: Line, members: np.ndarray) -> Band:
+        """Return between which scores one function is unsure: what is known where sources can be left out."""
+        if votes is None or not self.copy_groups_.has_sources:
+            return UNSURE
+        asked = ~np.isnan(votes)
+        return unsure_band(calibrated(votes[asked], line), members[asked])
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..clouds.heading import turned
 from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
@@ -52,6 +53,14 @@ class Drops:
             rests=self.rests[:kept],
             walled_in=self.walled_in[:kept],
         )
+
+    def turned(self, angle: float) -> Drops:
+        """Return the drops turned about z by an angle, radians, counterclockwise seen from above."""
+        if not angle:
+            return self
+        places = turned(np.pad(self.places, ((0, 0), (0, 1))), angle)[:, :2]
+        rests = turned(self.rests, angle)
+        return replace(self, places=places.astype(self.places.dtype), rests=rests.astype(self.rests.dtype))
 
     def rows(self) -> np.ndarray:
         """Return them as they are kept in files: (D, 6) float32, or (S, 3) where losses are not known, metres."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -29,21 +28,21 @@ class CloudObject:
     cache: bool = False  # whether spheres that have fallen on the same points before are looked up
 
     def cloud(self) -> Cloud:
-        """Return its points and mesh."""
-        return self.own
-
-    def prepared(self, prepare: Callable[[Cloud], Cloud]) -> CloudObject:
-        """Return the object whose cloud is changed."""
-        return replace(self, own=prepare(self.own))
+        """Return its points and mesh as spheres meet them."""
+        return self.dropping.prepared(self.own)
 
     def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         drop = settle_kept if self.cache else settle
-        return drop(self.own, self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
+        return drop(self.cloud(), self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return what ``check`` says of the cloud."""
-        return check(self.own)
+        return check(self.cloud())
+
+    def count(self, name: str, count: Callable[[Cloud], int]) -> int:
+        """Return what ``count`` counts in the cloud."""
+        return count(self.cloud())
 
 
 class KeptFile:
@@ -64,12 +63,6 @@ class KeptFile:
         for line in remarks["lines"].tolist() if report else []:
             report(name + line)
 
-    def prepared(self, prepare: Callable[[Cloud], Cloud]) -> KeptFile:
-        """Return the object whose cloud is changed when it is made."""
-        changed = copy(self)
-        changed.cloud = cache(lambda: prepare(self.cloud()))
-        return changed
-
     def drops(self, length: RunLimit) -> DropsByRadius:
         """Return what becomes of the spheres in runs of some length."""
         dropping = replace(self.dropping, length=length)
@@ -78,3 +71,8 @@ class KeptFile:
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return what ``check``, which is known by a name, says of the cloud."""
         return kept_answer(self.content, name, lambda: check(self.cloud()))
+
+    def count(self, name: str, count: Callable[[Cloud], int]) -> int:
+        """Return what ``count``, which is known by a name, counts in the cloud."""
+        entry = entry_path(name, self.content)
+        return int(computed_once(entry, lambda: {"count": np.array(count(self.cloud()))})["count"])

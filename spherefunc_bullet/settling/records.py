@@ -26,10 +26,11 @@ from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
+from .preparation import prepare
 from .settling import drop_settings, measured_run
 
 _ANSWER = "told"  # what entries call the answer of a check
-FORMAT = 1  # of the cache; another number, other entries
+FORMAT = 2  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
 
@@ -65,8 +66,12 @@ class Dropping:
         object.__setattr__(self, "radii", tuple(self.radii))
 
     def cloud(self, file: Path | Source, report: Report | None = None) -> Cloud:
-        """Return a file's cloud; see `load_cloud`."""
-        return load_cloud(file, up=self.loading.up, units=self.loading.units, report=report)
+        """Return a file's cloud as spheres meet it; see `load_cloud` and `prepared`."""
+        return self.prepared(load_cloud(file, up=self.loading.up, units=self.loading.units, report=report))
+
+    def prepared(self, cloud: Cloud) -> Cloud:
+        """Return a cloud as spheres meet it: as it is in runs to the end, and prepared where few drops are to tell."""
+        return cloud if self.length.drops is None else prepare(cloud)
 
     def content_hash(self, file: Path | Source) -> str:
         """Return the hash of the bytes of a file, and of all files that it names, and of how it is loaded.

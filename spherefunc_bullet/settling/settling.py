@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
+from ..clouds.heading import headed
 from ..errors import InputError
 from ..processes.memory import peak_bytes, reset_peak
 from ..processes.tasks import run_tasks
@@ -65,11 +66,13 @@ def drop_or_nothing(
         return no_drops(radius, length), 0.0, 0
     if length.drops is None:
         simulator = one_by_one(simulator)
-    result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
     if length.drops is None:
+        result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
         drops = replace(resting_drops(radius, result.centers.astype(np.float32)), provenance=result.provenance)
-    else:
-        drops = drops_of(result, cloud.thinned(DENSE * radius), radius)
+        return drops, result.seconds, result.drops
+    cloud, angle = headed(cloud)
+    result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
+    drops = drops_of(result, cloud.thinned(DENSE * radius), radius).turned(-angle)
     return drops, result.seconds, result.drops
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .calibration import CopyGroups
+from .calibration import UNSURE, CopyGroups
 from .forest import Forest, kept_forests, rebuilt_forests
 from .in_scenes import rebuilt_scenes, scenes_kept
 from .profile_model import PROFILE, ProfileModel
@@ -39,7 +39,8 @@ def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarr
     arrays |= kept_forests(model.forests_)
     about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
     radii = [model.radius_[name] for name in model.functions_]
-    return {"method": about, "familiar": model.familiar_, "radius": radii}, arrays
+    kept = {"method": about, "familiar": model.familiar_, "radius": radii}
+    return kept | {"unsure": [list(model.band(name)) for name in model.functions_]}, arrays
 
 
 def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
@@ -51,6 +52,8 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     model.familiar_ = float(about["familiar"])
     model.lines_ = [(float(slope), float(offset)) for slope, offset in arrays["lines"].reshape(len(names), 2)]
     model.radius_ = {name: float(radius) for name, radius in zip(names, about["radius"], strict=True)}
+    bands = about.get("unsure") or [UNSURE] * len(names)
+    model.bands_ = {name: (float(low), float(high)) for name, (low, high) in zip(names, bands, strict=True)}
     model.copy_groups_ = CopyGroups(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
     if {len(model.copy_groups_.weights), len(model.copy_groups_.groups)} != {len(model.profiles_)}:
         raise ValueError("weights and names differ in number")

@@ -17,6 +17,10 @@ FOLDS = 3  # of the cross-validation whose votes are looked at
 SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees cannot distinguish them
 STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
 LOWEST = -700.0  # log odds: below, their exponential is none that floats hold
+UNCERTAIN_MARGIN, WIDEST = 0.1, 0.4  # score either side of the threshold that is no answer: at least, at most
+ERROR = 0.003  # of all answers about one function that may be wrong and sure, either way
+Band = tuple[float, float]  # scores between which one is unsure
+UNSURE: Band = (0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN)
 Line = tuple[float, float]  # slope, and what is added to the log odds
 AS_VOTED: Line = (1.0, 0.0)
 
@@ -27,22 +31,34 @@ class CopyGroups:
 
     weights: np.ndarray  # (N,) float, 1 for what is no copy
     groups: np.ndarray  # (N,) int, the same for an object and its copies
+    sources: np.ndarray | None = None  # (N,) int, who made it where that is told, else -1; None: of nobody
+
+    @property
+    def has_sources(self) -> bool:
+        """Whether there are objects of several sources, so that each can be left out."""
+        return self.sources is not None and len(set(self.sources[self.sources >= 0].tolist())) > 1
 
     def with_more(self, count: int) -> CopyGroups:
         """Return the same with so many objects more that are no copies."""
         fresh = self.groups.max(initial=-1) + 1 + np.arange(count)
-        return CopyGroups(weights=np.append(self.weights, np.ones(count)), groups=np.append(self.groups, fresh))
+        sources = None if self.sources is None else np.append(self.sources, np.full(count, -1))
+        weights = np.append(self.weights, np.ones(count))
+        return CopyGroups(weights=weights, groups=np.append(self.groups, fresh), sources=sources)
 
     def of(self, rows: np.ndarray) -> CopyGroups:
         """Return those of some objects."""
-        return CopyGroups(weights=self.weights[rows], groups=self.groups[rows])
+        sources = None if self.sources is None else self.sources[rows]
+        return CopyGroups(weights=self.weights[rows], groups=self.groups[rows], sources=sources)
 
 
-def group_copies(names: Sequence[str], originals: Sequence[str]) -> CopyGroups:
-    """Return who is a copy of whom, by names; an empty one is nobody's."""
+def group_copies(names: Sequence[str], originals: Sequence[str], sources: Sequence[str] | None = None) -> CopyGroups:
+    """Return who is a copy of whom, by names, and who made them; an empty name is nobody's."""
     place = {name: row for row, name in enumerate(names) if not originals[row]}
     groups = [place.setdefault(of, len(names) + len(place)) if of else row for row, of in enumerate(originals)]
-    return CopyGroups(weights=np.where([bool(of) for of in originals], COPY_WEIGHT, 1.0), groups=np.array(groups, int))
+    weights = np.where([bool(of) for of in originals], COPY_WEIGHT, 1.0)
+    makers = {name: number for number, name in enumerate(sorted(set(sources or ()) - {""}))}
+    numbers = None if sources is None else np.array([makers.get(name, -1) for name in sources], int)
+    return CopyGroups(weights=weights, groups=np.array(groups, int), sources=numbers)
 
 
 def grown_on(
@@ -69,12 +85,16 @@ def held_out_votes(
 ) -> np.ndarray:
     """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
+    Where it is told who made them, nothing of the same source is; what is of no source is always learnt, and not asked.
+
     Parameters
     ----------
     X : (N, D) float
     members : (N,) bool
         At least two of either kind.
     """
+    if copy_groups.has_sources:
+        return votes_on_other_sources(estimator, X, members, copy_groups)
     from sklearn.model_selection import StratifiedGroupKFold
 
     folds = min(FOLDS, *(len(set(copy_groups.groups[side])) for side in (members, ~members)))
@@ -87,6 +107,34 @@ def held_out_votes(
             grown = grown_on(estimator, X[train], members[train], copy_groups.of(train))
             votes[test] = grown.predict_proba(X[test])[:, 1]
     return votes
+
+
+def votes_on_other_sources(
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
+) -> np.ndarray:
+    """Return what a classifier says of the objects of each source (N,) when nothing of that source is learnt."""
+    votes = np.full(len(X), np.nan)
+    for source in np.unique(copy_groups.sources[copy_groups.sources >= 0]):
+        train, test = np.flatnonzero(copy_groups.sources != source), np.flatnonzero(copy_groups.sources == source)
+        if members[train].any() and not members[train].all():
+            grown = grown_on(estimator, X[train], members[train], copy_groups.of(train))
+            votes[test] = grown.predict_proba(X[test])[:, 1]
+    return votes
+
+
+def unsure_band(scores: np.ndarray, members: np.ndarray) -> Band:
+    """Return between which two scores one function is unsure, by held-out scores (N,) and members (N,) bool.
+
+    No wider than it takes for the answers beyond it to be wrong in no more than `ERROR` of all on either side, and no
+    narrower than `UNCERTAIN_MARGIN`, nor wider than `WIDEST`: beyond that, an answer says more than a doubt.
+    """
+    allowed = int(ERROR * len(scores))
+    missed, claimed = np.sort(scores[members]), np.sort(scores[~members])[::-1]
+    low = missed[allowed] if len(missed) > allowed else 1.0
+    high = claimed[allowed] if len(claimed) > allowed else 0.0
+    return float(np.clip(low, 0.5 - WIDEST, 0.5 - UNCERTAIN_MARGIN)), float(
+        np.clip(high, 0.5 + UNCERTAIN_MARGIN, 0.5 + WIDEST)
+    )
 
 
 def calibration_line(votes: np.ndarray, members: np.ndarray) -> Line:

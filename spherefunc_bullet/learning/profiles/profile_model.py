@@ -11,7 +11,7 @@ import numpy as np
 from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
-from .calibration import CopyGroups, Line, calibrated
+from .calibration import UNSURE, Band, CopyGroups, Line, calibrated
 from .forest import Forest, ForestBatch, forest_batch
 from .in_scenes import SceneForests
 from .quantities import NAMES, Ranks, profiles_over
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
-UNCERTAIN_MARGIN = 0.1  # score either side of the threshold that is no answer
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
@@ -53,6 +52,7 @@ class ProfileModel(FunctionModel):
     profiles_: np.ndarray  # (N, R * Q) float
     copy_groups_: CopyGroups
     familiar_: float
+    bands_: dict[str, Band] | None = None  # scores between which a function is unsure
     early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
     checks_stability = True
@@ -129,9 +129,10 @@ class ProfileModel(FunctionModel):
     def doubts(self, reading: Reading) -> list[str]:
         """Return why the answer is unsure, each a sentence; none where it is sure."""
         found = [
-            f"{name} is uncertain: its score {score:.2f} is close to the threshold 0.5"
+            f"{name} is uncertain: its score {score:.2f} is between {low:.2f} and {high:.2f}"
             for name, score in zip(self.functions_, reading.rounded, strict=True)
-            if abs(score - 0.5) < UNCERTAIN_MARGIN
+            for low, high in [self.band(name)]
+            if low < score < high
         ]
         stayed = sum(settled_count(reading.drops, radius) for radius in self.radii)
         dropped = sum(len(reading.drops.get(radius, ())) for radius in self.radii)
@@ -144,6 +145,15 @@ class ProfileModel(FunctionModel):
                 f"{self.familiar_:.2f} is far for one of them"
             )
         return found
+
+    def band(self, name: str) -> Band:
+        """Return the two scores between which a function is uncertain."""
+        return (self.bands_ or {}).get(name, UNSURE)
+
+    def are_doubtful(self, scores: np.ndarray) -> np.ndarray:
+        """Return which answers, by their scores (N, F), are uncertain about some function, (N,) bool."""
+        low, high = np.array([self.band(name) for name in self.functions_]).T
+        return ((scores > low) & (scores < high)).any(axis=1)
 
     def reader_of(self, settled: DropsByRadius) -> ProfileModel:
         """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""

@@ -1,0 +1,211 @@
+"""Objects as sensors give them: what is still told of corrupted clouds of objects whose sources were not learnt.
+
+The corruptions of ModelNet40-C (Sun et al., 2022) that make sense where sizes are metres, five severities each.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NotRequired, TypedDict
+
+import numpy as np
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.console import print_table, progress
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.method import AnyMethod
+from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN
+from spherefunc_bullet.processes.tasks import run_tasks
+from spherefunc_bullet.scenes.impairment.folder import evenly_spread
+from spherefunc_bullet.scenes.impairment.kinds import FUNCTIONS, NONE
+from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
+from spherefunc_bullet.settling.preparation import prepare
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord, shape_of
+from spherefunc_bullet.settling.settling import settle
+
+from .evaluation import Trial
+from .features import SPHERES
+from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from .readings import readings
+
+CLEAN = "clean"
+SEVERITIES = (1, 2, 3, 4, 5)
+OTHERS = 2  # times as many objects without a function as of each
+TRIALS = 2  # random halves, where there are no sources to leave out
+Failed = Callable[[InputError], None]
+
+
+class Rates(TypedDict):
+    """What was said of all objects under one corruption of one severity, as shares."""
+
+    told: float  # of those with a function, classified as such
+    unsure: float
+    wrong_and_sure: float
+    baselines: NotRequired[dict[str, Rates]]
+
+
+Corruptions = dict[str, dict[str, Rates]]  # by kind, then severity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """Whole objects first, what sensors make of some of them after them."""
+
+    simulated: Simulated  # both
+    whole: int
+    originals: np.ndarray  # (C,) which whole object each is of
+    kinds: Sequence[tuple[str, str]]  # of each, and the severity
+
+
+def corruption_rates(
+    learnt: Simulated,
+    tested: Simulated | None,
+    dropping: Dropping,
+    method: AnyMethod,
+    *,
+    copied: int | None = None,
+    jobs: int = -1,
+    failed: Failed,
+) -> Corruptions:
+    """Return the rates of spheres and every baseline under each corruption and severity.
+
+    Parameters
+    ----------
+    learnt : Simulated
+        The objects to learn from: all of them where others are tested, those of other sources (or of a random half
+        where the manifest names fewer than two) where they are tested themselves.
+    tested : Simulated, optional
+        The objects to test.
+    copied : int
+        So many objects of each function at most, evenly chosen, and twice as many without one.
+    """
+    asked = asked_of(learnt, tested, dropping, copied, jobs, failed)
+    splits = splits_of(asked, None if tested is None else len(learnt.objects), dropping.seed)
+    said = {
+        name: [trial for trial in read.trials([[split] for split in splits])]
+        for name, read in readings(asked.simulated, dropping.radii, method).items()
+    }
+    labels = labels_of(asked.simulated)
+    of_spheres = rates_of(asked, labels, said.pop(SPHERES))
+    for name, trials in said.items():
+        for kind, rows in rates_of(asked, labels, trials).items():
+            for severity, rates in rows.items():
+                of_spheres[kind][severity].setdefault("baselines", {})[name] = rates
+    return of_spheres
+
+
+def asked_of(
+    learnt: Simulated, tested: Simulated | None, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
+) -> Asked:
+    """Return whole objects, and their corrupted clouds with the spheres that fell on these."""
+    objects = learnt.objects + (() if tested is None else tested.objects)
+    records = learnt.records + (() if tested is None else tested.records)
+    first = 0 if tested is None else len(learnt.objects)
+    rows = {item.path: row for row, item in enumerate(objects) if row >= first}
+    some = chosen([item for item in objects[first:]], copied)
+    tasks = [(item, dropping) for item in some]
+    outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
+    made: list[tuple[int, str, str, ObjectRecord]] = []
+    for index, outcome in progress(outcomes, len(some), "corrupting"):
+        if isinstance(outcome, InputError):
+            failed(outcome)
+        else:
+            made += [(rows[some[index].path], *one) for one in outcome]
+    made.sort(key=lambda one: (one[0], one[1], one[2]))
+    both = Simulated(
+        learnt.name,
+        objects + tuple(objects[row] for row, *_ in made),
+        records + tuple(record for *_, record in made),
+    )
+    kinds = [(kind, severity) for _, kind, severity, _ in made]
+    originals = np.array([row for row, *_ in made], int)
+    return Asked(simulated=both, whole=len(objects), originals=originals, kinds=kinds)
+
+
+def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
+    """Return the objects to corrupt; those that are for nothing but dispute it are left out."""
+    most = {function: copied for function in FUNCTIONS} | {NONE: None if copied is None else OTHERS * copied}
+    return [item for function, count in most.items() for item in evenly_spread(objects, function, count)]
+
+
+def corrupted_records(item: DatasetObject, dropping: Dropping) -> list[tuple[str, str, ObjectRecord]]:
+    """Return what spheres make of an object's points as they are, and corrupted in each way and severity."""
+    cloud = dropping.cloud(item.path)
+    made = [(CLEAN, "0", record_of(cloud.points, item, dropping))]
+    for kind in CORRUPTIONS:
+        for severity in SEVERITIES:
+            rng = np.random.default_rng(
+                [dropping.seed, zlib.crc32(item.path.name.encode()), zlib.crc32(kind.encode()), severity]
+            )
+            made.append((kind, str(severity), record_of(corrupted(cloud.points, kind, severity, rng), item, dropping)))
+    return made
+
+
+def record_of(points: np.ndarray, item: DatasetObject, dropping: Dropping) -> ObjectRecord:
+    """Return where spheres settle on points (N, 3), and what baselines ask of them."""
+    cloud = prepare(Cloud(points, item.path.name))
+    settled = settle(cloud, dropping.simulator, dropping.radii, dropping.seed, dropping.length)
+    return ObjectRecord(path=item.path, settled=settled, seconds={}, drops={}, **shape_of(cloud))
+
+
+def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:
+    """Return splits that learn whole objects and test corrupted clouds of others."""
+    labels = labels_of(asked.simulated)
+    if learnt is not None:
+        return [Split(np.arange(learnt), asked.whole + np.arange(len(asked.originals)))]
+    groups = labels.groups[: asked.whole]
+    whole = (
+        leave_one_group_out(groups)
+        if len(set(groups.tolist())) > 1
+        else random_splits(asked.whole, asked.whole // 2, TRIALS, seed)
+    )
+    splits = [Split(one.train, asked.whole + np.flatnonzero(np.isin(asked.originals, one.test))) for one in whole]
+    return [split for split in splits if len(split.test)]
+
+
+def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
+    """Return the rates of one feature."""
+    rows = np.concatenate([trial.rows for trial in trials])
+    scores = np.concatenate([trial.scores for trial in trials])
+    doubtful = np.concatenate([doubts_of(trial) for trial in trials])
+    members, also, predicted = labels.members[rows], labels.also[rows], scores > 0.5
+    wrong = ((predicted != members) & ~(also & predicted)).any(axis=1)
+    serves = members.any(axis=1)
+    told = (predicted & members).any(axis=1)
+    kinds = np.array([asked.kinds[row - asked.whole] for row in rows])
+    rates: Corruptions = {}
+    for kind, severity in dict.fromkeys(asked.kinds):
+        own = (kinds == [kind, severity]).all(axis=1)
+        rates.setdefault(kind, {})[severity] = {
+            "told": share(told[own & serves]),
+            "unsure": share(doubtful[own]),
+            "wrong_and_sure": share((wrong & ~doubtful)[own]),
+        }
+    return rates
+
+
+def doubts_of(trial: Trial) -> np.ndarray:
+    """Return which answers are unsure (T,) bool: by the rule that was learnt, else where a score is near a half."""
+    return (np.abs(trial.scores - 0.5) < UNCERTAIN_MARGIN).any(axis=1) if trial.doubtful is None else trial.doubtful
+
+
+def share(which: np.ndarray) -> float:
+    """Return the share that is True, to four places."""
+    return round(float(which.mean()), 4) if len(which) else float("nan")
+
+
+def print_corruptions(rates: Corruptions):
+    """Print a row for each corruption, and what is told, unsure, and wrong and sure at each severity."""
+    names = ("told", "unsure", "wrong_and_sure")
+    rows = [
+        [kind.replace("_", " "), name.replace("_", " "), *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]
+        for kind, rows in rates.items()
+        for name in names
+    ]
+    wide = [row + ["-"] * (2 + len(SEVERITIES) - len(row)) for row in rows]
+    title = "\nobjects of sources not learnt, as sensors give them, by severity"
+    print_table(title, ["corruption", "share", *map(str, SEVERITIES)], wide)

@@ -1,0 +1,4 @@
+"""Objects in use: laid tables, seats with something on them, cups that hold something; and what a sensor makes of them.
+
+Copies as in the folder above, most of which work as their originals do.
+"""
