@@ -1,0 +1,49 @@
+"""All places of one object."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from .place import Place
+from .pouring import pour_places
+from .putting import put_places
+from .sitting import sit_places
+from .surface import surface_of
+
+SEAT_CELL = 0.025  # metres
+UNKNOWN = 0.5  # the score of a function that nobody was asked about
+
+
+def places_of(
+    cloud: Cloud, *, put: Cloud | None = None, scores: Mapping[str, float] | None = None, person: float = 1.75
+) -> list[Place]:
+    """Return the places of a cloud's object in the cloud's frame, the best first.
+
+    Parameters
+    ----------
+    put : Cloud, optional
+        An object for which poses are looked for, standing as it is.
+    scores : mapping, optional
+        Of each function, 0 to 1, as `Answer.scores` has them: a place of a function that the object has not is
+        worth less.
+    person : float, metres
+        How tall a sitter is.
+    """
+    surface, coarse = surface_of(cloud), surface_of(cloud, SEAT_CELL)
+    known = {} if scores is None else scores
+    found = [
+        *sit_places(coarse, person, known.get("sittable", UNKNOWN)),
+        *put_places(surface, put),
+        *pour_places(cloud),
+    ]
+    weighed = [replace(place, score=weighed_score(place, known)) for place in found]
+    return sorted(weighed, key=lambda place: -place.score)
+
+
+def weighed_score(place: Place, scores: Mapping[str, float]) -> float:
+    """Return the score of a place on an object of which the score of each function is known."""
+    return float(np.sqrt(place.score * scores[place.function])) if place.function in scores else place.score
