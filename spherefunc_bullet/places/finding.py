@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from ..clouds.cloud import Cloud
-from .place import Place
+from ..clouds.cloud import Cloud, cloud_of
+from ..clouds.conversion import Anything, geometry_of, warn
+from ..formats.units import BY_FILE
+from .place import IDENTITY, Place, Similarity, similarity_between
 from .pouring import pour_places
 from .putting import put_places
 from .sitting import sit_places
@@ -47,3 +50,16 @@ def places_of(
 def weighed_score(place: Place, scores: Mapping[str, float]) -> float:
     """Return the score of a place on an object of which the score of each function is known."""
     return float(np.sqrt(place.score * scores[place.function])) if place.function in scores else place.score
+
+
+def cloud_and_frame(anything: Anything, *, units: str = "m", up: str = BY_FILE) -> tuple[Cloud, Similarity]:
+    """Return the cloud of an object, and what takes its frame to that of the input; see `as_cloud`."""
+    if isinstance(anything, Cloud):
+        return anything, IDENTITY
+    name = anything if isinstance(anything, str | Path) else "cloud"
+    geometry = geometry_of(anything, str(name))
+    cloud = cloud_of(geometry, Path(name), units=units, up=up, report=warn)
+    if cloud.mesh is not None:
+        return cloud, similarity_between(cloud.mesh.vertices, geometry.vertices[np.unique(geometry.faces)])
+    seen = np.isfinite(geometry.vertices).all(axis=1)
+    return cloud, similarity_between(cloud.points, geometry.vertices[seen])

@@ -56,6 +56,7 @@ class Place:
     levels: tuple[tuple[float, float], ...] = ()  # (millilitres, height of the surface)
     spill_tilt_deg: float | None = None  # filled to nine tenths, it begins to spill when tilted so far
     spill_heading_deg: float | None = None  # towards this side
+    inside: tuple[np.ndarray, ...] = ()  # (3,) lowest and highest corner of the box about what it holds
     inferred: bool = False  # the surface itself was not seen
     note: str = ""
 
@@ -69,6 +70,7 @@ class Place:
             spill_heading_deg=to_input.heading(self.spill_heading_deg),
             region=tuple(to_input.points(ring) for ring in self.region),
             area=self.area * to_input.scale**2,
+            inside=tuple(to_input.points(corner) for corner in self.inside),
             poses=tuple(to_input.pose(pose) for pose in self.poses),
             margins=tuple(margin * to_input.scale for margin in self.margins),
             levels=tuple((millilitres, to_input.scale * level) for millilitres, level in self.levels),
@@ -122,12 +124,14 @@ class Similarity:
         return self.scale * points @ self.rotation.T + self.shift
 
     def heading(self, heading_deg: float | None) -> float | None:
-        """Return a heading in the other frame, of the direction's part in its x and y; where z is not up, see normal."""
+        """Return a heading in the other frame: about its upward direction, from its x axis, or from y where x is up."""
         if heading_deg is None:
             return None
-        angle = np.radians(heading_deg)
-        x, y, _ = self.rotation @ [np.cos(angle), np.sin(angle), 0.0]
-        return float(np.degrees(np.arctan2(y, x)) % 360)
+        angle, up = np.radians(heading_deg), self.rotation[:, 2]
+        ahead = self.rotation @ [np.cos(angle), np.sin(angle), 0.0]
+        axis = np.eye(3)[0 if abs(up[0]) < 0.9 else 1]
+        level = axis - (axis @ up) * up
+        return float(np.degrees(np.arctan2(up @ np.cross(level, ahead), level @ ahead)) % 360)
 
     def pose(self, pose: np.ndarray) -> np.ndarray:
         """Return a rigid pose (4, 4), its translation in the units of the other frame."""

@@ -35,8 +35,9 @@ SOFT = 0.05  # metres that a seat may differ from the level under the pelvis
 STEEPEST = np.tan(np.radians(16.0))
 ROUGHEST = 0.018  # metres, of a seat about its plane
 STEP = 0.025  # metres between samples of a zone
+SMOOTHED = 3  # headings to either side that a score is averaged with: the middle of those that are as good wins
 APART = 0.55  # metres between persons
-LEAST = 0.35  # a place that is worth less is none
+LEAST = 0.3  # a place that is worth less is none
 GOOD = 0.75  # of the best place's worth: others on the same seat
 BACKED = 0.4  # of the width behind the sitter: from here on there is a back
 
@@ -75,6 +76,7 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     heights = np.where(np.isfinite(surface.heights), surface.heights, -10.0)
     smooth = ndimage.median_filter(heights, 3)
     cells = np.argwhere((smooth >= lowest) & (smooth <= highest))
+    cells = cells[(cells.sum(axis=1) % 2 == 0) & (cells[:, 0] % 2 == 0)]  # each second one both ways
     offsets, zones = template(scale, surface.cell)
     shares = np.zeros((len(cells), HEADINGS, len(ZONES)))
     levels, fits = np.zeros(len(cells)), np.zeros((len(cells), HEADINGS), np.bool_)
@@ -82,7 +84,9 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     lay(heights, cells, offsets, zones, counts, surface.cell, scale, levels, shares, fits)
     core, thighs, trunk, back, front, feet = (shares[..., zone] for zone in range(6))
     scores = fits * core * (0.5 + 0.5 * thighs) * (1 - trunk) * (1 - 0.8 * front) * (0.55 + 0.3 * back + 0.15 * feet)
-    return Sittings(cells, np.where(core >= 0.75, scores, 0.0), shares, levels)
+    scores = np.where(core >= 0.75, scores, 0.0)
+    around = sum(np.roll(scores, turn, axis=1) for turn in range(-SMOOTHED, SMOOTHED + 1)) / (2 * SMOOTHED + 1)
+    return Sittings(cells, 0.5 * scores + 0.5 * np.where(scores > 0, around, 0.0), shares, levels)
 
 
 def template(scale: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
@@ -114,6 +118,15 @@ def lay(heights, cells, offsets, zones, counts, side, scale, levels, shares, fit
                     near += 1
         level = total / max(1, near)
         levels[p] = level
+        held, asked = 0, 0
+        for k in range(len(zones)):
+            if zones[k] == CORE:
+                i, j = int(x + 0.5 + offsets[0, k, 0]), int(y + 0.5 + offsets[0, k, 1])
+                asked += 1
+                if 0 <= i < nx and 0 <= j < ny and abs(heights[i, j] - level) <= SOFT:
+                    held += 1
+        if held < 0.6 * asked:
+            continue
         for h in range(len(offsets)):
             n, su, sv, sz, suu, svv, suv, suz, svz, szz = 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for k in range(len(zones)):
