@@ -9,11 +9,12 @@ from ...simulator.mechanics import Matter
 from ...simulator.proofs import HELD, ProofSettings, PutUse, Verdict
 from ...simulator.statics.body import Body, body_of
 from ..engine import pybullet
-from .stage import Stage
+from .stage import G, Stage
 
 ABOVE = 0.01  # metres
 RATE = 240.0
 PUSHED = 0.25  # seconds
+LIGHT = 0.3  # of its weight: a harder push would slide what is light wherever it stands
 MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: more is not where it was put
 
 
@@ -25,12 +26,12 @@ def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
     )
     start = use.pose[:3, :3] @ free.center + use.pose[:3, 3]
     turn = Rotation.from_matrix(use.pose[:3, :3])
-    body = p.createMultiBody(free.mass, shape, -1, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine)
+    body = p.createMultiBody(free.mass, shape, stage.visual, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine)
     p.changeDynamics(body, -1, localInertiaDiagonal=inertia_of(free), **stage.engine)
     stage.rub(body)
     moved, tilt = looked_at(stage, body, start, turn, settings.put_time)
     if moved <= MOVED and tilt <= TILTED_DEG:
-        push(stage, body, settings.push)
+        push(stage, body, min(settings.push, LIGHT * free.mass * G))
         moved, tilt = looked_at(stage, body, start, turn, settings.put_time / 2)
     p.removeBody(body, **stage.engine)
     why = "tipped" if tilt > TILTED_DEG else "slid" if moved > MOVED else HELD

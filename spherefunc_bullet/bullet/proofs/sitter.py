@@ -12,11 +12,11 @@ from .stage import Stage, tilt_of
 
 TALL = 1.75  # metres: the person of the URDF
 ABOVE = 0.02  # metres from which the person is let down
+CENTER = 0.30  # metres from the seat to where the trunk's weight acts, which the engine says the place of
 RATE = 120.0  # steps in a second
 HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
 STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
 TIPPED_DEG, SUNK, SLID, STILL = 25.0, 0.08, 0.12, 0.25  # degrees, metres, metres, metres in a second
-STEEP_SEAT = 0.30  # rise of the thighs over their length beyond which one lies rather than sits
 
 
 def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
@@ -29,12 +29,12 @@ def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
     stage.rub(body)
     hold(stage, body, scale)
     stage.steps(settings.sitting_time, RATE)
-    (place, turned), (speed, _) = p.getBasePositionAndOrientation(body, stage.client), p.getBaseVelocity(
-        body, stage.client
-    )
+    place, turned = p.getBasePositionAndOrientation(body, stage.client)
+    speed, _ = p.getBaseVelocity(body, stage.client)
     touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
     p.removeBody(body, **stage.engine)
-    moved = np.array(place) - use.position
+    up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
+    moved = np.array(place) - CENTER * scale * up - use.position
     tilt = tilt_of(turned)
     why = why_not(moved, tilt, float(np.linalg.norm(speed)), touched, scale)
     return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)

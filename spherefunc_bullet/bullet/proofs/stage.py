@@ -23,6 +23,8 @@ class Stage:
         self.engine = {"physicsClientId": self.client}
         p.setGravity(0, 0, -G, **self.engine)
         p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, enableFileCaching=0, **self.engine)
+        # The default visual shape would be read from the file, with a warning, and tessellated.
+        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
         self.ground = self.still(p.createCollisionShape(p.GEOM_PLANE, **self.engine))
         self.object = self.still(load_shape(shape_of(cloud), 1.0, self.client))
 
@@ -34,7 +36,7 @@ class Stage:
 
     def still(self, shape: int) -> int:
         """Return a body that stands still."""
-        body = pybullet().createMultiBody(0.0, shape, **self.engine)
+        body = pybullet().createMultiBody(0.0, shape, self.visual, **self.engine)
         self.rub(body)
         return body
 
