@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from spherefunc_bullet.simulator import Simulator
 
 Row = dict[str, Any]  # what the contract prints of one file
+HEAD = ("place to", "score", "position", "facing", "height", "")
 
 
 def places(
@@ -69,16 +70,20 @@ def print_places(rows: Sequence[Row]):
     table = []
     for row in rows:
         for number, place in enumerate(row["places"]):
-            where = " ".join(f"{value:.2f}" for value in place["position"])
-            facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
-            start = [Path(row["file"]).name if number == 0 else "", place["kind"], f"{place['score']:.2f}"]
-            table.append([*start, where, facing, f"{place['height']:.3g}", details(place), proof_text(place["proven"])])
+            start = Path(row["file"]).name if number == 0 else ""
+            table.append([start, *place_columns(place), proof_text(place["proven"])])
     if table:
-        head = ["file", "place to", "score", "position", "facing", "height", "", "proof"]
-        print_table("Where objects can be used", head, table)
+        print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
     for row in rows:
         if not row["places"]:
             show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
+
+
+def place_columns(place: Row) -> list[str]:
+    """Return what a table says of a place, under `HEAD`."""
+    where = " ".join(f"{value:.2f}" for value in place["position"])
+    facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
+    return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place)]
 
 
 def details(place: Row) -> str:

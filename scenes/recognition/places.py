@@ -17,6 +17,10 @@ from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import require_ability
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
+from ..scans.scan import Scan
+from .room import Room
+from .room_places import room_places
+
 PROVER = "bullet"
 
 
@@ -74,6 +78,20 @@ def find_places(
         found = proven(cloud, found, prover, settings, own, seed)
     moved = [place.moved(to_input) for place in found]
     return moved if own_frame is None else [with_poses_of(place, own_frame) for place in moved]
+
+
+def places_in_room(
+    scan: Scan, room: Room, put: Anything | None = None, person: float = 1.75
+) -> dict[int | None, list[Place]]:
+    """Return the places of each object of a room by its id, and under None those that are on none.
+
+    Poses are from the frame in which the object that is put came, in metres.
+    """
+    own, frame = (None, None) if put is None else cloud_and_frame(put)
+    found = room_places(scan, room, own, person)
+    if frame is None:
+        return found
+    return {owner: [with_poses_of(place, frame) for place in places] for owner, places in found.items()}
 
 
 def scores_of(cloud: Cloud) -> dict[str, float]:

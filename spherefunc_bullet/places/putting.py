@@ -61,11 +61,19 @@ def hull(points: np.ndarray) -> np.ndarray:
         return points[[along.argmin(), along.argmax()]]
 
 
-def put_places(surface: Surface, put: Cloud | None = None) -> list[Place]:
-    """Return the level regions on which something can be put, each with its best position."""
+def put_places(surface: Surface, put: Cloud | None = None, lowest: float = LOWEST) -> list[Place]:
+    """Return the level regions on which something can be put, each with its best position.
+
+    Parameters
+    ----------
+    put : Cloud, optional
+        An object, as it stands, for which poses are looked for.
+    lowest : float, metres
+        What is lower is the ground.
+    """
     print_ = None if put is None else footprint_of(put)
     least = DISC if print_ is None else 0.01
-    places = [put_place(surface, region, print_) for region in level_regions(surface, least, LOWEST)]
+    places = [put_place(surface, region, print_) for region in level_regions(surface, least, lowest)]
     return [place for place in places if place is not None]
 
 
