@@ -18,6 +18,7 @@ from .sitting import sit_places
 from .surface import surface_of
 
 SEAT_CELL = 0.025  # metres
+NO_SEAT = 0.2  # a score below which an object is surely none: a high box has a level top as well
 UNKNOWN = 0.5  # the score of a function that nobody was asked about
 
 
@@ -38,8 +39,9 @@ def places_of(
     """
     surface, coarse = surface_of(cloud), surface_of(cloud, SEAT_CELL)
     known = {} if scores is None else scores
+    sittable = known.get("sittable", UNKNOWN)
     found = [
-        *sit_places(coarse, person, known.get("sittable", UNKNOWN)),
+        *(sit_places(coarse, person, sittable) if sittable >= NO_SEAT else []),
         *put_places(surface, put),
         *pour_places(cloud),
     ]

@@ -6,7 +6,8 @@ template are of a person 1.75 m tall (DIN 33402), and are scaled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -19,6 +20,7 @@ from .surface import Surface
 TALL = 1.75  # metres: whom the template fits
 SEAT_HEIGHTS = 0.22, 0.66  # metres above the ground, of that person
 HIGH_SEAT = 0.92  # of objects that are known as seats: bar stools
+NARROW = 0.85  # metres, with the cells around it: no bar stool is wider
 HEADINGS = 24
 # Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres; both sides.
 CORE, THIGHS, TRUNK, BACK, FRONT, FEET, ARMS = range(7)
@@ -35,6 +37,7 @@ SOFT = 0.05  # metres that a seat may differ from the level under the pelvis
 STEEPEST = np.tan(np.radians(16.0))
 ROUGHEST = 0.018  # metres, of a seat about its plane
 STEP = 0.025  # metres between samples of a zone
+OF_WHOLE = 0.3  # of a heading's worth that all cells of seat height decide together
 SMOOTHED = 3  # headings to either side that a score is averaged with: the middle of those that are as good wins
 APART = 0.55  # metres between persons
 LEAST = 0.3  # a place that is worth less is none
@@ -65,10 +68,20 @@ def sit_places(surface: Surface, person: float = TALL, sittable: float = 0.5) ->
         How surely the object is known as a seat, 0 to 1.
     """
     scale = person / TALL
-    highest = HIGH_SEAT if sittable > 0.5 else SEAT_HEIGHTS[1]
+    narrow = max(surface.heights.shape) * surface.cell < NARROW
+    highest = HIGH_SEAT if sittable > 0.5 and narrow else SEAT_HEIGHTS[1]
     sittings = sittings_of(surface, scale, SEAT_HEIGHTS[0] * scale, highest * scale)
     chosen = choose(surface, sittings, APART * scale)
-    return [sit_place(surface, sittings, cell, heading, scale) for cell, heading in chosen]
+    places = [sit_place(surface, sittings, cell, heading, scale) for cell, heading in chosen]
+    return [replace(place, score=place.score * (0.8 + 0.2 * share_facing(place, places))) for place in places]
+
+
+def share_facing(place: Place, places: Sequence[Place]) -> float:
+    """Return the share of places on the same object that face nearly the same way."""
+    if place.heading_deg is None:
+        return float(np.mean([other.heading_deg is None for other in places]))
+    ways = [other.heading_deg for other in places if other.heading_deg is not None]
+    return sum(abs((way - place.heading_deg + 180) % 360 - 180) <= 30 for way in ways) / len(places)
 
 
 def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -> Sittings:
@@ -85,6 +98,10 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     core, thighs, trunk, back, front, feet = (shares[..., zone] for zone in range(6))
     scores = fits * core * (0.5 + 0.5 * thighs) * (1 - trunk) * (1 - 0.8 * front) * (0.55 + 0.3 * back + 0.15 * feet)
     scores = np.where(core >= 0.75, scores, 0.0)
+    # In a corner two sides look like a back: the rest of the seat says which is.
+    seat = scores.max(axis=1) >= 0.6 * scores.max(initial=0.0)
+    whole = scores[seat].sum(axis=0)
+    scores = scores * (1 - OF_WHOLE + OF_WHOLE * whole / max(float(whole.max(initial=0.0)), 1e-9))
     around = sum(np.roll(scores, turn, axis=1) for turn in range(-SMOOTHED, SMOOTHED + 1)) / (2 * SMOOTHED + 1)
     return Sittings(cells, 0.5 * scores + 0.5 * np.where(scores > 0, around, 0.0), shares, levels)
 
@@ -217,18 +234,19 @@ def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scal
     seat = seat_cells(surface, cell, level)
     plane = plane_through(surface, seat)
     backed = bool(zones[BACK] >= BACKED)
-    angle = 360.0 * heading / HEADINGS
-    middle = surface.middles(cell)
+    angle, middle = 360.0 * heading / HEADINGS, surface.middles(cell)
+    angle = along_back(surface, middle, level, angle, scale) if backed else angle
+    top = seat_top(surface, middle, level, scale)
     normal = np.array([-plane[0], -plane[1], 1.0])
     return Place(
         kind="sit",
         function=FUNCTION["sit"],
-        position=np.array([*middle, level]),
+        position=np.array([*middle, top]),
         normal=normal / np.linalg.norm(normal),
         heading_deg=angle if backed or uneven(sittings.scores[row]) else None,
         region=rings_of(surface, seat, plane),
         area=float(seat.sum()) * surface.cell**2,
-        height=level,
+        height=top,
         clearance=None,
         score=float(min(1.0, sittings.scores[row, heading])),
         depth=depth_of(surface, seat, middle, np.radians(angle)),
@@ -236,6 +254,29 @@ def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scal
         arms=bool(zones[ARMS] >= 0.12),
         knees=bool(zones[FRONT] < 0.2 and zones[FEET] > 0.5),
     )
+
+
+def along_back(surface: Surface, middle: np.ndarray, level: float, heading: float, scale: float) -> float:
+    """Return the heading in degrees at right angles to the back behind a sitter who faces about that way."""
+    where = surface.middles(np.argwhere(surface.heights > level + 0.14 * scale)) - middle
+    for _ in range(2):
+        angle = np.radians(heading)
+        ahead, aside = where @ [np.cos(angle), np.sin(angle)], where @ [-np.sin(angle), np.cos(angle)]
+        behind = (ahead < -0.05 * scale) & (ahead > -0.45 * scale) & (np.abs(aside) < 0.18 * scale)
+        columns = np.round(aside[behind] / surface.cell).astype(int)
+        nearest = {column: ahead[behind][columns == column].max() for column in np.unique(columns)}
+        if len(nearest) < 5:
+            return heading
+        slope = np.polyfit(surface.cell * np.array(list(nearest)), np.array(list(nearest.values())), 1)[0]
+        heading = (heading - np.degrees(np.clip(np.arctan(slope), -0.6, 0.6))) % 360
+    return float(heading)
+
+
+def seat_top(surface: Surface, middle: np.ndarray, level: float, scale: float) -> float:
+    """Return how high the seat is that a sitter is let down on: its higher parts under the pelvis."""
+    where = np.argwhere(np.abs(surface.heights - level) <= SOFT)
+    under = np.linalg.norm(surface.middles(where) - middle, axis=1) <= 0.15 * scale
+    return float(np.percentile(surface.heights[tuple(where[under].T)], 80)) if under.any() else level
 
 
 def uneven(scores: np.ndarray) -> bool:
