@@ -60,7 +60,9 @@ class OwnWorld:
         bodies = []
         for pose in poses:
             place, turn = pose[:3, :3] @ middle + pose[:3, 3], Rotation.from_matrix(pose[:3, :3]).as_quat()
-            bodies.append(p.createMultiBody(MASS, shape, self.visual, place.tolist(), turn.tolist(), physicsClientId=client))
+            bodies.append(
+                p.createMultiBody(MASS, shape, self.visual, place.tolist(), turn.tolist(), physicsClientId=client)
+            )
             p.setCollisionFilterGroupMask(bodies[-1], -1, 2, 1, physicsClientId=client)
         starts = [p.getBasePositionAndOrientation(body, client) for body in bodies]
         touched = np.zeros(len(bodies), bool)

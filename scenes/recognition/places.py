@@ -107,5 +107,3 @@ def with_poses_of(place: Place, frame: Similarity) -> Place:
     undo[:3, :3] = frame.rotation.T
     undo[:3, 3] = -frame.rotation.T @ frame.shift / frame.scale
     return replace(place, poses=tuple(pose @ undo for pose in place.poses))
-
-

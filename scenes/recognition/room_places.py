@@ -22,7 +22,9 @@ AROUND = 0.6  # metres about a seat that decide where its back is and whether kn
 SEAT_CELL = 0.025
 
 
-def room_places(scan: Scan, room: Room, put: Cloud | None = None, person: float = 1.75) -> dict[int | None, list[Place]]:
+def room_places(
+    scan: Scan, room: Room, put: Cloud | None = None, person: float = 1.75
+) -> dict[int | None, list[Place]]:
     """Return the places of each object by its id, and under None those to put of no object; in the scan's frame."""
     points = room.levelling.to_level(scan.points)
     cloud = Cloud(points, scan.name)

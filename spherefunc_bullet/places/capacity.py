@@ -56,7 +56,7 @@ class Water:
         return tuple((float(volume), float(height)) for volume, height in zip(volumes, at, strict=True))
 
     def spill(self, directions: int = 24) -> tuple[float, float]:
-        """Return the least tilt in degrees at which a vessel filled to nine tenths spills, and the heading of that side.
+        """Return the least tilt at which a vessel filled to nine tenths spills, and the heading of that side, degrees.
 
         What it keeps at a tilt is what lies below the horizontal plane through the lowest point of its rim.
         """

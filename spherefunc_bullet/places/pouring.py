@@ -59,5 +59,8 @@ def pour_place(water: Water) -> Place | None:
         spill_tilt_deg=tilt,
         spill_heading_deg=heading,
         depth=float(depth),
-        inside=(water.origin + water.cells.min(axis=0) * water.cell, water.origin + (water.cells.max(axis=0) + 1) * water.cell),
+        inside=(
+            water.origin + water.cells.min(axis=0) * water.cell,
+            water.origin + (water.cells.max(axis=0) + 1) * water.cell,
+        ),
     )

@@ -40,7 +40,10 @@ def proven(
     able = require_ability(simulator, "prove")
     uses = [uses_of(place, put) for place in places]
     verdicts = iter(able.prove(cloud, [use for of_one in uses for use in of_one], settings, seed))
-    told = [with_proof(place, able.name, [next(verdicts) for _ in of_one]) for place, of_one in zip(places, uses)]
+    told = [
+        with_proof(place, able.name, [next(verdicts) for _ in of_one])
+        for place, of_one in zip(places, uses, strict=True)
+    ]
     return sorted(told, key=lambda place: -place.score)
 
 
@@ -62,11 +65,7 @@ def uses_of(place: Place, put: Cloud | None) -> list[Use]:
     if place.kind == "put":
         return [PutUse(cloud=put or disc(), pose=pose) for pose in (place.poses or (standing(place),))[:TRIED_POSES]]
     low, high = place.inside
-    return [
-        PourUse(
-            position=place.position, radius=place.radius, volume=place.filled_ml * 1e-6, low=low, high=high
-        )
-    ]
+    return [PourUse(position=place.position, radius=place.radius, volume=place.filled_ml * 1e-6, low=low, high=high)]
 
 
 def standing(place: Place) -> np.ndarray:

@@ -193,9 +193,7 @@ def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[t
     return chosen
 
 
-def pose_at(
-    surface: Surface, region: Region, footprint: Footprint, xy: np.ndarray, heading: float
-) -> np.ndarray:
+def pose_at(surface: Surface, region: Region, footprint: Footprint, xy: np.ndarray, heading: float) -> np.ndarray:
     """Return the pose (4, 4) in which the base is just above the highest point under it."""
     offsets = samples(turned(footprint.base, heading), surface.cell)
     index = np.floor((xy + offsets - surface.origin) / surface.cell).astype(int)

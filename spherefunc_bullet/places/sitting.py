@@ -42,6 +42,7 @@ SMOOTHED = 3  # headings to either side that a score is averaged with: the middl
 APART = 0.55  # metres between persons
 LEAST = 0.3  # a place that is worth less is none
 GOOD = 0.75  # of the best place's worth: others on the same seat
+STRAIGHT = 0.015  # metres that a back may be off a line for its direction to say how one faces
 BACKED = 0.4  # of the width behind the sitter: from here on there is a back
 
 
@@ -267,7 +268,10 @@ def along_back(surface: Surface, middle: np.ndarray, level: float, heading: floa
         nearest = {column: ahead[behind][columns == column].max() for column in np.unique(columns)}
         if len(nearest) < 5:
             return heading
-        slope = np.polyfit(surface.cell * np.array(list(nearest)), np.array(list(nearest.values())), 1)[0]
+        across, back = surface.cell * np.array(list(nearest)), np.array(list(nearest.values()))
+        slope, middle_of_back = np.polyfit(across, back, 1)
+        if np.std(back - slope * across - middle_of_back) > STRAIGHT:
+            return heading
         heading = (heading - np.degrees(np.clip(np.arctan(slope), -0.6, 0.6))) % 360
     return float(heading)
 

@@ -21,12 +21,12 @@ MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: more is not where it was pu
 def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
     """Return what becomes of an object that is put down."""
     p, free = pybullet(), body_of(use.cloud, Matter())
-    shape = p.createCollisionShape(
-        p.GEOM_MESH, vertices=(free.corners - free.center).tolist(), **stage.engine
-    )
+    shape = p.createCollisionShape(p.GEOM_MESH, vertices=(free.corners - free.center).tolist(), **stage.engine)
     start = use.pose[:3, :3] @ free.center + use.pose[:3, 3]
     turn = Rotation.from_matrix(use.pose[:3, :3])
-    body = p.createMultiBody(free.mass, shape, stage.visual, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine)
+    body = p.createMultiBody(
+        free.mass, shape, stage.visual, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine
+    )
     p.changeDynamics(body, -1, localInertiaDiagonal=inertia_of(free), **stage.engine)
     stage.rub(body)
     moved, tilt = looked_at(stage, body, start, turn, settings.put_time)
@@ -58,5 +58,3 @@ def push(stage: Stage, body: int, newtons: float):
         place, _ = p.getBasePositionAndOrientation(body, stage.client)
         p.applyExternalForce(body, -1, [newtons, 0, 0], place, p.WORLD_FRAME, **stage.engine)
         p.stepSimulation(stage.client)
-
-

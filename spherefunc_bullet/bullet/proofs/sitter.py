@@ -1,4 +1,4 @@
-"""A person sits down: an articulated body is let down on the place, holds itself upright as one does, and is looked at."""
+"""A person sits down: an articulated body is let down on the place, holds itself upright, and is looked at."""
 
 from __future__ import annotations
 

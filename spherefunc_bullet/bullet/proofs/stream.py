@@ -27,7 +27,9 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
         aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
         jitter = rng.uniform(-0.1, 0.1, 2) * use.radius
         place = use.position + [aside + jitter[0], jitter[1], radius]
-        bodies.append(p.createMultiBody(0.01, shape, stage.visual, place.tolist(), useMaximalCoordinates=1, **stage.engine))
+        bodies.append(
+            p.createMultiBody(0.01, shape, stage.visual, place.tolist(), useMaximalCoordinates=1, **stage.engine)
+        )
         p.changeDynamics(bodies[-1], -1, lateralFriction=0.3, linearDamping=0.3, **stage.engine)
         stage.steps(EVERY / RATE, RATE)
     stage.steps(CALM, RATE)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
@@ -22,6 +22,7 @@ from .one_view import COMPLETED, NOTHING, looks_like_one_view, nothing_settled, 
 from .words import sentences
 
 if TYPE_CHECKING:
+    from ...places.place import Place
     from ..classifier import CloudClassifier
 
 
@@ -34,6 +35,17 @@ class Answer:
     scores: dict[str, float]  # of each function, 0 to 1; above 0.5 the object has it
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
+    source: tuple[Anything, str, str] | None = field(default=None, repr=False, compare=False)  # with units and up
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where it can be used, in the coordinates and units of the input; looked for when it is first asked."""
+        from ...places.finding import places_in_input
+
+        if self.source is None:
+            return []
+        anything, units, up = self.source
+        return places_in_input(anything, scores=self.scores, units=units, up=up)
 
 
 @overload
@@ -126,7 +138,8 @@ def classify(
         as_cloud(thing, units=units, up=up, name=f"object {number}" if several else None)
         for number, thing in enumerate(anything if several else [anything])
     ]
-    answers = [told(cloud) for cloud in clouds]
+    sources = [(thing, units, up) for thing in (anything if several else [anything])]
+    answers = [replace(told(cloud), source=source) for cloud, source in zip(clouds, sources, strict=True)]
     return answers if several else answers[0]
 
 
