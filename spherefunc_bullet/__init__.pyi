@@ -20,10 +20,12 @@ from .learning.model_file import shipped_model as shipped_model
 from .learning.reasons.answer import Answer as Answer
 from .learning.reasons.answer import classify as classify
 from .learning.resting_profile import RestingProfile as RestingProfile
+from .places.place import Place as Place
 from .scenes.arrangements.placing import Placement as Placement
 from .scenes.arrangements.together import together as together
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
+from .scenes.recognition.places import find_places as find_places
 from .simulator import DropResult as DropResult
 from .simulator import DropSettings as DropSettings
 from .simulator import Outcome as Outcome

@@ -1,6 +1,6 @@
-"""What an object is for, decided in one place: the paper's steps, and what we added to them.
+"""The classification of an object, in one place: the steps of the paper, and ours.
 
-The command line, `classify` in Python, estimators, viewer, scenes, arrangements and benches all ask here.
+The command line, `classify` in Python, estimators, viewer, arrangements and benches all call this module.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ COMPLETED = "this looks like a single view of an object, so it was completed and
 
 
 class DroppedOn(Protocol):
-    """An object that spheres can be dropped on: a cloud in memory, or a file and what is kept of it."""
+    """An object on which spheres can be dropped: a cloud in memory, or a file with its cached results."""
 
     def cloud(self) -> Cloud:
         """Return its points and mesh as spheres meet them: level, and without gaps between sparse points."""
         ...
 
     def drops(self, length: RunLimit) -> DropsByRadius:
-        """Return what becomes of the spheres of a run of some length, at the model's radii."""
+        """Return the drops of a run with this limit, at the radii of the model."""
         ...
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
-        """Return what ``check``, which is kept by a name, says of the cloud."""
+        """Return the result of ``check`` for the cloud; it may be cached under this name."""
         ...
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
-        """Return what ``count``, which is kept by a name, counts in the cloud."""
+        """Return the result of ``count`` for the cloud; it may be cached under this name."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Decision:
-    """What an object is for, and what that was read from."""
+    """The answer for one object, with the evidence it is based on."""
 
     model: FunctionModel
     reading: Reading
@@ -59,33 +59,33 @@ class Decision:
 
     @property
     def scores(self) -> np.ndarray:
-        """(F,) float, 0 to 1: an object that would fall over has no function."""
+        """(F,) float, 0 to 1; all 0 for an object that would fall over."""
         return np.zeros_like(self.reading.scores) if self.fails_stability_check else self.reading.scores
 
     @property
     def memberships(self) -> dict[str, Membership]:
-        """Whether it has each function, by name."""
+        """For each function, by name: whether the object has it, and its score."""
         return self.model.memberships_by(self.scores[None])[0]
 
     @property
     def functions(self) -> frozenset[str]:
-        """Those that it has."""
+        """The functions that the object has."""
         return frozenset(name for name, one in self.memberships.items() if one.member)
 
     def reasons(self, explain: bool = True) -> list[str]:
-        """Return sentences that say why; none from models that count cubes."""
+        """Return sentences that explain the answer; none for models that count cubes."""
         said = self.reading.model.sentences(self.reading) if explain else []
         if explain and self.objects_on_top:
             said.append(remark(self.objects_on_top))
         return [FALLS, *said] if self.fails_stability_check else said
 
     def doubts(self) -> list[str]:
-        """Return sentences that say why the answer is unsure; none where it is sure."""
+        """Return sentences that say why the answer is unsure; none if it is sure."""
         return [*doubts(self), *self.more_doubts]
 
 
 def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], FunctionModel]) -> Decision:
-    """Return what an object is for.
+    """Classify an object; a single view of an object without a function is completed and classified again.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], Fun
     model : FunctionModel
         Fitted.
     view_model : callable
-        Returns the model that is asked about an object of which a sensor saw one side alone.
+        Returns the model for single views, objects of which a sensor saw only one side.
     """
     decision = decide(item, model)
     if TABLE in decision.functions:
@@ -104,13 +104,12 @@ def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], Fun
 
 
 def decide(item: DroppedOn, model: FunctionModel) -> Decision:
-    """Return what an object is for as it is: as many spheres fall (§III-A) as their reading (§III-B) needs to score
-    each function (§III-C); then an object that would fall over has none."""
+    """Drop spheres on an object (§III-A), read them (§III-B), score functions (§III-C), and check its stability."""
     return check_stability(model.read(item.drops), item, model)
 
 
 def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> Decision:
-    """Return what an object is for whose drops are read; whether it falls over is asked where it has a function."""
+    """Return the decision for a reading. Whether the object would fall over is computed only if it has a function."""
     asked = model.checks_stability and bool((reading.scores > THRESHOLD).any())
     return Decision(model=model, reading=reading, fails_stability_check=asked and item.check("falls_over", falls_over))
 
@@ -123,7 +122,7 @@ def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
 
 
 def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel) -> Decision:
-    """Return what the object is for of which a cloud is one view: completed, if that makes a difference."""
+    """Return the decision for the completed object if it has a function or nothing settled before, else the first."""
     nothing = nothing_settled(decision.reading)
     for whole in completed_clouds(cloud):
         completed = decide(CloudObject(own=whole, dropping=model.dropping()), model)
@@ -133,10 +132,10 @@ def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel)
 
 
 def nothing_settled(reading: Reading) -> bool:
-    """Return whether hardly a sphere of all radii together stayed."""
+    """Return whether fewer than `FEW` spheres of all radii together settled."""
     return sum(settled_count(reading.drops, radius) for radius in reading.drops) < FEW
 
 
 def doubts(decision: Decision) -> list[str]:
-    """Return why an answer is unsure, each a sentence."""
+    """Return why an answer is unsure, each a sentence; the one place for rules of doubt."""
     return [] if decision.fails_stability_check else decision.reading.model.doubts(decision.reading)

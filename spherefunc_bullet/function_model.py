@@ -1,4 +1,4 @@
-"""What all fitted models of functions answer, whichever way they learnt, and without what learning takes."""
+"""The interface of fitted models: scores from drops, without the code that training needs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .settling.drops import DropsByRadius, RunLimit
 from .settling.records import Dropping, Loading
 from .simulator import Simulator
 
-# What a model may ask for: its file may be anybody's, and runs without bounds would not end.
+# Limits of models: a model file may come from a stranger, and its runs must end.
 SPHERES = (0.0005, 0.2)  # metres of radius, of spheres that functions are classified by: larger ones lie on no seat
 MOST_RADII, MOST_DROPS = 20, 10_000  # the drops at each radius
 THRESHOLD = 0.5  # score above which an object is a member
@@ -32,21 +32,21 @@ class Membership:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Reading:
-    """One object's drops as a model reads them, and the scores that follow."""
+    """One object's drops, the quantities that a model computes from them, and the scores."""
 
     drops: DropsByRadius
     scores: np.ndarray  # (F,) float, 0 to 1
-    model: FunctionModel  # that read them: the one asked, or what it has learnt of the first drops alone
+    model: FunctionModel  # that computed the scores: the model itself, or its part for the first drops
     profile: np.ndarray | None = None  # (R * Q,) float, the quantities; None of models that count cubes
 
     @property
     def rounded(self) -> list[float]:
-        """The scores as they are said."""
+        """The scores rounded to four places, as they are reported."""
         return [round(score, 4) for score in self.scores.tolist()]
 
 
 class FunctionModel(ABC):
-    """A model that is asked what objects are for, by the spheres that fell on them."""
+    """A model that classifies objects from the spheres that were dropped on them."""
 
     simulator: str | Simulator
     radii: Sequence[float]  # metres
@@ -72,10 +72,10 @@ class FunctionModel(ABC):
 
     @abstractmethod
     def only(self, name: str) -> FunctionModel:
-        """Return a copy that is asked for one function alone."""
+        """Return a copy for one function only."""
 
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:
-        """Return as many drops as an answer needs, of ``drop`` that makes a run of some length, read."""
+        """Return the reading of as many drops as an answer needs; ``drop`` makes a run with a limit."""
         return self.reading_of(drop(self.length))
 
     def settled_by(self, drop: Callable[[RunLimit], DropsByRadius]) -> DropsByRadius:
@@ -84,19 +84,19 @@ class FunctionModel(ABC):
         return self.read(drop).drops
 
     def reading_of(self, drops: DropsByRadius) -> Reading:
-        """Return one object's drops, read."""
+        """Return the reading of one object's drops."""
         return Reading(drops=drops, scores=self.score_settled([drops])[0], model=self)
 
     def sentences(self, reading: Reading) -> list[str]:
-        """Return why an object has a function or not; none where the model cannot say."""
+        """Return sentences that explain the scores; none if the model cannot explain them."""
         return []
 
     def doubts(self, reading: Reading) -> list[str]:
-        """Return why the answer is unsure, each a sentence; none where it is sure, or the model cannot say."""
+        """Return why the answer is unsure, each a sentence; none if it is sure."""
         return []
 
     def dropping(self, loading: Loading | None = None) -> Dropping:
-        """Return how spheres are dropped on what the model is asked about."""
+        """Return how spheres are dropped on objects that the model classifies."""
         return Dropping(
             simulator=self.simulator,
             radii=tuple(self.chosen_radii()),
@@ -120,11 +120,11 @@ class FunctionModel(ABC):
     def memberships_of(
         self, settled: Sequence[DropsByRadius], *, any_heading: bool = False
     ) -> list[dict[str, Membership]]:
-        """Return what each object is for, by the function's name; see `score_settled`."""
+        """Return the memberships of each object, by the function's name; see `score_settled`."""
         return self.memberships_by(self.score_settled(settled, any_heading=any_heading))
 
     def memberships_by(self, scores: np.ndarray) -> list[dict[str, Membership]]:
-        """Return what objects are for by their scores (N, F)."""
+        """Return the memberships of objects from their scores (N, F)."""
         radius = self.radius_
         return [
             {

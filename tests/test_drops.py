@@ -11,6 +11,7 @@ from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
+from spherefunc_bullet.clouds.heading import headed
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
@@ -45,10 +46,12 @@ def test_over_the_wall_nothing_is_in_the_way():
 
 def test_every_drop_has_a_row():
     drops = settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=60))[RADIUS]
-    again = make_simulator("fast").drop(clouds.mug(), DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
+    cloud, angle = headed(clouds.mug())
+    again = make_simulator("fast").drop(cloud, DropSettings(radius=RADIUS, miss_limit=60, max_drops=60), 0)
     assert len(drops) == 60 and drops.radius == RADIUS and drops.provenance == again.provenance
-    assert np.allclose(drops.rests, again.centers, atol=1e-6)
-    assert np.allclose(drops.places, again.columns, atol=1e-6)
+    own = drops.turned(angle)
+    assert np.allclose(own.rests, again.centers, atol=1e-6)
+    assert np.allclose(own.places, again.columns, atol=1e-6)
     assert np.array_equal(drops.outcomes, again.outcomes) and drops.settled.sum() == len(drops.rests)
 
 

@@ -48,7 +48,7 @@ def kept(rooms, model, tmp_path_factory):
 def lesson(**how) -> Lesson:
     record = ObjectRecord(path=Path(), size=np.ones(3), voxels=np.ones((1, 3)), settled={}, seconds={}, drops={})
     beside = np.zeros(len(NAMES))
-    return Lesson(name="one", item="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
+    return Lesson(name="one", source="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_rooms_are_shared_out_to_all_kinds(data):
 def test_a_thing_never_tells_of_itself(kept, model):
     lessons = [one for room in kept[1] for one in counted(room)]
     learnt = learn(lessons, model)
-    items = dict(zip([one.name for one in lessons], [one.item for one in lessons], strict=True))
+    items = dict(zip([one.name for one in lessons], [one.source for one in lessons], strict=True))
     groups = [(items[name], group) for name, group in zip(learnt.names_, learnt.copy_groups_.groups, strict=True)]
     groups = [(item, group) for item, group in groups if item]
     assert len(set(groups)) == len({item for item, _ in groups}) < len(groups)

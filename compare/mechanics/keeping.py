@@ -73,8 +73,8 @@ def score_keeping(
             curves[WHOLE if true else OTHER].append(whole)
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
-            told = whole[-1] >= SHARE
-            verdicts.append(Verdict(name=item.path.name, kind=item.category, true=true, told=told, value=whole[-1]))
+            holds = whole[-1] >= SHARE
+            verdicts.append(Verdict(name=item.path.name, kind=item.category, true=true, told=holds, value=whole[-1]))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(
@@ -89,8 +89,8 @@ def score_keeping(
 
 def holed_score(kind: str, curves: Sequence[Curve]) -> HoledScore:
     """Return what vessels with one kind of hole keep."""
-    told = float(np.mean([curve[-1] >= SHARE for curve in curves]))
-    return HoledScore(kind=kind, asked=len(curves), kept=mean_curve(curves), told=told)
+    share = float(np.mean([curve[-1] >= SHARE for curve in curves]))
+    return HoledScore(kind=kind, asked=len(curves), kept=mean_curve(curves), told=share)
 
 
 def mean_curve(curves: Sequence[Curve]) -> Curve:

@@ -47,8 +47,8 @@ class Measured:
                         seconds=one.seconds, right=one.right)
                 for name, one in self.poses.items()
             ]
-        told = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
-        words, scores = told[task]
+        measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
+        words, scores = measures[task]
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,
@@ -95,8 +95,8 @@ def measured(
         return {name: one for name, one in simulators.items() if task in tasks and callable(getattr(one, named, None))}
 
     def scored(task: str, score: Callable[..., Any], *more: object) -> dict[str, Any]:
-        told = {name: score(objects, one, *more, count, loading) for name, one in able(task).items()}
-        return {name: one for name, one in told.items() if one is not None}
+        scored = {name: score(objects, one, *more, count, loading) for name, one in able(task).items()}
+        return {name: one for name, one in scored.items() if one is not None}
 
     return Measured(
         poses=scored("poses", score_poses, classifier),

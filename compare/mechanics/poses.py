@@ -65,15 +65,15 @@ def score_poses(
         more = (f"posing by {simulator.name}", loading, function, classifier)
         for item, answer, _ in asked(posed, own, simulator, *more):
             answers[item.path.name] = answer
-    told = list(answers.values())
-    if not told:
+    found = list(answers.values())
+    if not found:
         return None
-    means = {key: float(np.mean([one[key] for one in told])) for key in ("found", "first", "likeliest", "poses")}
+    means = {key: float(np.mean([one[key] for one in found])) for key in ("found", "first", "likeliest", "poses")}
     return PoseScore(
         backend=simulator.name,
-        asked=len(told),
+        asked=len(found),
         **means,
-        seconds=float(np.median([one["seconds"] for one in told])),
+        seconds=float(np.median([one["seconds"] for one in found])),
         right={name: one["first"] for name, one in answers.items()},
     )
 

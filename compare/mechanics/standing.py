@@ -49,7 +49,7 @@ class StandAnswer:
         return level and len(self.carries) > 0 and bool(self.carries.mean() >= SHARE)
 
     def verdict(self, name: str) -> Verdict:
-        """Return what is told of the object of this name."""
+        """Return the verdict on the object of this name."""
         share = float(self.carries.mean()) if len(self.carries) else 0.0
         return Verdict(name=name, kind=self.kind, true=self.kind == "whole", told=self.sound, value=share)
 
@@ -99,9 +99,9 @@ def score_standing(
     answers, seconds = {}, []
     for function in FUNCTIONS:
         own = [item for item in chosen if next(name for name in FUNCTIONS if name in item.functions) == function]
-        for item, told, taken in asked(stood, own, simulator, f"standing by {simulator.name}", loading, function):
-            answers |= {f"{item.path.name} {one.kind}": one for one in told}
-            seconds.append(taken / len(told))
+        for item, found, taken in asked(stood, own, simulator, f"standing by {simulator.name}", loading, function):
+            answers |= {f"{item.path.name} {one.kind}": one for one in found}
+            seconds.append(taken / len(found))
     if not answers:
         return None
     verdicts = tuple(one.verdict(name) for name, one in answers.items())

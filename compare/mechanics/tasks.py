@@ -55,8 +55,8 @@ class Outcome:
 def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:
     """Return the score of verdicts."""
     hits = sum(one.true and one.told for one in verdicts)
-    told, true = sum(one.told for one in verdicts), sum(one.true for one in verdicts)
-    precision, recall = hits / told if told else 0.0, hits / true if true else 0.0
+    positive, true = sum(one.told for one in verdicts), sum(one.true for one in verdicts)
+    precision, recall = hits / positive if positive else 0.0, hits / true if true else 0.0
     both = precision + recall
     return Score(
         backend=backend,

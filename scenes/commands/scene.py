@@ -10,10 +10,11 @@ import typer
 from spherefunc_bullet.commands.options import Json, Units
 from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.units import format_length, parse_length
+from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
 
 if TYPE_CHECKING:
     from spherefunc_bullet.function_model import FunctionModel
+    from spherefunc_bullet.places.place import Place
 
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
@@ -54,6 +55,10 @@ def scene(
     method: Annotated[
         str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; needs a model trained that way.")
     ] = None,
+    put: Annotated[
+        Path | None, typer.Option(metavar="OBJECT", help="An object to set down: adds poses at which it stands.")
+    ] = None,
+    places: Annotated[bool, typer.Option("--places", help="Add places to sit, to put and to pour.")] = False,
     json: Json = False,
 ):
     """Find and label the objects in a scanned room."""
@@ -85,14 +90,16 @@ def scene(
 
         room = recognise_as_paper(scan, classifier, up=up_of(scan, up), settings=settings)
     say_remarks(scan, room)
+    used = places_in(scan, room, put) if places or put is not None else None
     if out is not None:
         write_files(scan, room, out, file)
     if json:
         from ..report.files import room_json
 
-        print_json(room_json(scan, room) | {"file": str(file)})
+        print_json(room_json(scan, room, used) | {"file": str(file)})
     else:
         print_room(scan, room)
+        print_used(scan, used or {})
 
 
 def require_method(method: str | None, model: Path | None):
@@ -172,6 +179,30 @@ def write_files(scan: Scan, room: Room, out: Path, file: Path):
 
     for path in write_room(scan, room, out, file.stem):
         say(f"wrote {path}")
+
+
+def places_in(scan: Scan, room: Room, put: Path | None) -> dict[int | None, list[Place]]:
+    """Return the places of each object of a room, and how long it took to find them."""
+    from ..recognition.places import places_in_room
+
+    watch = Stopwatch()
+    found = places_in_room(scan, room, put)
+    watch.lap("places")
+    room.stages.update(watch.seconds)
+    return found
+
+
+def print_used(scan: Scan, used: dict[int | None, list[Place]]):
+    """Print the places of each object as lines."""
+    from .places import HEAD, place_columns
+
+    rows = [
+        ["" if owner is None else str(owner), *place_columns(place.as_json())]
+        for owner, found in used.items()
+        for place in found
+    ]
+    if rows:
+        print_table(f"{scan.name}: where it can be used", ["object", *HEAD], rows)
 
 
 def print_room(scan: Scan, room: Room):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -10,15 +11,17 @@ import numpy as np
 
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
+from spherefunc_bullet.places.place import Place
 
 from ..recognition.room import Inferred, Room, SceneObject
 from ..scans.scan import Scan
 from .colours import function_colour, point_colours
 
+Used = Mapping[int | None, Sequence[Place]]  # the places of each object, under None those of none
 _PLAIN = np.array([200, 200, 200], np.uint8)  # of an object without a function, in the labelled PLY
 
 
-def room_json(scan: Scan, room: Room) -> dict[str, object]:
+def room_json(scan: Scan, room: Room, places: Used | None = None) -> dict[str, object]:
     """Return what was found, for JSON; all of it in metres and in the scan's own frame, or the one named."""
     levelling, counts = room.levelling, np.bincount(room.labels[room.labels >= 0])
     return {
@@ -34,11 +37,19 @@ def room_json(scan: Scan, room: Room) -> dict[str, object]:
         },
         "up": levelling.up.round(6).tolist(),
         "T_level_scan": levelling.T_level_scan.round(6).tolist(),
-        "objects": [object_json(item, room, int(counts[item.id])) for item in room.objects],
+        "objects": [
+            object_json(item, room, int(counts[item.id])) | places_json(item.id, places) for item in room.objects
+        ],
+        **places_json(None, places),
         "inferred": [inferred_json(item, room) for item in room.inferred],
         "stages": {name: round(seconds, 4) for name, seconds in room.stages.items()},
         "seconds": round(sum(room.stages.values()), 3),
     }
+
+
+def places_json(owner: int | None, places: Used | None) -> dict[str, object]:
+    """Return for JSON the places of one object, or those of none; nothing where none were asked for."""
+    return {} if places is None else {"places": [place.as_json() for place in places.get(owner, [])]}
 
 
 def inferred_json(item: Inferred, room: Room) -> dict[str, object]:

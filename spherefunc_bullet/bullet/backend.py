@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..simulator.mechanics import (
     StandSettings,
     carry_radius,
 )
+from ..simulator.proofs import ProofSettings, Use, Verdict
 from .engine import engine_version
 from .physics import Physics
 
@@ -141,3 +143,9 @@ class BulletSimulator(Physics):
             kept = carry_filled(self, shape, basin, filling, settings, radius)
         seconds = time.perf_counter() - started
         return carry_result(kept, filling, basin, radius, settings, seconds, provenance_of(self, settings, seed))
+
+    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[Verdict]:
+        """Use places of a cloud's object: sit down, put down, pour (see `ProvesPlaces.prove`)."""
+        from .proofs import proved
+
+        return proved(cloud, uses, settings, seed)

@@ -1,6 +1,6 @@
-"""What became of the spheres that were dropped on an object: where each began, how it ended, where it rests.
+"""The spheres that were dropped on an object: where each was dropped, how its fall ended, where it rests.
 
-What falls through is evidence too: a hole in the bottom, a missing seat and a slope let spheres go.
+Spheres that do not settle are evidence too: they fall through a hole or a missing seat, or roll off a slope.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from ..clouds.heading import turned
 from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 
-ASKED = 50  # settled spheres that are asked whether they are walled in, about; of the others nothing is known
+ASKED = 50  # settled spheres tested for walls around them, about; the others are NaN
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
 EARLY_DROPS = 40  # at each radius: enough to classify most objects (compare/evaluation/stopping.py)
 FEW = 5  # settled spheres of all radii together from which much can be concluded
-LOST = -1  # in place of an `Outcome`: it did not settle, and a kept run does not say why
+LOST = -1  # in place of an `Outcome`: did not settle; older files do not say how it ended
 _KEPT_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN
 
 
@@ -32,7 +32,7 @@ class Drops:
     outcomes: np.ndarray  # (D,) int8, each an `Outcome`, or `LOST`
     rests: np.ndarray  # (S, 3) float, metres: the centres of those that settled
     walled_in: np.ndarray  # (S,) float: 1 with the object on every side, 0 without; NaN where nobody looked
-    losses_known: bool = True  # of a run that ends by misses, only the settled are kept
+    losses_known: bool = True  # False for runs that end by misses: only settled spheres are kept
     provenance: dict[str, Any] = field(default_factory=dict, repr=False)  # see `simulator.provenance_of`
 
     def __len__(self) -> int:
@@ -76,7 +76,7 @@ DropsByRadius = dict[float, Drops]  # radius in metres -> the drops of one objec
 
 
 def resting_drops(radius: float, rests: np.ndarray, *, losses_known: bool = False) -> Drops:
-    """Return drops of which only those are known that settled, at centres (S, 3), metres."""
+    """Return drops of which only the settled ones are known, at centres (S, 3), metres."""
     unknown = np.full((len(rests), 3), np.nan, np.float32)
     outcomes = np.full(len(rests), Outcome.SETTLED, np.int8)
     return Drops(
@@ -90,7 +90,7 @@ def resting_drops(radius: float, rests: np.ndarray, *, losses_known: bool = Fals
 
 
 def drops_from_rows(radius: float, rows: np.ndarray, outcomes: np.ndarray | None = None, **about: Any) -> Drops:
-    """Return the drops that a file keeps as rows, see `Drops.rows`; older files tell no outcomes of lost ones."""
+    """Return drops from the rows of a file, see `Drops.rows`; older files have no outcomes of lost drops."""
     if rows.shape[1] != _KEPT_WIDTH:
         return replace(resting_drops(radius, rows), **about)
     settled = ~np.isnan(rows[:, 4])
@@ -113,7 +113,7 @@ def drops_of(result: DropResult, points: np.ndarray, radius: float) -> Drops:
 
 
 def fallen_where_they_rest(rests: np.ndarray, points: np.ndarray, radius: float) -> Drops:
-    """Return drops that settled straight below at centres (S, 3) on an object's points (N, 3), metres."""
+    """Return drops that settled in their own column, at centres (S, 3) on an object's points (N, 3), metres."""
     from .enclosure import walled_in  # compiled, so not where all that is read was kept
 
     walls = np.full(len(rests), np.nan)
@@ -147,7 +147,7 @@ def settled_count(drops: Mapping[float, Drops], radius: float) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class RunLimit:
-    """When a run for features ends: after so many misses in a row or settled spheres, unless it says otherwise."""
+    """When a run ends: by default after a number of misses in a row, or of settled spheres."""
 
     drops: int | None = None  # exactly so many, whatever becomes of them
     to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres

@@ -1,4 +1,4 @@
-"""Objects that spheres can be dropped on: a cloud in memory, or a file and what is kept of it by content."""
+"""Objects on which spheres can be dropped: a cloud in memory, or a file with results cached by content."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class CloudObject:
 
     own: Cloud
     dropping: Dropping
-    cache: bool = False  # whether spheres that have fallen on the same points before are looked up
+    cache: bool = False  # whether results for the same points are read from the user's cache
 
     def cloud(self) -> Cloud:
         """Return its points and mesh as spheres meet them."""
         return self.dropping.prepared(self.own)
 
     def drops(self, length: RunLimit) -> DropsByRadius:
-        """Return what becomes of the spheres in runs of some length."""
+        """Return the drops of runs with this limit."""
         drop = settle_kept if self.cache else settle
         return drop(self.cloud(), self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
 
@@ -64,12 +64,12 @@ class KeptFile:
             report(name + line)
 
     def drops(self, length: RunLimit) -> DropsByRadius:
-        """Return what becomes of the spheres in runs of some length."""
+        """Return the drops of runs with this limit."""
         dropping = replace(self.dropping, length=length)
         return dropping.drops(kept_runs(self.content, self.cloud, dropping))
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
-        """Return what ``check``, which is known by a name, says of the cloud."""
+        """Return the result of ``check`` for the cloud, cached under this name."""
         return kept_answer(self.content, name, lambda: check(self.cloud()))
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:

@@ -22,7 +22,12 @@ AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 wit
 LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
 CARRIED_ACROSS = 16.0  # radii to the largest extent: 6 mm for a mug, where smaller ones lie behind a tray's rim
 OVERLOAD, OVERLOADED = 1000.0, 100.0  # kg, and own masses: who asks whether it tips under more means no load at all
-KINDS = {"poses": "tell poses", "stands": "tell whether it stands", "carry": "carry an object about"}
+KINDS = {
+    "poses": "tell poses",
+    "stands": "tell whether it stands",
+    "carry": "carry an object about",
+    "prove": "prove places",
+}
 
 
 @dataclass(frozen=True, kw_only=True)

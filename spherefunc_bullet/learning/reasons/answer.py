@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
@@ -16,6 +17,7 @@ from ...settling.kept_object import CloudObject
 from ..model_file import inference_model, model_for_views
 
 if TYPE_CHECKING:
+    from ...places.place import Place
     from ..classifier import CloudClassifier
 
 
@@ -29,6 +31,17 @@ class Answer:
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
     cloud: Cloud | None = field(default=None, repr=False, compare=False)  # that was asked about, metres, z up
+    source: tuple[Anything, str, str] | None = field(default=None, repr=False, compare=False)  # with units and up
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where it can be used, in the coordinates and units of the input; looked for when it is first asked."""
+        from ...places.finding import places_in_input
+
+        if self.source is None:
+            return []
+        anything, units, up = self.source
+        return places_in_input(anything, scores=self.scores, units=units, up=up)
 
 
 @overload
@@ -43,6 +56,20 @@ def classify(
     explain: bool = True,
     cache: bool = False,
 ) -> list[Answer]: ...
+
+
+@overload
+def classify(
+    anything: dict[str, Anything],
+    *,
+    units: str = "m",
+    up: str = BY_FILE,
+    model: str | Path | CloudClassifier | None = None,
+    backend: str | None = None,
+    function: str | None = None,
+    explain: bool = True,
+    cache: bool = False,
+) -> dict[str, Answer]: ...
 
 
 @overload
@@ -69,7 +96,7 @@ def classify(
     function: str | None = None,
     explain: bool = True,
     cache: bool = False,
-) -> Answer | list[Answer]:
+) -> Answer | list[Answer] | dict[str, Answer]:
     """Say what an object is for, or what each of a list of objects is for.
 
     The model is read once in a process, and kernels are compiled once on a machine; after that an object takes some ten
@@ -77,7 +104,8 @@ def classify(
 
     Parameters
     ----------
-    anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud; or a list of such
+    anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud
+        Or several of such: a list, a generator, or a dict of names to objects; see `as_cloud`.
     units : {"m", "cm", "mm", "in", "auto"}
         What its numbers mean; ``auto`` guesses, and warns of what it took.
     up : {"file", "z", "-z", "y", "-y", "x", "-x", "auto"}
@@ -95,7 +123,7 @@ def classify(
 
     Returns
     -------
-    Answer, or a list of them
+    Answer; a list of them, or a dict of names to them, of several objects
 
     Raises
     ------
@@ -116,12 +144,18 @@ def classify(
     asked = asked if function is None else asked.only(function)
     view_model = partial(model_for_views, asked, given=model is not None)
     several = holds_several(anything)
+    items = each_of(anything) if several else [anything]
     clouds = [
         as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
-        for number, item in enumerate(anything if several else [anything])
+        for number, item in enumerate(items)
     ]
     objects = [CloudObject(own=cloud, dropping=asked.dropping(), cache=cache) for cloud in clouds]
-    answers = [answer_of(item.own, decision_about(item, asked, view_model), explain) for item in objects]
+    answers = [
+        replace(answer_of(each.own, decision_about(each, asked, view_model), explain), source=(item, units, up))
+        for each, item in zip(objects, items, strict=True)
+    ]
+    if isinstance(anything, Mapping):
+        return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]
 
 
@@ -136,3 +170,8 @@ def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
         reasons=(*decision.reasons(explain), *doubts),
         cloud=cloud,
     )
+
+
+def each_of(anything: Iterable[Anything] | Mapping[str, Anything]) -> list[Anything]:
+    """Return the objects of a list, a generator, or a dict of names to objects."""
+    return list(anything.values() if isinstance(anything, Mapping) else anything)

@@ -1,0 +1,1 @@
+"""Exams of places: by a world of their own, by water, by catalogues and by hand."""

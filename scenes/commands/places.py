@@ -1,0 +1,105 @@
+"""``spherefunc places``: where and how objects can be used."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from spherefunc_bullet.commands.each_file import run_on_files
+from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up
+from spherefunc_bullet.console import Failures, print_json, print_table, show
+from spherefunc_bullet.formats.units import parse_length
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.places.place import Place
+    from spherefunc_bullet.simulator import Simulator
+
+Row = dict[str, Any]  # what the contract prints of one file
+HEAD = ("place to", "score", "position", "facing", "height", "")
+
+
+def places(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans of objects.")],
+    put: Annotated[Path | None, typer.Option(metavar="OBJECT", help="An object for which poses are found.")] = None,
+    prove: Annotated[bool, typer.Option("--prove", help="Use the places: sit down, put down, pour.")] = False,
+    person: Annotated[str, typer.Option(help="How tall a sitter is.")] = "1.75m",
+    backend: Annotated[str, typer.Option(help="Who proves; fast only proposes.")] = "bullet",
+    seed: Seed = 0,
+    up: Up = BY_FILE,
+    units: Units = "m",
+    package_path: PackagePath = None,
+    json: Json = False,
+):
+    """Say where and how each object can be used: places to sit, to put and to pour."""
+    from spherefunc_bullet.simulator import make_simulator
+    from spherefunc_bullet.simulator.mechanics import require_ability
+
+    simulator = make_simulator(backend)
+    if prove:
+        require_ability(simulator, "prove")
+    failures, how = Failures(), (put, prove, parse_length(person), up, units, seed)
+    results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
+    rows = [row_of(file, *found) for file, found in results]
+    print_json(rows) if json else print_places(rows)
+    failures.exit()
+
+
+def places_of_file(
+    file: Path, simulator: Simulator, put: Path | None, prove: bool, person: float, up: str, units: str, seed: int
+) -> tuple[list[Place], float]:
+    """Return the places of one file's object, and the seconds that it took."""
+    from ..recognition.places import find_places
+
+    started = time.perf_counter()
+    how = {"backend": simulator.name, "up": up, "units": units, "seed": seed}
+    found = find_places(file, put, prove, person, **how)
+    return found, time.perf_counter() - started
+
+
+def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
+    """Return what the contract prints of one file."""
+    return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
+
+
+def print_places(rows: Sequence[Row]):
+    """Print every place of every object as a line."""
+    table = []
+    for row in rows:
+        for number, place in enumerate(row["places"]):
+            start = Path(row["file"]).name if number == 0 else ""
+            table.append([start, *place_columns(place), proof_text(place["proven"])])
+    if table:
+        print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
+    for row in rows:
+        if not row["places"]:
+            show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
+
+
+def place_columns(place: Row) -> list[str]:
+    """Return what a table says of a place, under `HEAD`."""
+    where = " ".join(f"{value:.2f}" for value in place["position"])
+    facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
+    return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place)]
+
+
+def details(place: Row) -> str:
+    """Return what matters of a kind of place, in a few words."""
+    if place["kind"] == "pour":
+        return f"holds {place['capacity_ml']:.0f} ml, spills at {place['spill_tilt_deg']:.0f}°"
+    if place["kind"] == "put":
+        poses = f", {len(place['poses'])} poses" if place.get("poses") else ""
+        return f"{place['area']:.2g} free, a disc of {place['radius']:.2g}{poses}"
+    has = [name for name in ("back", "arms") if place[name]]
+    return f"{place['depth']:.2g} deep" + (f", with {' and '.join(has)}" if has else "")
+
+
+def proof_text(proof: Row | None) -> str:
+    """Return what became of a proof."""
+    if proof is None:
+        return ""
+    reasons = f" ({', '.join(proof['why'])})" if proof["why"] else ""
+    return f"held {proof['held']} of {proof['trials']}{reasons}"

@@ -1,0 +1,60 @@
+"""An object is put down from a centimetre, looked at, pushed, and looked at again."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ...simulator.mechanics import Matter
+from ...simulator.proofs import HELD, ProofSettings, PutUse, Verdict
+from ...simulator.statics.body import Body, body_of
+from ..engine import pybullet
+from .stage import G, Stage
+
+ABOVE = 0.01  # metres
+RATE = 240.0
+PUSHED = 0.25  # seconds
+LIGHT = 0.3  # of its weight: a harder push would slide what is light wherever it stands
+MOVED, TILTED_DEG = 0.02, 5.0  # metres and degrees: more is not where it was put
+
+
+def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
+    """Return what becomes of an object that is put down."""
+    p, free = pybullet(), body_of(use.cloud, Matter())
+    shape = p.createCollisionShape(p.GEOM_MESH, vertices=(free.corners - free.center).tolist(), **stage.engine)
+    start = use.pose[:3, :3] @ free.center + use.pose[:3, 3]
+    turn = Rotation.from_matrix(use.pose[:3, :3])
+    body = p.createMultiBody(
+        free.mass, shape, stage.visual, (start + [0, 0, ABOVE]).tolist(), turn.as_quat().tolist(), **stage.engine
+    )
+    p.changeDynamics(body, -1, localInertiaDiagonal=inertia_of(free), **stage.engine)
+    stage.rub(body)
+    moved, tilt = looked_at(stage, body, start, turn, settings.put_time)
+    if moved <= MOVED and tilt <= TILTED_DEG:
+        push(stage, body, min(settings.push, LIGHT * free.mass * G))
+        moved, tilt = looked_at(stage, body, start, turn, settings.put_time / 2)
+    p.removeBody(body, **stage.engine)
+    why = "tipped" if tilt > TILTED_DEG else "slid" if moved > MOVED else HELD
+    return Verdict(held=why == HELD, why=why, moved=moved, tilt_deg=tilt)
+
+
+def inertia_of(free: Body) -> list[float]:
+    """Return the inertia along the axes, which hulls of vessels and plates nearly have as their own."""
+    return np.diag(free.inertia).tolist()
+
+
+def looked_at(stage: Stage, body: int, start: np.ndarray, turn: Rotation, seconds: float) -> tuple[float, float]:
+    """Return how far a body has moved after some seconds, metres, and how far it leans from its pose, degrees."""
+    stage.steps(seconds, RATE)
+    place, turned = pybullet().getBasePositionAndOrientation(body, stage.client)
+    up = (Rotation.from_quat(turned) * turn.inv()).apply([0.0, 0.0, 1.0])
+    return float(np.linalg.norm(np.array(place) - start)), float(np.degrees(np.arccos(np.clip(up[2], -1, 1))))
+
+
+def push(stage: Stage, body: int, newtons: float):
+    """Push a body along x for a moment, where its weight acts."""
+    p = pybullet()
+    for _ in range(round(PUSHED * RATE)):
+        place, _ = p.getBasePositionAndOrientation(body, stage.client)
+        p.applyExternalForce(body, -1, [newtons, 0, 0], place, p.WORLD_FRAME, **stage.engine)
+        p.stepSimulation(stage.client)

@@ -1,0 +1,72 @@
+"""A person sits down: an articulated body is let down on the place, holds itself upright, and is looked at."""
+
+from __future__ import annotations
+
+from importlib.resources import as_file, files
+
+import numpy as np
+
+from ...simulator.proofs import HELD, ProofSettings, SitUse, Verdict
+from ..engine import pybullet
+from .stage import Stage, tilt_of
+
+TALL = 1.75  # metres: the person of the URDF
+ABOVE = 0.02  # metres from which the person is let down
+CENTER = 0.30  # metres from the seat to where the trunk's weight acts, which the engine says the place of
+RATE = 120.0  # steps in a second
+HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
+STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
+TIPPED_DEG, SUNK, SLID, STILL = 25.0, 0.08, 0.12, 0.25  # degrees, metres, metres, metres in a second
+
+
+def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
+    """Return what becomes of a person who sits down."""
+    p, scale = pybullet(), settings.person / TALL
+    start = np.array(use.position) + [0, 0, ABOVE]
+    turn = p.getQuaternionFromEuler([0, 0, use.heading])
+    with as_file(files(__package__) / "sitter.urdf") as path:
+        body = p.loadURDF(str(path), start.tolist(), turn, globalScaling=scale, **stage.engine)
+    stage.rub(body)
+    hold(stage, body, scale)
+    stage.steps(settings.sitting_time, RATE)
+    place, turned = p.getBasePositionAndOrientation(body, stage.client)
+    speed, _ = p.getBaseVelocity(body, stage.client)
+    touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
+    p.removeBody(body, **stage.engine)
+    up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
+    moved = np.array(place) - CENTER * scale * up - use.position
+    tilt = tilt_of(turned)
+    why = why_not(moved, tilt, float(np.linalg.norm(speed)), touched, scale)
+    return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
+
+
+def hold(stage: Stage, body: int, scale: float):
+    """Have the joints of a person go back to sitting, the knees from being stretched."""
+    p = pybullet()
+    for joint in range(p.getNumJoints(body, **stage.engine)):
+        knee = p.getJointInfo(body, joint, **stage.engine)[1].endswith(b"knee")
+        if knee:
+            p.resetJointState(body, joint, STRETCHED, **stage.engine)
+        p.setJointMotorControl2(
+            body,
+            joint,
+            p.POSITION_CONTROL,
+            targetPosition=0.0,
+            force=(KNEE if knee else HIP) * scale,
+            positionGain=0.05,
+            velocityGain=0.5,
+            **stage.engine,
+        )
+
+
+def why_not(moved: np.ndarray, tilt: float, speed: float, touched: set[int], scale: float) -> str:
+    """Return why a person does not sit there, nothing where one does."""
+    if moved[2] < -SUNK * scale:
+        return "sank"
+    if tilt > TIPPED_DEG:
+        return "tipped"
+    if np.linalg.norm(moved[:2]) > SLID * scale:
+        return "slid"
+    if moved[2] > SUNK * scale:
+        return "knees hit"
+    return "slid" if speed > STILL or not touched else HELD

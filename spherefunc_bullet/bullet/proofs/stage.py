@@ -1,0 +1,77 @@
+"""The engine in which an object stands still while it is used; metres, seconds, kilograms."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...clouds.cloud import Cloud
+from ..collision.shape import CollisionShape, collision_shape
+from ..engine import pybullet
+from ..loading import load_shape
+
+G = 9.81  # m/s2
+SPANNED = 0.02  # of the largest extent, and `SPANS` in metres: the radius for which a cloud's surface is spanned
+SPANS = 0.006, 0.02
+
+
+class Stage:
+    """One engine in this process with an object that stands still on the ground; to be closed, best by ``with``."""
+
+    def __init__(self, cloud: Cloud, friction: float):
+        p = pybullet()
+        self.client, self.friction = p.connect(p.DIRECT), friction
+        self.engine = {"physicsClientId": self.client}
+        p.setGravity(0, 0, -G, **self.engine)
+        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, enableFileCaching=0, **self.engine)
+        # The default visual shape would be read from the file, with a warning, and tessellated.
+        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
+        self.ground = self.still(p.createCollisionShape(p.GEOM_PLANE, **self.engine))
+        self.object = self.still(load_shape(shape_of(cloud), 1.0, self.client))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pybullet().disconnect(self.client)
+
+    def still(self, shape: int) -> int:
+        """Return a body that stands still."""
+        body = pybullet().createMultiBody(0.0, shape, self.visual, **self.engine)
+        self.rub(body)
+        return body
+
+    def rub(self, body: int, friction: float | None = None):
+        """Give all links of a body the friction whose product with itself is that of the stage."""
+        own = np.sqrt(self.friction if friction is None else friction)
+        for link in range(-1, pybullet().getNumJoints(body, **self.engine)):
+            pybullet().changeDynamics(body, link, lateralFriction=own, **self.engine)
+
+    def steps(self, seconds: float, rate: float):
+        """Advance by a time, in steps of which there are ``rate`` in a second."""
+        pybullet().setTimeStep(1 / rate, **self.engine)
+        for _ in range(round(seconds * rate)):
+            pybullet().stepSimulation(self.client)
+
+
+def shape_of(cloud: Cloud) -> CollisionShape:
+    """Return a cloud's mesh, or the surface spanned between its points, in metres."""
+    if cloud.mesh is not None:
+        return collision_shape(cloud, 1.0, "mesh")
+    radius = float(np.clip(SPANNED * cloud.size.max(), *SPANS))
+    shape = collision_shape(cloud, radius, "voxel")
+    return CollisionShape(
+        name=shape.name,
+        kind=shape.kind,
+        vertices=shape.vertices * radius,
+        faces=shape.faces,
+        pieces=None,
+        columns=shape.columns * radius,
+        voxel_size=None,
+        gap=None,
+    )
+
+
+def tilt_of(quaternion: tuple[float, float, float, float]) -> float:
+    """Return the angle in degrees between a body's own z and the vertical."""
+    matrix = pybullet().getMatrixFromQuaternion(quaternion)
+    return float(np.degrees(np.arccos(np.clip(matrix[8], -1.0, 1.0))))

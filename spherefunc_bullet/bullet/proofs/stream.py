@@ -1,0 +1,54 @@
+"""A stream is poured: spheres of the volume's worth leave a spout that moves to and fro above the opening."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...simulator.proofs import HELD, PourUse, ProofSettings, Verdict
+from ..engine import pybullet
+from .stage import G, Stage
+
+RATE = 360.0
+PACKED = 0.55  # share of a volume that poured spheres fill
+OPENING = 0.4  # of the opening's radius: the largest sphere
+WANDER = 0.3  # of the opening's radius: how far the spout moves to either side
+EVERY = 6  # steps between spheres
+CALM = 0.3  # seconds after the last one, and again after being carried
+CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
+
+
+def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Verdict:
+    """Return whether what is poured stays inside."""
+    p = pybullet()
+    radius, count = sphere_size(use, settings.spheres)
+    shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
+    rng, bodies = np.random.default_rng(seed), []
+    for number in range(count):
+        aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
+        jitter = rng.uniform(-0.1, 0.1, 2) * use.radius
+        place = use.position + [aside + jitter[0], jitter[1], radius]
+        bodies.append(
+            p.createMultiBody(0.01, shape, stage.visual, place.tolist(), useMaximalCoordinates=1, **stage.engine)
+        )
+        p.changeDynamics(bodies[-1], -1, lateralFriction=0.3, linearDamping=0.3, **stage.engine)
+        stage.steps(EVERY / RATE, RATE)
+    stage.steps(CALM, RATE)
+    for side in (1, -1):
+        p.setGravity(side * CARRIED[0] * G, 0, -G, **stage.engine)
+        stage.steps(CARRIED[1] / 2, RATE)
+    p.setGravity(0, 0, -G, **stage.engine)
+    stage.steps(CALM / 2, RATE)
+    places = np.array([p.getBasePositionAndOrientation(body, stage.client)[0] for body in bodies])
+    for body in bodies:
+        p.removeBody(body, **stage.engine)
+    inside = ((places >= use.low - radius) & (places <= use.high + [radius, radius, 2 * radius])).all(axis=1)
+    share = float(inside.mean())
+    why = HELD if share >= settings.kept else "spilled"
+    return Verdict(held=why == HELD, why=why, moved=1 - share, tilt_deg=0.0)
+
+
+def sphere_size(use: PourUse, most: int) -> tuple[float, int]:
+    """Return the radius of spheres that stand for a volume, and how many there are."""
+    full = (PACKED * use.volume / most * 3 / (4 * np.pi)) ** (1 / 3)
+    radius = float(min(full, OPENING * use.radius))
+    return radius, most

@@ -1,0 +1,66 @@
+"""Places to pour: above the openings of what holds water."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from ..clouds.cloud import Cloud
+from .capacity import SPILLED_AT, Water, waters_of
+from .place import FUNCTION, Place
+from .regions import rings_of
+from .surface import Surface
+
+LEAST_ML = 5.0
+LEAST_DEPTH = 0.01  # metres
+LEAST_STEEP = 0.12  # depth over the opening's width: a seat's hollow is flatter
+ABOVE = 0.03  # metres from the brim to where one pours from
+MAX_EXTENT = 1.2  # metres: what is larger is no vessel
+
+
+def pour_places(cloud: Cloud) -> list[Place]:
+    """Return a place for each body of water that an object holds under an opening, the largest first."""
+    if cloud.size.max() > MAX_EXTENT:
+        return []
+    return [place for water in waters_of(cloud) if (place := pour_place(water)) is not None]
+
+
+def pour_place(water: Water) -> Place | None:
+    """Return where one pours into a vessel, or None where it is none."""
+    if len(water.opening) < 4:
+        return None
+    low, high = water.opening.min(axis=0) - 2, water.opening.max(axis=0) + 3
+    open_cells = np.zeros(high - low, bool)
+    open_cells[tuple((water.opening - low).T)] = True
+    room = water.cell * (ndimage.distance_transform_edt(open_cells) - 0.5)
+    surface = Surface(water.origin[:2] + low * water.cell, water.cell, np.zeros(open_cells.shape), 0.0)
+    middle = surface.middles(np.array(np.unravel_index(room.argmax(), room.shape)))
+    depth = water.brim_height - (water.origin[2] + water.cells[:, 2].min() * water.cell)
+    area = len(water.opening) * water.cell**2
+    capacity = water.volume * 1e6
+    if capacity < LEAST_ML or depth < LEAST_DEPTH or depth < LEAST_STEEP * np.sqrt(area):
+        return None
+    tilt, heading = water.spill()
+    return Place(
+        kind="pour",
+        function=FUNCTION["pour"],
+        position=np.array([*middle, water.brim_height + ABOVE]),
+        normal=np.array([0.0, 0.0, 1.0]),
+        heading_deg=None,
+        region=rings_of(surface, open_cells, np.array([0.0, 0.0, water.brim_height])),
+        area=float(area),
+        height=water.brim_height,
+        clearance=None,
+        score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)),
+        radius=float(room.max()),
+        capacity_ml=float(capacity),
+        filled_ml=float(SPILLED_AT * capacity),
+        levels=water.levels(),
+        spill_tilt_deg=tilt,
+        spill_heading_deg=heading,
+        depth=float(depth),
+        inside=(
+            water.origin + water.cells.min(axis=0) * water.cell,
+            water.origin + (water.cells.max(axis=0) + 1) * water.cell,
+        ),
+    )

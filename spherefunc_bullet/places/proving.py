@@ -1,0 +1,91 @@
+"""Proofs of places: a backend uses them, and the score knows what became of that."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from ..clouds.cloud import Cloud, cloud_from_mesh
+from ..simulator import Simulator
+from ..simulator.mechanics import require_ability
+from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use
+from .place import Place, Proof
+
+FAILED = 0.3  # what a place that did not hold keeps of its score
+TRIED_POSES = 3  # of a region
+TRIED_HEADINGS = 4  # where all headings are as good
+DISC = 0.04, 0.08  # metres: radius and height of what is put down where no object is given
+
+
+def proven(
+    cloud: Cloud,
+    places: Sequence[Place],
+    simulator: Simulator,
+    settings: ProofSettings,
+    put: Cloud | None = None,
+    seed: int = 0,
+) -> list[Place]:
+    """Return places, in the cloud's frame, with what became of them when they were used; the best first.
+
+    Raises
+    ------
+    InputError
+        If the backend cannot prove.
+    """
+    able = require_ability(simulator, "prove")
+    uses = [uses_of(place, put) for place in places]
+    verdicts = iter(able.prove(cloud, [use for of_one in uses for use in of_one], settings, seed))
+    results = [
+        with_proof(place, able.name, [next(verdicts) for _ in of_one])
+        for place, of_one in zip(places, uses, strict=True)
+    ]
+    return sorted(results, key=lambda place: -place.score)
+
+
+def with_proof(place: Place, backend: str, verdicts: Sequence) -> Place:
+    """Return a place with its proof, and the score that this leaves."""
+    held = sum(verdict.held for verdict in verdicts)
+    why = tuple(reason for reason, _ in Counter(verdict.why for verdict in verdicts if not verdict.held).most_common())
+    proof = Proof(backend=backend, trials=len(verdicts), held=held, why=why)
+    return replace(place, proven=proof, score=place.score * (1.0 if proof.holds else FAILED))
+
+
+def uses_of(place: Place, put: Cloud | None) -> list[Use]:
+    """Return what is tried at a place, in the cloud's frame."""
+    if place.kind == "sit":
+        headings = (
+            360.0 / TRIED_HEADINGS * np.arange(TRIED_HEADINGS) if place.heading_deg is None else [place.heading_deg]
+        )
+        return [SitUse(position=place.position, heading=float(np.radians(heading))) for heading in headings]
+    if place.kind == "put":
+        return [PutUse(cloud=put or disc(), pose=pose) for pose in (place.poses or (standing(place),))[:TRIED_POSES]]
+    low, high = place.inside
+    return [PourUse(position=place.position, radius=place.radius, volume=place.filled_ml * 1e-6, low=low, high=high)]
+
+
+def standing(place: Place) -> np.ndarray:
+    """Return the pose (4, 4) of what stands at a place as the surface is there."""
+    from ..simulator.statics.poses import turned_down
+
+    pose = np.eye(4)
+    pose[:3, :3] = turned_down(-place.normal).T
+    pose[:3, 3] = place.position
+    return pose
+
+
+@cache
+def disc() -> Cloud:
+    """Return a cylinder that stands for whatever is put down."""
+    angles = np.arange(24) * 2 * np.pi / 24
+    circle = DISC[0] * np.column_stack([np.cos(angles), np.sin(angles)])
+    corners = np.vstack([np.column_stack([circle, np.full(24, height)]) for height in (0.0, DISC[1])])
+    sides = [(a, b, 24 + b) for a, b in pairwise([*range(24), 0])] + [
+        (a, 24 + b, 24 + a) for a, b in pairwise([*range(24), 0])
+    ]
+    caps = [(0, k + 1, k) for k in range(1, 23)] + [(24, 24 + k, 25 + k) for k in range(1, 23)]
+    return cloud_from_mesh(corners, np.array(sides + caps), "disc")

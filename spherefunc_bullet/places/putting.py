@@ -1,0 +1,203 @@
+"""Places to put: level regions with free height above, and poses at which a given object stands there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import ConvexHull, QhullError
+
+from ..clouds.cloud import Cloud
+from .place import FUNCTION, Place
+from .regions import Region, level_regions, rings_of
+from .surface import Surface
+
+DISC = 0.04  # metres: the radius of what there is room for where no object is given
+OFF_EDGES = 0.02  # metres that a base is kept from edges, where there is room for it
+OFF_OTHERS = 0.01  # metres that an object is kept from what stands there
+TOUCHING = 0.003  # metres: what is no higher above an object's lowest point is its base
+LIFT = 0.001  # metres that poses are above the surface
+HEADINGS = 4  # that are tried in a quarter turn, of objects that are not round
+MOST_POSES = 60  # of a region
+STEEPEST_DEG = 3.0  # where an object is to stand upright
+LOWEST = 0.01  # metres: what is lower is the ground
+
+
+@dataclass(frozen=True, eq=False)
+class Footprint:
+    """An object seen from above, standing."""
+
+    cloud: Cloud
+    base: np.ndarray  # (K, 2) corners of the convex hull of what touches the ground
+    outline: np.ndarray  # (L, 2) corners of the convex hull of all of it
+
+    @property
+    def height(self) -> float:
+        """Metres."""
+        return float(self.cloud.size[2])
+
+    @property
+    def round(self) -> bool:
+        """Whether it hardly matters which way it faces."""
+        radii = np.linalg.norm(self.outline - self.outline.mean(axis=0), axis=1)
+        return len(self.outline) > 8 and radii.max() < 1.1 * radii.min()
+
+
+def footprint_of(cloud: Cloud) -> Footprint:
+    """Return an object's footprint as it stands in its own frame."""
+    corners = cloud.points if cloud.mesh is None else np.vstack([cloud.mesh.vertices, cloud.points])
+    low = corners[corners[:, 2] <= corners[:, 2].min() + TOUCHING]
+    return Footprint(cloud, hull(low[:, :2]), hull(corners[:, :2]))
+
+
+def hull(points: np.ndarray) -> np.ndarray:
+    """Return the corners of the convex hull of points (N, 2); of points in a line, its ends."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        along = points @ (points.max(axis=0) - points.min(axis=0))
+        return points[[along.argmin(), along.argmax()]]
+
+
+def put_places(surface: Surface, put: Cloud | None = None, lowest: float = LOWEST) -> list[Place]:
+    """Return the level regions on which something can be put, each with its best position.
+
+    Parameters
+    ----------
+    put : Cloud, optional
+        An object, as it stands, for which poses are looked for.
+    lowest : float, metres
+        What is lower is the ground.
+    """
+    print_ = None if put is None else footprint_of(put)
+    least = DISC if print_ is None else 0.01
+    places = [put_place(surface, region, print_) for region in level_regions(surface, least, lowest)]
+    return [place for place in places if place is not None]
+
+
+def put_place(surface: Surface, region: Region, footprint: Footprint | None) -> Place | None:
+    """Return a region as a place; None where there is no room for the object that is put."""
+    poses, margins = ((), ()) if footprint is None else poses_on(surface, region, footprint)
+    if footprint is not None and not poses:
+        return None
+    best = np.array(np.unravel_index(region.room.argmax(), region.room.shape))
+    middle = poses[0][:2, 3] if poses else surface.middles(best)
+    room = float(region.room.max())
+    return Place(
+        kind="put",
+        function=FUNCTION["put"],
+        position=np.array([*middle, float(region.height_at(middle))]),
+        normal=region.normal,
+        heading_deg=None,
+        region=rings_of(surface, region.cells, region.plane),
+        area=float(region.cells.sum()) * surface.cell**2,
+        height=float(region.height_at(middle)),
+        clearance=None,
+        score=float(np.clip(room / 0.1, 0.1, 1.0) * (1 - region.slope_deg / 20)),
+        radius=room,
+        poses=poses,
+        margins=margins,
+    )
+
+
+def poses_on(surface: Surface, region: Region, footprint: Footprint) -> tuple[tuple[np.ndarray, ...], tuple]:
+    """Return poses (4, 4) on a region, spread over it, those with the largest margin first; and the margins."""
+    if region.slope_deg > STEEPEST_DEG:
+        return (), ()
+    free = free_room(surface, region)
+    found = [
+        (xy, heading, margin)
+        for heading in headings_of(footprint)
+        for xy, margin in positions(surface, region, free, footprint, heading)
+    ]
+    found.sort(key=lambda one: -one[2])
+    chosen = spread(found, max(0.05, 0.25 * float(np.ptp(footprint.outline, axis=0).min())))
+    poses = tuple(pose_at(surface, region, footprint, xy, heading) for xy, heading, _ in chosen)
+    return poses, tuple(float(margin) for *_, margin in chosen)
+
+
+def headings_of(footprint: Footprint) -> Sequence[float]:
+    """Return the headings to try, radians."""
+    return [0.0] if footprint.round else np.arange(2 * HEADINGS) * np.pi / (2 * HEADINGS)
+
+
+def free_room(surface: Surface, region: Region) -> np.ndarray:
+    """Return how far each cell (X, Y) is from what stands above the region, metres."""
+    X, Y = np.indices(surface.heights.shape)
+    level = region.height_at(surface.middles(np.stack([X, Y], axis=-1)))
+    return surface.cell * (ndimage.distance_transform_edt(surface.heights <= level + 3 * surface.rough) - 0.5)
+
+
+def positions(
+    surface: Surface, region: Region, free: np.ndarray, footprint: Footprint, heading: float
+) -> list[tuple[np.ndarray, float]]:
+    """Return places (2,) at which the base is supported and the rest clear, with the margin of each, metres."""
+    base = samples(turned(footprint.base, heading), surface.cell)
+    outline = samples(turned(footprint.outline, heading), surface.cell)
+    cells = np.argwhere(region.room >= min(OFF_EDGES, 0.5 * region.room.max()))
+    if len(cells) > 3000:
+        cells = cells[:: -(-len(cells) // 3000)]
+    middles = surface.middles(cells)
+    held = least_at(surface, region.room, middles, base)
+    clear = least_at(surface, free, middles, outline)
+    good = (held >= OFF_EDGES / 2) & (clear >= OFF_OTHERS)
+    margin = np.minimum(held, clear - OFF_OTHERS + OFF_EDGES / 2)
+    return list(zip(middles[good], margin[good], strict=True))
+
+
+def turned(points: np.ndarray, heading: float) -> np.ndarray:
+    """Return points (K, 2) turned about the origin."""
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return points @ np.array([[cosine, sine], [-sine, cosine]])
+
+
+def samples(corners: np.ndarray, cell: float) -> np.ndarray:
+    """Return points (N, 2) all over a convex polygon, a cell apart or a twelfth of its width where that is more."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    step = max(cell, float((high - low).max()) / 12)
+    ends = np.roll(corners, -1, axis=0)
+    counts = np.maximum(1, np.ceil(np.linalg.norm(ends - corners, axis=1) / step)).astype(int)
+    edges = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(corners, ends, counts, strict=True)]
+    grid = np.stack(np.meshgrid(*[np.arange(a, b, step) for a, b in zip(low, high, strict=True)]), -1).reshape(-1, 2)
+    area = ends - corners
+    sides = area[:, 0] * (grid[:, None, 1] - corners[:, 1]) - area[:, 1] * (grid[:, None, 0] - corners[:, 0])
+    inside = (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
+    return np.vstack([*edges, grid[inside]])
+
+
+def least_at(surface: Surface, room: np.ndarray, middles: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the least of a map (X, Y) under offsets (K, 2) from each of some places (N, 2)."""
+    least = np.full(len(middles), np.inf)
+    outside = 0.0 if room is None else -1.0
+    for offset in offsets:
+        index = np.floor((middles + offset - surface.origin) / surface.cell).astype(int)
+        inside = ((index >= 0) & (index < room.shape)).all(axis=1)
+        value = np.full(len(middles), outside)
+        value[inside] = room[tuple(index[inside].T)]
+        least = np.minimum(least, value)
+    return least
+
+
+def spread(found: list[tuple[np.ndarray, float, float]], apart: float) -> list[tuple[np.ndarray, float, float]]:
+    """Return the first of places and of those that are not near one before."""
+    chosen: list[tuple[np.ndarray, float, float]] = []
+    taken = np.empty((0, 2))
+    for one in found:
+        if len(chosen) == MOST_POSES:
+            break
+        if not len(taken) or np.abs(taken - one[0]).max(axis=1).min() >= apart:
+            chosen.append(one)
+            taken = np.vstack([taken, one[0]])
+    return chosen
+
+
+def pose_at(surface: Surface, region: Region, footprint: Footprint, xy: np.ndarray, heading: float) -> np.ndarray:
+    """Return the pose (4, 4) in which the base is just above the highest point under it."""
+    offsets = samples(turned(footprint.base, heading), surface.cell)
+    index = np.floor((xy + offsets - surface.origin) / surface.cell).astype(int)
+    pose = np.eye(4)
+    pose[:2, :2] = [[np.cos(heading), -np.sin(heading)], [np.sin(heading), np.cos(heading)]]
+    pose[:3, 3] = [*xy, float(surface.heights[tuple(index.T)].max()) + LIFT]
+    return pose

@@ -1,0 +1,106 @@
+"""Level regions of a surface, and their outlines as rings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from .surface import Surface
+
+SLOPE_DEG = 5.0  # what is steeper is not level
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """Cells that are level together, and the plane through them."""
+
+    cells: np.ndarray  # (X, Y) bool
+    room: np.ndarray  # (X, Y) metres from each cell's middle to the nearest that is not of the region
+    plane: np.ndarray  # (3,): height = plane @ (x, y, 1)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Upward, length 1."""
+        normal = np.array([-self.plane[0], -self.plane[1], 1.0])
+        return normal / np.linalg.norm(normal)
+
+    @property
+    def slope_deg(self) -> float:
+        """Of the plane."""
+        return float(np.degrees(np.arccos(self.normal[2])))
+
+    def height_at(self, xy: np.ndarray) -> np.ndarray:
+        """Return the plane's height at places (..., 2)."""
+        return xy @ self.plane[:2] + self.plane[2]
+
+
+def level_regions(surface: Surface, least_radius: float, lowest: float) -> list[Region]:
+    """Return the level regions in which a disc fits, the largest first.
+
+    Parameters
+    ----------
+    least_radius : float, metres
+    lowest : float, metres
+        What is lower is the ground.
+    """
+    flat = flat_cells(surface) & (surface.heights > lowest)
+    labels, count = ndimage.label(flat)
+    room = surface.cell * (ndimage.distance_transform_edt(flat) - 0.5)
+    roomy = ndimage.maximum(room, labels, np.arange(1, count + 1)) if count else np.empty(0)
+    regions = [region_of(surface, labels == 1 + k, room) for k in np.flatnonzero(np.asarray(roomy) >= least_radius)]
+    level = [region for region in regions if region.slope_deg <= SLOPE_DEG]
+    return sorted(level, key=lambda region: -int(region.cells.sum()))
+
+
+def flat_cells(surface: Surface) -> np.ndarray:
+    """Return the cells (X, Y) bool whose neighbours, diagonal ones too, are about as high: the edge itself is none."""
+    rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(SLOPE_DEG)) + surface.rough
+    low = ndimage.minimum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
+    high = ndimage.maximum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
+    with np.errstate(invalid="ignore"):
+        return (high - low <= rise) & np.isfinite(low)
+
+
+def region_of(surface: Surface, cells: np.ndarray, room: np.ndarray) -> Region:
+    """Return a region with the plane that fits its cells best."""
+    return Region(cells, np.where(cells, room, 0.0), plane_through(surface, cells))
+
+
+def plane_through(surface: Surface, cells: np.ndarray) -> np.ndarray:
+    """Return the plane (3,) of least squares through cells of a surface."""
+    where = np.argwhere(cells)
+    across = np.column_stack([surface.middles(where), np.ones(len(where))])
+    return np.linalg.lstsq(across, surface.heights[cells], rcond=None)[0]
+
+
+def rings_of(surface: Surface, cells: np.ndarray, plane: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the outline of the largest connected part of cells and its holes, rings (K, 3) on a plane, metres."""
+    from contourpy import FillType, contour_generator
+
+    padded = np.pad(cells, 1).astype(float)
+    generator = contour_generator(z=padded.T, fill_type=FillType.OuterOffset)
+    shapes, offsets = generator.filled(0.5, 2.0)
+    if not shapes:
+        return ()
+    largest = max(range(len(shapes)), key=lambda k: abs(doubled_area(shapes[k][: offsets[k][1]])))
+    parts = [shapes[largest][a:b] for a, b in zip(offsets[largest][:-1], offsets[largest][1:], strict=True)]
+    return tuple(on_plane(surface.middles(simplified(part[:-1]) - 1), plane) for part in parts)
+
+
+def doubled_area(ring: np.ndarray) -> float:
+    """Return twice the signed area of a ring (K, 2)."""
+    return float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - ring[:, 1] * np.roll(ring[:, 0], -1)))
+
+
+def simplified(ring: np.ndarray) -> np.ndarray:
+    """Return a ring (K, 2) without the points on straight lines between others."""
+    before, after = ring - np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0) - ring
+    turns = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]) > 1e-9
+    return ring[turns] if turns.sum() >= 3 else ring
+
+
+def on_plane(xy: np.ndarray, plane: np.ndarray) -> np.ndarray:
+    """Return places (K, 2) as points (K, 3) of a plane."""
+    return np.column_stack([xy, xy @ plane[:2] + plane[2]])

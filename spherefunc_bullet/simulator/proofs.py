@@ -1,0 +1,90 @@
+"""What a backend may do with a place: use it, and say whether that held.
+
+An optional part of the interface, as the mechanics are: a backend has the method `prove` or has it not. A use is what
+is tried, in the frame of the cloud; where uses come from no backend knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from .mechanics import require_amount
+
+HELD = ""  # why it did not hold: nothing
+REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "spilled")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProofSettings:
+    """How places are used."""
+
+    person: float = 1.75  # metres, how tall a sitter is
+    sitting_time: float = 1.5  # seconds after which a sitter is looked at
+    friction: float = 0.6  # cloth on wood; a mug on wood
+    put_time: float = 1.0  # seconds after which what was put down is looked at, and as long after the push
+    push: float = 1.0  # newtons
+    spheres: int = 60  # that stand for what is poured, at most
+    kept: float = 0.9  # share of the spheres that has to be inside at the end
+
+    def __post_init__(self):
+        require_amount("person", self.person, least=0.6, most=2.5)
+        require_amount("sitting_time", self.sitting_time, above=0.0)
+        require_amount("friction", self.friction)
+        require_amount("put_time", self.put_time, above=0.0)
+        require_amount("push", self.push)
+        require_amount("spheres", self.spheres, least=1)
+        require_amount("kept", self.kept, most=1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SitUse:
+    """A person sits down."""
+
+    position: np.ndarray  # (3,) under the pelvis, metres
+    heading: float  # radians from +x, the way the person faces
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PutUse:
+    """An object is put down."""
+
+    cloud: Cloud  # of the object
+    pose: np.ndarray  # (4, 4) from the object's frame
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PourUse:
+    """A stream is poured in."""
+
+    position: np.ndarray  # (3,) of the spout, metres
+    radius: float  # of the opening about the spout
+    volume: float  # m3 that is poured
+    low: np.ndarray  # (3,) corner of the box about what is inside
+    high: np.ndarray  # (3,)
+
+
+Use = SitUse | PutUse | PourUse
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What became of one use."""
+
+    held: bool
+    why: str  # one of `REASONS`; nothing where it held
+    moved: float  # metres; of poured spheres, the share that is not inside
+    tilt_deg: float
+
+
+@runtime_checkable
+class ProvesPlaces(Protocol):
+    """A backend that uses places."""
+
+    def prove(self, cloud: Cloud, uses: Sequence[Use], settings: ProofSettings, seed: int = 0) -> list[Verdict]:
+        """Return what became of each use of a cloud's object, which stands still; same arguments, same bits."""
+        ...
