@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+
 import clouds
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
+from spherefunc_bullet.bullet import loading
 from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, G, shaken
 from spherefunc_bullet.bullet.collision.cuts import hull_of, in_halves
-from spherefunc_bullet.bullet.collision.pieces import corners
+from spherefunc_bullet.bullet.collision.pieces import bends_between, corners
 from spherefunc_bullet.bullet.collision.shape import thinned
 from spherefunc_bullet.bullet.collision.sides import fitted
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 RANDOM = np.random.default_rng
@@ -66,6 +71,24 @@ def test_a_flat_piece_is_its_outline_less_what_hardly_stands_out():
     assert sorted(corners(points, 0.02)) == [0, 1, 2, 3]
     row = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])  # of a row three at least, which span a face
     assert len(corners(row, 0.02)) >= 3
+
+
+def test_a_face_hangs_between_the_two_sides_that_its_corners_lie_on():
+    owners = np.array([[0, 0], [1, 0], [2, 1], [3, 0], [3, 1], [4, 2]])  # vertex, side
+    (bend,), others = bends_between(np.array([[0, 1, 2], [0, 1, 5]]), np.arange(2), owners, 3, 6)
+    # With the vertex that those two share; the other face has a corner on no side.
+    assert [part.tolist() for part in bend] == [[0], [3]] and others.tolist() == [1]
+
+
+@pytest.mark.parametrize(("looks", "refused"), [([1.0], False), ([0.9, 1.0], False), ([0.9, 0.9], True)])
+def test_what_a_first_look_misses_is_looked_at_closer(monkeypatch, looks, refused):
+    shape = SimpleNamespace(name="plate", vertices=np.eye(3), faces=np.array([[0, 1, 2]]))
+    monkeypatch.setattr(loading, "pybullet", lambda: SimpleNamespace(getAABB=lambda *_, **__: ([0] * 3, [1] * 3)))
+    left = list(looks)
+    monkeypatch.setattr(loading, "share_met", lambda *_: left.pop(0))
+    with pytest.raises(InputError, match="90.0% of it was met") if refused else nullcontext():
+        loading.require_arrived(shape, 0, 1.0, 0)
+    assert not left
 
 
 def test_halves_are_cut_across_the_longer_side():
