@@ -73,7 +73,8 @@ class Copy:
         lines = self.covered.get(file, {})
         nearest = max((int(other) for other in lines if int(other) <= line), default=0)
         ranked = [lines.get(str(nearest), [])]
-        if not ranked[0] or self.is_compiled(file):
+        is_constant = not (self.package / file).read_text().splitlines()[line - 1][:1].isspace()
+        if not ranked[0] or is_constant or self.is_compiled(file):  # a constant is run by who imports it first
             own = {f"test_{name}.py" for name in OWN[file.split("/")[0]].split()}
             ranked += [[test for test in self.seconds if test.split("::")[0] in own]]
             ranked += [[test for tests in lines.values() for test in tests]]
