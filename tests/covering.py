@@ -31,7 +31,7 @@ KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder
     "fast_sim": "roller nearby strips kept_with_clouds conformance",
     "bullet": "flights bullet_arithmetic bullet_columns bullet_world bullet_physics bullet_shapes pieces poses standing"
-    " conformance",
+    " conformance carrying",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
     " early_answers one_view view drops",
