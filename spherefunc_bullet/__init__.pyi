@@ -24,6 +24,8 @@ from .scenes.arrangements.placing import Placement as Placement
 from .scenes.arrangements.together import together as together
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
+from .shapes.compared import Shapes as Shapes
+from .shapes.compared import compare_shapes as compare_shapes
 from .simulator import DropResult as DropResult
 from .simulator import DropSettings as DropSettings
 from .simulator import Outcome as Outcome
