@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, say
+from ..console import Failures, print_json, print_table, say, show
 from ..errors import InputError
 from .options import BY_FILE, Json, PackagePath, Units, Up
 
@@ -54,7 +54,12 @@ def shapes(
             failures.add(error)
             row = {"file": str(file), "error": str(error)}
         told.append(row)
-    print_json(told) if json else [print_shapes(row) for row in told if "error" not in row]
+    if json:
+        print_json(told)
+    else:
+        for row in told:
+            if "error" not in row:
+                print_shapes(row)
     failures.exit()
 
 
@@ -79,12 +84,13 @@ def written(compared: Shapes, file: Path, out: Path, form: str) -> dict[str, Any
 
 def print_shapes(told: dict[str, Any]):
     """Print an object's table."""
-    head = ["shape", "pieces", "faces", "build s", "step µs", "capacity", "level", "spheres", "moved mm", "verdict"]
+    head = ["shape", "pieces", "faces", "build s", "step µs", "capacity", "level", "spheres", "moved mm"]
     names = ["name", "pieces", "faces", "build_seconds", "step_us"]
-    kept = ["capacity_kept", "level_kept", "settled_kept", "moved_mm", "verdict"]
-    rows = [*told["shapes"], *([told["best"] | {"name": f"best: {told['best']['name']}"}] if "best" in told else [])]
+    kept = ["capacity_kept", "level_kept", "settled_kept", "moved_mm"]
+    rows = [*told["shapes"], *([told["best"]] if "best" in told else [])]
     table = [["" if row[name] is None else row[name] for name in [*names, *kept]] for row in rows]
     holds = f", holds {told['capacity_ml']:.0f} ml" if told["capacity_ml"] else ""
     functions = [name for name, about in told["functions"].items() if about["member"]]
     title = f"{told['file']}: {', '.join(functions) or 'no function'}{holds}; another seed keeps {told['seed_spread']:.2f}"
     print_table(title, head, table)
+    show("\n".join(f"{row['name']}: {row['verdict']}" for row in rows))

@@ -14,7 +14,7 @@ from .exposure import of_fitting
 if TYPE_CHECKING:
     from .solid import Solid
 
-SCALES = (4.0, 2.5, 1.5, 1.0, 0.6)  # of the tolerances, the coarsest first
+SCALES = (3.0, 2.0, 1.2, 0.8)  # of the tolerances, the coarsest first
 BUDGET = 50.0  # seconds, after which no further candidate is made
 Tried = tuple["Solid", Row]
 

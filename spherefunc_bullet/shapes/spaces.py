@@ -18,9 +18,9 @@ from .solid import Solid
 CELLS = 112  # along the largest extent
 MARGIN = 6  # cells around
 WALL = 0.9  # cells: half a wall's thickness where water stands; thinner ones would leak
-NARROW, WIDE = 0.018, 0.034  # of the extent: what a sphere of the second went through, one of the first still has to
+NARROW, WIDE = 0.018, 0.04  # of the extent: what a sphere of the second went through, one of the first still has to
 LEAKY = 0.5  # of the capacity: where less water stands, grains are asked about
-SHUT = 3.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
+SHUT = 5.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
