@@ -152,7 +152,8 @@ def test_the_command_prints_its_contract(tmp_path):
 
     file = str(tmp_path / "cup.obj")
     cup().export(file)
-    done = CliRunner().invoke(application("shapes"), [file, "--collision", file, "--only-collision", "--json"])
+    options = ["--collision", file, "--only-collision", "--json"]
+    done = CliRunner().invoke(application("shapes"), ["shapes", file, *options])
     told = json.loads(done.stdout)[0]
     row = told["shapes"][0]
     expected = {"name", "pieces", "faces", "build_seconds", "step_us", "settled_kept", "capacity_kept", "level_kept"}

@@ -22,11 +22,11 @@ def shapes(
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
-    best: Annotated[bool, typer.Option("--best", help="Find the cheapest that keeps everything, and write it.")] = False,
+    best: Annotated[bool, typer.Option("--best", help="Find and write the cheapest that keeps everything.")] = False,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where --best writes.")] = Path("."),
     form: Annotated[str, typer.Option("--format", help="Of what --best writes: urdf, sdf or mjcf.")] = "urdf",
     keep: Annotated[float, typer.Option(help="Share of capacity, level and places that has to be kept.")] = 0.9,
-    coacd: Annotated[str | None, typer.Option(help="Thresholds of CoACD to compare, such as 0.05,0.2; minutes.")] = None,
+    coacd: Annotated[str | None, typer.Option(help="CoACD's thresholds, such as 0.05,0.2; minutes.")] = None,
     only: Annotated[bool, typer.Option("--only-collision", help="Compare no candidates, the given file alone.")] = False,
     up: Up = BY_FILE,
     units: Units = "m",
@@ -91,6 +91,7 @@ def print_shapes(told: dict[str, Any]):
     table = [["" if row[name] is None else row[name] for name in [*names, *kept]] for row in rows]
     holds = f", holds {told['capacity_ml']:.0f} ml" if told["capacity_ml"] else ""
     functions = [name for name, about in told["functions"].items() if about["member"]]
-    title = f"{told['file']}: {', '.join(functions) or 'no function'}{holds}; another seed keeps {told['seed_spread']:.2f}"
+    seed = f"another seed keeps {told['seed_spread']:.2f}"
+    title = f"{told['file']}: {', '.join(functions) or 'no function'}{holds}; {seed}"
     print_table(title, head, table)
     show("\n".join(f"{row['name']}: {row['verdict']}" for row in rows))

@@ -1,8 +1,7 @@
-"""An object beside the shapes that an engine could be given for it: one row for each (issue: what does it keep?)."""
+"""An object beside the shapes that an engine could be given for it: one row for each."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +16,7 @@ from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
 from .solid import Solid, surface
 from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
-from .spheres import Rest, Seen, at_rest, moved
+from .spheres import Seen, at_rest, moved
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
 SMALLEST, LARGEST = 0.002, 0.04  # metres
@@ -179,4 +178,5 @@ def require_size(subject: Subject, solid: Solid):
     times = size / subject.extent
     if not 1 / LARGER <= times <= LARGER:
         said = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
-        raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; are the units or the scale right?")
+        question = "are the units or the scale right?"
+        raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; {question}")

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from .solid import Solid, of_pieces, thickened
+from .solid import thickened
 
 SAMPLES = 3000  # of the exposed surface, about
 CORNERS = 40  # of a piece at most: a contact costs as many

@@ -20,7 +20,7 @@ MARGIN = 6  # cells around
 WALL = 0.9  # cells: half a wall's thickness where water stands; thinner ones would leak
 NARROW, WIDE = 0.018, 0.04  # of the extent: what a sphere of the second went through, one of the first still has to
 LEAKY = 0.5  # of the capacity: where less water stands, grains are asked about
-SHUT = 5.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
+SHUT = 1.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -99,12 +99,15 @@ def largest(cells: np.ndarray) -> np.ndarray:
 def closed(reached: np.ndarray, still: np.ndarray, grid: Grid) -> tuple[int, float]:
     """Return how many openings are closed, and the volume of the largest in spheres of the narrow size.
 
+    A bulging wall takes a thin layer of the free space, a wall across an opening one of two radii of the sphere: what
+    does not survive erosion by a cell is left out.
+
     Parameters
     ----------
     reached, still : (X, Y, Z) bool
         Where a sphere of the wide size came to in the object, and one of the narrow size in the shape.
     """
-    parts, count = ndimage.label(reached & ~still)
+    parts, count = ndimage.label(ndimage.binary_erosion(reached & ~still))
     if not count:
         return 0, 0.0
     sphere = 4 / 3 * np.pi * (NARROW * CELLS) ** 3
