@@ -17,8 +17,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from .solid import thickened
 
-SAMPLES = 3000  # of the exposed surface, about
-CORNERS = 40  # of a piece at most: a contact costs as many
 MOST = 400  # pieces
 TURNS = 4  # of planes about the vertical, besides those of the worst place
 Corners = np.ndarray  # (K, 3)
