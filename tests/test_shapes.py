@@ -10,8 +10,9 @@ import trimesh
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.shapes.comparison import Kept, Subject, row_of
+from spherefunc_bullet.shapes.comparison import Subject, row_of
 from spherefunc_bullet.shapes.loaded import Frame, loaded
+from spherefunc_bullet.shapes.rows import Kept
 from spherefunc_bullet.shapes.solid import of_pieces, surface
 
 RADIUS, HEIGHT, WALL, BOTTOM, STAVES = 0.04, 0.09, 0.003, 0.004, 32

@@ -1,7 +1,7 @@
 """``python -m spherefunc_bullet.compare.bench.shape_pairs DATA``: is a verdict of "lost" right?
 
-Pairs of an object and a shape of which it is known, since it is made so, whether it keeps everything: cavity closed, handle
-closed, seat filled, legs joined, all lowered by 2 cm; and copies whose surface is a little off, which keep all.
+Pairs of an object and a shape of which it is known, since it is made so, whether it keeps everything: cavity closed,
+handle closed, seat filled, legs joined, all lowered by 2 cm; and copies whose surface is a little off, which keep all.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.shapes.comparison import Kept, Subject, row_of
+from spherefunc_bullet.shapes.comparison import Subject, row_of
+from spherefunc_bullet.shapes.rows import Kept
 from spherefunc_bullet.shapes.solid import Solid, hull_of, surface
 
 LOWERED = 0.02  # metres

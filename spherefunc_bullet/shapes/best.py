@@ -8,8 +8,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from .candidates import Make, made, of_hull, of_vhacd
-from .comparison import Kept, Row, Subject, row_of
+from .comparison import Subject, row_of
 from .exposure import of_fitting
+from .rows import Kept, Row
 
 if TYPE_CHECKING:
     from .solid import Solid

@@ -19,9 +19,10 @@ from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of
 from .best import best_shape
 from .candidates import candidates, made
-from .comparison import Kept, Row, Subject, row_of
+from .comparison import Subject, row_of
 from .files import write_shape
 from .loaded import Frame, loaded, quiet
+from .rows import Kept, Row
 from .solid import Solid
 
 SAYS_COLLISION = (".urdf", ".sdf", ".xml")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,53 +14,19 @@ from ..learning.model_file import model_to_ask
 from ..learning.reasons.answer import answer_of
 from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
+from .rows import Functions, Kept, Row, Truth
 from .solid import Solid, surface
 from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
 from .spheres import Seen, at_rest, moved
+from .verdicts import judged
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
 SMALLEST, LARGEST = 0.002, 0.04  # metres
 VESSEL = 0.05  # of the box: what holds less is no vessel by what it holds
-Functions = dict[str, tuple[bool, float]]  # by name: whether it has it, and the score
 OPEN = 1e-6  # m3: nor is what holds less than a millilitre
 GRAIN = 0.6  # of the spheres' radius: what is finer may run out of a shape that is made for spheres
 LEAKS = "its gaps hold spheres, and let water out"
 LARGER = 1.5  # times as large as the object: another unit, or another object
-
-
-@dataclass(frozen=True, kw_only=True)
-class Kept:
-    """What has to be kept of an object for a shape to keep it all."""
-
-    share: float = 0.9  # of capacity, carrying level and settled spheres
-    capacity: float | None = None  # of the capacity alone; None: as of all
-    moved: float | None = None  # metres that places may move; None: any
-
-
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """What one shape keeps, and what it costs."""
-
-    name: str
-    pieces: int
-    faces: int
-    bytes: int
-    build_seconds: float
-    step_us: float
-    capacity_ml: float
-    capacity_kept: float | None  # None: the object is no vessel
-    level_kept: float
-    level_higher_mm: float
-    settled: int
-    settled_kept: float
-    moved_mm: float
-    deeper: int
-    openings_closed: int
-    functions: Functions = field(default_factory=dict)
-    lost: tuple[str, ...] = ()  # in words, the gravest first
-    keeps: bool = True
-    verdict: str = ""
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +94,16 @@ class Subject:
         """Whether what it holds is worth keeping."""
         return self.capacity > max(OPEN, VESSEL * float((self.high - self.low).prod()))
 
+    @property
+    def truth(self) -> Truth:
+        """What a verdict is held against."""
+        return Truth(
+            capacity_ml=1e6 * self.capacity,
+            level_mm=1e3 * self.level.height,
+            functions=self.functions,
+            step_us=self.seen.rests[0].step_us,
+        )
+
     @cached_property
     def functions(self) -> Functions:
         return functions_of(self.cloud)
@@ -141,8 +117,6 @@ def functions_of(cloud: Cloud) -> Functions:
 
 def row_of(subject: Subject, solid: Solid, kept: Kept) -> Row:
     """Return the row of one shape."""
-    from .verdicts import judged
-
     require_size(subject, solid)
     space, rest = space_of(subject.space.grid, solid), at_rest(solid, subject.cloud, subject.radius, 0)
     share, higher = level_kept(
@@ -169,7 +143,7 @@ def row_of(subject: Subject, solid: Solid, kept: Kept) -> Row:
         functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name)),
         notes=(*solid.notes, LEAKS) if leaks and subject.is_vessel else solid.notes,
     )
-    return judged(row, subject, kept)
+    return judged(row, subject.truth, kept)
 
 
 def require_size(subject: Subject, solid: Solid):
