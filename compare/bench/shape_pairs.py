@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table
+from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.comparison import Subject, row_of
@@ -90,10 +90,11 @@ def main():
             for kind, lost, solid in pairs(subject, label, random):
                 try:
                     row = row_of(subject, solid, Kept())
-                except InputError:
+                except InputError as error:
+                    say(f"{kind}: {error}")
                     continue
                 said.append((kind, lost, not row.keeps, Path(item.path).name, row.verdict))
-                print_table("", ["kind", "lost", "said", "object", "verdict"], [[str(value) for value in said[-1]]])
+                say(", ".join(str(value) for value in said[-1]))
     report(said)
 
 
