@@ -1,4 +1,4 @@
-"""Objects as sensors give them: what is still told of corrupted clouds of objects whose sources were not learnt.
+"""Objects as sensors give them: how corrupted clouds are classified whose sources were not learnt.
 
 The corruptions of ModelNet40-C (Sun et al., 2022) that make sense where sizes are metres, five severities each.
 """
@@ -127,7 +127,7 @@ def asked_of(
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
-    """Return the objects to corrupt; those that are for nothing but dispute it are left out."""
+    """Return the objects to corrupt; those whose function is disputed are left out."""
     most = {function: copied for function in FUNCTIONS} | {NONE: None if copied is None else OTHERS * copied}
     return [item for function, count in most.items() for item in evenly_spread(objects, function, count)]
 
@@ -175,13 +175,13 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     members, also, predicted = labels.members[rows], labels.also[rows], scores > 0.5
     wrong = ((predicted != members) & ~(also & predicted)).any(axis=1)
     serves = members.any(axis=1)
-    told = (predicted & members).any(axis=1)
+    classified = (predicted & members).any(axis=1)
     kinds = np.array([asked.kinds[row - asked.whole] for row in rows])
     rates: Corruptions = {}
     for kind, severity in dict.fromkeys(asked.kinds):
         own = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(told[own & serves]),
+            "told": share(classified[own & serves]),
             "unsure": share(doubtful[own]),
             "wrong_and_sure": share((wrong & ~doubtful)[own]),
         }
@@ -199,7 +199,7 @@ def share(which: np.ndarray) -> float:
 
 
 def print_corruptions(rates: Corruptions):
-    """Print a row for each corruption, and what is told, unsure, and wrong and sure at each severity."""
+    """Print a row for each corruption, and the shares classified, unsure, and wrong and sure at each severity."""
     names = ("told", "unsure", "wrong_and_sure")
     rows = [
         [kind.replace("_", " "), name.replace("_", " "), *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]

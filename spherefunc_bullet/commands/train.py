@@ -131,7 +131,7 @@ def require_smaller_spheres(simulated: Simulated, how: Dropping):
 
 
 def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
-    """Return who made each object, where its licence is told: then it is another's, and else of a catalogue."""
+    """Return who made each object, where its licence is stated; without one it is of a catalogue."""
     return [item.group if item.license else "" for item in objects]
 
 

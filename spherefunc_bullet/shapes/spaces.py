@@ -115,7 +115,7 @@ def closed(reached: np.ndarray, still: np.ndarray, grid: Grid) -> tuple[int, flo
     return int((sizes > SHUT).sum()), float(sizes.max())
 
 
-def held_share(thing: Space, shape: Space, reach: float) -> tuple[float, bool]:
+def held_share(item: Space, shape: Space, reach: float) -> tuple[float, bool]:
     """Return the share of what stands in an object that stands in a shape too, and whether water runs out of that.
 
     Parameters
@@ -123,10 +123,10 @@ def held_share(thing: Space, shape: Space, reach: float) -> tuple[float, bool]:
     reach : float, cells
         Of the grains that are asked about where water runs out: shapes of voxels have gaps that no sphere falls into.
     """
-    water = float((shape.standing & thing.basin).sum() / max(1, thing.basin.sum()))
+    water = float((shape.standing & item.basin).sum() / max(1, item.basin.sum()))
     if water > LEAKY or reach <= WALL:
         return water, False
-    whole = largest(thing.standing_of(reach))
+    whole = largest(item.standing_of(reach))
     grains = float((shape.standing_of(reach) & whole).sum() / max(1, whole.sum()))
     return (grains, True) if grains > water + LEAKY else (water, False)
 
