@@ -112,9 +112,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.cache = cache
 
     @property
-    def copy_groups_(self) -> CopyGroups:
+    def kin_(self) -> CopyGroups:
         """The same as ``copy_groups_``, under its old name."""
-        warn_renamed("FunctionClassifier.copy_groups_", "copy_groups_")
+        warn_renamed("FunctionClassifier.kin_", "copy_groups_")
         return self.copy_groups_
 
     def fit_settled(
