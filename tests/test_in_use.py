@@ -1,4 +1,4 @@
-"""Objects in use and as sensed: askew and sparse clouds are mended, exact ones are left alone, copies are what they say."""
+"""Objects in use and as sensed: askew and sparse clouds are mended, exact ones stay, copies are what they say."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_headings_are_one(specimens, degrees):
     back, angle = headed(turned_cloud(table, np.radians(degrees)))
     assert np.sort(back.size) == pytest.approx(np.sort(table.size), rel=0.01)
     assert headed(table) == (table, 0.0)
-    # What falls on the turned object is told where the object is, not where it was turned to.
+    # Drops are given where the object is, not where it was turned to.
     drops = settle(turned_cloud(table, np.radians(degrees)), "fast", (0.03,), 0, DROPS)[0.03]
     tree = turned_cloud(table, np.radians(degrees)).tree
     assert tree.query(drops.rests[drops.rests[:, 2] > 0.5])[0].max() < 0.035

@@ -1,4 +1,4 @@
-"""Objects as sensors give them: what is still told of corrupted clouds of objects whose sources were not learnt.
+"""Objects as sensors give them: how corrupted clouds of objects of sources that were not learnt are classified.
 
 The corruptions of ModelNet40-C (Sun et al., 2022) that make sense where sizes are metres, five severities each.
 """
@@ -131,7 +131,7 @@ def asked_of(
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
-    """Return the objects to corrupt; those that are for nothing but dispute it are left out."""
+    """Return the objects to corrupt; those whose only functions are disputed are left out."""
     most = {function: copied for function in FUNCTIONS} | {NONE: None if copied is None else OTHERS * copied}
     return [item for function, count in most.items() for item in evenly_spread(objects, function, count)]
 
@@ -204,7 +204,7 @@ def share(which: np.ndarray) -> float:
 
 
 def print_corruptions(rates: Corruptions):
-    """Print a row for each corruption, and what is told, unsure, and wrong and sure at each severity."""
+    """Print a row for each corruption, with the shares of its severities."""
     names = ("told", "unsure", "wrong_and_sure")
     rows = [
         [kind.replace("_", " "), name.replace("_", " "), *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]

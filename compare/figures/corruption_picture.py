@@ -1,4 +1,4 @@
-"""Objects as sensors give them: a panel for each corruption, with what is told, unsure, and wrong and sure."""
+"""Objects as sensors give them: a panel for each corruption, with the shares classified, unsure, and wrong and sure."""
 
 from __future__ import annotations
 

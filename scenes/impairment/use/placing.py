@@ -25,7 +25,7 @@ class Placed:
     circles: list[tuple[np.ndarray, float]] = field(default_factory=list)  # middle (2,), radius, metres
 
     def put(self, triangles: np.ndarray, rng: np.random.Generator, near: np.ndarray | None = None) -> bool:
-        """Put an object down at a random place (near one, if that is told); return whether there was room."""
+        """Put an object down at a random place (near one, if that is given); return whether there was room."""
         places = self.level.grid.places(self.level.flat)
         for _ in range(TRIES):
             middle = places[rng.integers(len(places))] if near is None else near + rng.normal(0, 0.04, 2)

@@ -31,7 +31,7 @@ class CopyGroups:
 
     weights: np.ndarray  # (N,) float, 1 for what is no copy
     groups: np.ndarray  # (N,) int, the same for an object and its copies
-    sources: np.ndarray | None = None  # (N,) int, who made it where that is told, else -1; None: of nobody
+    sources: np.ndarray | None = None  # (N,) int, who made it where that is known, else -1; None: of nobody
 
     @property
     def has_sources(self) -> bool:
@@ -85,7 +85,7 @@ def held_out_votes(
 ) -> np.ndarray:
     """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
-    Where it is told who made them, nothing of the same source is; what is of no source is always learnt, and not asked.
+    Where it is known who made them, nothing of the same source is; what is of no source is always learnt, and not asked.
 
     Parameters
     ----------
