@@ -54,6 +54,13 @@ def test_sphere_on_a_plate_rests_one_radius_above_it(radius):
     assert z[over].min() >= lowest_between_points(radius)
 
 
+def test_a_sphere_comes_down_its_own_column():
+    for seed in range(5):
+        settings = DropSettings(radius=0.01, max_drops=1)
+        result = make_simulator("fast").drop(clouds.plate(), settings, seed)  # whose margin of one radius is free
+        assert result.settled == 1 and result.centers[0, :2] == pytest.approx(result.columns[0])
+
+
 @pytest.mark.parametrize("radius", [0.005, 0.01, 0.02])
 def test_table_gets_one_flat_layer(radius):
     result = drop(clouds.table(), radius)

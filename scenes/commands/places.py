@@ -32,18 +32,23 @@ def places(
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
+    picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object with its places.")] = None,
     json: Json = False,
 ):
     """Say where and how each object can be used: places to sit, to put and to pour."""
     from spherefunc_bullet.simulator import make_simulator
     from spherefunc_bullet.simulator.mechanics import require_ability
+    from spherefunc_bullet.viewer.mechanics_pictures import require_png
 
+    require_png(picture)
     simulator = make_simulator(backend)
     if prove:
         require_ability(simulator, "prove")
     failures, how = Failures(), (put, prove, parse_length(person), up, units, seed)
     results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [row_of(file, *found) for file, found in results]
+    if picture is not None and results:
+        draw([(file, found) for file, (found, _) in results], picture, up, units)
     print_json(rows) if json else print_places(rows)
     failures.exit()
 
@@ -63,6 +68,18 @@ def places_of_file(
 def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
     """Return what the contract prints of one file."""
     return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
+
+
+def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path, up: str, units: str):
+    """Draw objects with their places, as they stand."""
+    from spherefunc_bullet.places.finding import cloud_and_frame
+    from spherefunc_bullet.viewer.place_pictures import write_places_picture
+
+    shown = []
+    for file, places in found:
+        cloud, to_input = cloud_and_frame(file, up=up, units=units)
+        shown.append((file.name, cloud.points, [place.moved(to_input.inverse()) for place in places]))
+    write_places_picture(shown, picture)
 
 
 def print_places(rows: Sequence[Row]):

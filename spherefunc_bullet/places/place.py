@@ -133,6 +133,11 @@ class Similarity:
         level = axis - (axis @ up) * up
         return float(np.degrees(np.arctan2(up @ np.cross(level, ahead), level @ ahead)) % 360)
 
+    def inverse(self) -> Similarity:
+        """Return what takes the other frame to this one."""
+        back = self.rotation.T
+        return Similarity(back, 1 / self.scale, -back @ self.shift / self.scale)
+
     def pose(self, pose: np.ndarray) -> np.ndarray:
         """Return a rigid pose (4, 4), its translation in the units of the other frame."""
         moved = np.eye(4)

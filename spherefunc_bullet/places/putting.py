@@ -113,7 +113,8 @@ def poses_on(surface: Surface, region: Region, footprint: Footprint) -> tuple[tu
         for xy, margin in positions(surface, region, free, footprint, heading)
     ]
     found.sort(key=lambda one: -one[2])
-    chosen = spread(found, max(0.05, 0.25 * float(np.ptp(footprint.outline, axis=0).min())))
+    apart = 0.8 * surface.cell * np.sqrt(region.cells.sum() / MOST_POSES)  # so that they are all over the region
+    chosen = spread(found, max(0.05, float(apart)))
     poses = tuple(pose_at(surface, region, footprint, xy, heading) for xy, heading, _ in chosen)
     return poses, tuple(float(margin) for *_, margin in chosen)
 

@@ -1,8 +1,4 @@
-"""Places to sit: where a person's buttocks and thighs are supported, facing where knees have room and a back is behind.
-
-A template of a sitter is laid on the surface at every cell of seat height, for headings all around. Lengths of the
-template are of a person 1.75 m tall (DIN 33402), and are scaled.
-"""
+"""Places to sit: a template of a sitter is laid on every cell of seat height, for headings all around."""
 
 from __future__ import annotations
 
@@ -22,7 +18,7 @@ SEAT_HEIGHTS = 0.22, 0.66  # metres above the ground, of that person
 HIGH_SEAT = 0.92  # of objects that are known as seats: bar stools
 NARROW = 0.85  # metres, with the cells around it: no bar stool is wider
 HEADINGS = 24
-# Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres; both sides.
+# Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres, of a person 1.75 m tall.
 CORE, THIGHS, TRUNK, BACK, FRONT, FEET, ARMS = range(7)
 ZONES = (
     (-0.11, 0.11, 0.0, 0.13),
