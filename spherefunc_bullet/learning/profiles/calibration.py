@@ -85,7 +85,7 @@ def held_out_votes(
 ) -> np.ndarray:
     """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
-    Where it is known who made them, nothing of the same source is; what is of no source is always learnt, and not asked.
+    Where it is known who made them, nothing of the same source is; what is of no source is always learnt, never asked.
 
     Parameters
     ----------
