@@ -14,11 +14,12 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .learning.reasons.laid import TABLE, objects_on_table, remark
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
 
+TABLE = "table"
+ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS = "it would fall over when put down like this; an object that would fall over has no function"
 NOTHING = (
     "almost no sphere settled; this looks like a single view of an object, "
@@ -76,7 +77,7 @@ class Decision:
         """Return sentences that explain the answer; none for models that count cubes."""
         said = self.reading.model.sentences(self.reading) if explain else []
         if explain and self.objects_on_top:
-            said.append(remark(self.objects_on_top))
+            said.append(ON_TOP.format(objects=f"{self.objects_on_top} object{'s' * (self.objects_on_top > 1)}"))
         return [FALLS, *said] if self.fails_stability_check else said
 
     def doubts(self) -> list[str]:
@@ -117,7 +118,7 @@ def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> 
 def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
     """Return the decision about a table with how many objects stand on it."""
     name = f"objects_on_table_{decision.model.dropping().simulator.name}"
-    count = item.count(name, lambda cloud: objects_on_table(cloud, decision.reading.drops))
+    count = item.count(name, lambda cloud: decision.model.objects_on_table(cloud, decision.reading))
     return replace(decision, objects_on_top=count)
 
 

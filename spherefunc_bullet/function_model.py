@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .clouds.cloud import Cloud
 from .errors import InputError, warn_renamed
 from .formats.units import format_length
 from .settling.drops import DropsByRadius, RunLimit
@@ -90,6 +91,10 @@ class FunctionModel(ABC):
     def sentences(self, reading: Reading) -> list[str]:
         """Return sentences that explain the scores; none if the model cannot explain them."""
         return []
+
+    def objects_on_table(self, cloud: Cloud, reading: Reading) -> int:
+        """Return how many objects stand on a table; 0 if the model cannot count them."""
+        return 0
 
     def doubts(self, reading: Reading) -> list[str]:
         """Return why the answer is unsure, each a sentence; none if it is sure."""

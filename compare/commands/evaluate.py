@@ -37,13 +37,19 @@ def evaluate(
     impaired: Annotated[
         bool, typer.Option("--impaired", help="Also test impaired copies: objects that look right and do not work.")
     ] = False,
+    corruptions: Annotated[
+        bool, typer.Option("--corruptions", help="Also test clouds as sensors give them: noise, few points, one view.")
+    ] = False,
     copied: Annotated[
-        int | None, typer.Option(min=1, help="With --impaired: objects per function that are copied. Default: all.")
+        int | None,
+        typer.Option(min=1, help="With --impaired, --corruptions: objects per function. Default: all."),
     ] = None,
     confusion: Annotated[
         bool, typer.Option("--confusion", help="Also print the confusion matrix and the chosen radii (JSON has them).")
     ] = False,
-    picture: Annotated[Path | None, typer.Option(help="With --impaired: draw the result as .png or .svg.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="With --impaired or --corruptions: draw it as .png or .svg.")
+    ] = None,
     tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping.")] = "labels",
     task_objects: Annotated[
         int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
@@ -68,16 +74,18 @@ def evaluate(
     from spherefunc_bullet.learning.method import find_method
 
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
+    from ..evaluation.corruptions import corruption_rates
     from ..evaluation.impaired import impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.tables import About, print_results
+    from ..figures.corruption_picture import draw_corruptions
     from ..figures.impaired_picture import draw_impaired
     from ..mechanics.measures import task_reports
     from .compare import asked_tasks
     from .mechanics import print_measured
 
-    require_sensible(data, test, impaired, alternatives, only, picture)
+    require_sensible(data, test, impaired, corruptions, alternatives, only, picture)
     names = wanted_alternatives(only)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     asked, chosen = asked_tasks(tasks), find_method(method)
@@ -95,8 +103,9 @@ def evaluate(
         print_alternatives(learnt, dropping, lambda how: simulated(dataset, how), trials, json, names)
         failures.exit()
         return
-    if test is not None:
-        results = [transfer_result(learnt, simulated(open_dataset(test)), lengths, chosen)]
+    tested = None if test is None else simulated(open_dataset(test))
+    if tested is not None:
+        results = [transfer_result(learnt, tested, lengths, chosen)]
     else:
         sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
         protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
@@ -109,25 +118,37 @@ def evaluate(
         )
         if picture is not None:
             draw_impaired(shares, picture)
+    rates = None
+    if corruptions:
+        rates = corruption_rates(learnt, tested, dropping, chosen, copied=copied, jobs=jobs, failed=failures.add)
+        if picture is not None:
+            draw_corruptions(rates, picture)
     mechanics = measured_tasks(dataset, dropping, asked, task_objects)
-    print_results(about, results, json, shares, confusion, None if mechanics is None else task_reports(mechanics))
+    reports = None if mechanics is None else task_reports(mechanics)
+    print_results(about, results, json, shares, confusion, reports, rates)
     if mechanics is not None and not json:
         print_measured(mechanics)
     failures.exit()
 
 
 def require_sensible(
-    data: list[str], test: str | None, impaired: bool, alternatives: bool, only: str, picture: Path | None
+    data: list[str],
+    test: str | None,
+    impaired: bool,
+    corruptions: bool,
+    alternatives: bool,
+    only: str,
+    picture: Path | None,
 ):
     """Raise InputError for options that do not go together, before the spheres fall, which may take hours."""
     from ..figures.impaired_picture import require_ending
 
-    if alternatives and impaired:
-        raise InputError("--alternatives: expected without --impaired, which measures one way to read the spheres")
+    if alternatives and (impaired or corruptions):
+        raise InputError("--alternatives: expected without --impaired and --corruptions, which measure one method")
     if only and not alternatives:
         raise InputError("--only: expected with --alternatives, whose rows it chooses")
-    if picture is not None and not impaired:
-        raise InputError(f"--picture {picture}: expected with --impaired, whose copies it shows")
+    if picture is not None and impaired == corruptions:
+        raise InputError(f"--picture {picture}: expected with --impaired or --corruptions, one of which it shows")
     if picture is not None:
         require_ending(picture)
     if len(data) > 1 and test is None:

@@ -1,4 +1,4 @@
-"""Objects as sensors give them: how corrupted clouds are classified whose sources were not learnt.
+"""Objects as sensors give them: how corrupted clouds of objects of sources that were not learnt are classified.
 
 The corruptions of ModelNet40-C (Sun et al., 2022) that make sense where sizes are metres, five severities each.
 """
@@ -29,8 +29,9 @@ from spherefunc_bullet.settling.settling import settle
 
 from .evaluation import Trial
 from .features import SPHERES
+from .profiled import Profiled, sure_across_sources
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import readings
+from .readings import Reading, readings
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)
@@ -40,7 +41,7 @@ Failed = Callable[[InputError], None]
 
 
 class Rates(TypedDict):
-    """What was said of all objects under one corruption of one severity, as shares."""
+    """The answers for all objects under one corruption of one severity, as shares."""
 
     told: float  # of those with a function, classified as such
     unsure: float
@@ -85,10 +86,8 @@ def corruption_rates(
     """
     asked = asked_of(learnt, tested, dropping, copied, jobs, failed)
     splits = splits_of(asked, None if tested is None else len(learnt.objects), dropping.seed)
-    said = {
-        name: [trial for trial in read.trials([[split] for split in splits])]
-        for name, read in readings(asked.simulated, dropping.radii, method).items()
-    }
+    read = readings(asked.simulated, dropping.radii, method)
+    said = {name: as_sure(one, asked).trials([[split] for split in splits]) for name, one in read.items()}
     labels = labels_of(asked.simulated)
     of_spheres = rates_of(asked, labels, said.pop(SPHERES))
     for name, trials in said.items():
@@ -96,6 +95,11 @@ def corruption_rates(
             for severity, rates in rows.items():
                 of_spheres[kind][severity].setdefault("baselines", {})[name] = rates
     return of_spheres
+
+
+def as_sure(read: Reading, asked: Asked) -> Reading:
+    """Return what is as sure as it was right about sources that were not learnt, where it learns that at all."""
+    return sure_across_sources(read, asked.simulated.objects) if isinstance(read, Profiled) else read
 
 
 def asked_of(
@@ -127,7 +131,7 @@ def asked_of(
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:
-    """Return the objects to corrupt; those whose function is disputed are left out."""
+    """Return the objects to corrupt; those whose only functions are disputed are left out."""
     most = {function: copied for function in FUNCTIONS} | {NONE: None if copied is None else OTHERS * copied}
     return [item for function, count in most.items() for item in evenly_spread(objects, function, count)]
 
@@ -171,7 +175,7 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     """Return the rates of one feature."""
     rows = np.concatenate([trial.rows for trial in trials])
     scores = np.concatenate([trial.scores for trial in trials])
-    doubtful = np.concatenate([doubts_of(trial) for trial in trials])
+    unsure = np.concatenate([unsure_of(trial) for trial in trials])
     members, also, predicted = labels.members[rows], labels.also[rows], scores > 0.5
     wrong = ((predicted != members) & ~(also & predicted)).any(axis=1)
     serves = members.any(axis=1)
@@ -181,16 +185,17 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     for kind, severity in dict.fromkeys(asked.kinds):
         own = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(classified[own & serves]),
-            "unsure": share(doubtful[own]),
-            "wrong_and_sure": share((wrong & ~doubtful)[own]),
+            "told": share(told[own & serves]),
+            "unsure": share(unsure[own]),
+            "wrong_and_sure": share((wrong & ~unsure)[own]),
         }
     return rates
 
 
-def doubts_of(trial: Trial) -> np.ndarray:
+def unsure_of(trial: Trial) -> np.ndarray:
     """Return which answers are unsure (T,) bool: by the rule that was learnt, else where a score is near a half."""
-    return (np.abs(trial.scores - 0.5) < UNCERTAIN_MARGIN).any(axis=1) if trial.doubtful is None else trial.doubtful
+    near = (np.abs(trial.scores - 0.5) < UNCERTAIN_MARGIN).any(axis=1)
+    return near if trial.unsure is None else trial.unsure
 
 
 def share(which: np.ndarray) -> float:
@@ -199,7 +204,7 @@ def share(which: np.ndarray) -> float:
 
 
 def print_corruptions(rates: Corruptions):
-    """Print a row for each corruption, and the shares classified, unsure, and wrong and sure at each severity."""
+    """Print a row for each corruption, with the shares of its severities."""
     names = ("told", "unsure", "wrong_and_sure")
     rows = [
         [kind.replace("_", " "), name.replace("_", " "), *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]

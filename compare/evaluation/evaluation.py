@@ -45,6 +45,7 @@ class Trial:
     rows: np.ndarray  # (T,) int, which objects were tested
     scores: np.ndarray  # (T, F)
     weights: Sequence[Sequence[Weights]]  # of every split, each function's
+    unsure: np.ndarray | None = None  # (T,) bool, which answers are, where that was learnt
 
     @property
     def predicted(self) -> np.ndarray:
@@ -59,11 +60,12 @@ class Trial:
 
     def kept(self, which: np.ndarray) -> Trial:
         """Return what was said of some of the objects (T,) bool."""
-        return replace(self, rows=self.rows[which], scores=self.scores[which])
+        unsure = None if self.unsure is None else self.unsure[which]
+        return replace(self, rows=self.rows[which], scores=self.scores[which], unsure=unsure)
 
     def always_negative(self) -> Trial:
         """Return the same trial with no to everything."""
-        return replace(self, scores=np.zeros_like(self.scores), weights=())
+        return replace(self, scores=np.zeros_like(self.scores), weights=(), unsure=None)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

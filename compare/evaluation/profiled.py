@@ -13,6 +13,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
+from spherefunc_bullet.datasets.licenses import sources_of
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
@@ -48,8 +49,8 @@ class Profiled:
         """Return several trials; see `trials_of`."""
         return trials_of([(self, splits) for splits in asked])
 
-    def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights]]:
-        """Return the scores (T, F) of what a fold tests, and which radius counts most for each function."""
+    def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights], np.ndarray]:
+        """Return the scores (T, F) of what a fold tests, which radius counts most for each function, what is unsure."""
         rows, functions = fold.train, self.labels.functions
         members, names = self.labels.members[rows], [str(row) for row in rows]
         copy_groups = None if self.copy_groups is None else self.copy_groups.of(rows)
@@ -58,7 +59,7 @@ class Profiled:
         scores = learnt.score_profiles(self.profiles[fold.test])
         if self.fallen is not None:
             scores[self.fallen[fold.test]] = 0.0
-        return scores, weights
+        return scores, weights, learnt.are_doubtful(scores)
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
@@ -106,13 +107,16 @@ def folds_of(splits: Sequence[Split]) -> list[Split]:
     ]
 
 
-def joined(splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple[np.ndarray, list[Weights]]]) -> Trial:
+def joined(
+    splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple[np.ndarray, list[Weights], np.ndarray]]
+) -> Trial:
     """Return one trial from what was said in each of its folds."""
     return Trial(
         learnt=round(float(np.mean([len(split.train) for split in splits]))),
         rows=np.concatenate([fold.test for fold in folds]),
-        scores=np.concatenate([scores for scores, _ in said]),
-        weights=[weights for _, weights in said],
+        scores=np.concatenate([scores for scores, _, _ in said]),
+        weights=[weights for _, weights, _ in said],
+        unsure=np.concatenate([unsure for _, _, unsure in said]),
     )
 
 
@@ -132,6 +136,12 @@ def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
     """Return which objects are copies of others, as their manifests say; None where none is."""
     names, originals = distinct_names(objects)
     return group_copies(names, originals) if any(originals) else None
+
+
+def sure_across_sources(read: Profiled, objects: Sequence[DatasetObject]) -> Profiled:
+    """Return what learns how sure to be from the objects of each source when nothing of that source is learnt."""
+    names, originals = distinct_names(objects)
+    return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))
 
 
 def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:

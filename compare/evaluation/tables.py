@@ -8,6 +8,7 @@ from typing import Any, NotRequired, TypedDict
 from spherefunc_bullet.console import print_json, print_table, show
 from spherefunc_bullet.formats.units import format_length
 
+from .corruptions import Corruptions, print_corruptions
 from .features import SPHERES
 from .impaired import Shares, print_shares
 from .results import Result
@@ -30,14 +31,15 @@ def print_results(
     impaired: Shares | None = None,
     confusion: bool = False,
     tasks: dict[str, dict[str, Any]] | None = None,
+    corruptions: Corruptions | None = None,
 ):
-    """Print the results, and those of impaired copies where they were asked for, as JSON or as tables.
+    """Print the results, and those of impaired copies and corrupted clouds if they were asked for, as JSON or tables.
 
     What was measured of other tasks goes into JSON alone.
     """
     last_split = [result for result in results if result["protocol"] in ("random_splits", "test")][-1]
     if json:
-        more = {"impaired": impaired, "tasks": tasks}
+        more = {"impaired": impaired, "tasks": tasks, "corruptions": corruptions}
         more = {name: value for name, value in more.items() if value is not None}
         print_json(about | {"results": results, "baselines": last_split["baselines"]} | more)
         return
@@ -54,6 +56,8 @@ def print_results(
         print_confusion(result)
     if impaired is not None:
         print_shares(impaired)
+    if corruptions is not None:
+        print_corruptions(corruptions)
 
 
 def result_rows(result: Result) -> list[list[str]]:

@@ -11,7 +11,7 @@ from .corners import well_within
 
 SQUARE = 0.005  # radians off an axis that count as along it: such an object stays as it is, bit for bit
 EDGES = 24  # of the outline, the longest: one of them lies along the narrowest rectangle, or it hardly matters which
-LONGER = 1.02  # times the other side, so that one counts as the longer
+LONGER = 1.02  # times the other side, so that the longer one is known
 
 
 def heading(cloud: Cloud) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +17,7 @@ from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
-    from ..datasets.dataset import Dataset, DatasetObject
+    from ..datasets.dataset import Dataset
     from ..learning.classifier import CloudClassifier
     from ..settling.records import Dropping
 
@@ -130,14 +129,10 @@ def require_smaller_spheres(simulated: Simulated, how: Dropping):
         raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {came}")
 
 
-def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
-    """Return who made each object, where its licence is stated; without one it is of a catalogue."""
-    return [item.group if item.license else "" for item in objects]
-
-
 def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..datasets.dataset import distinct_names
+    from ..datasets.licenses import sources_of
     from ..learning.model_file import new_classifier
 
     labels = [item.functions for item in simulated.objects]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from .dataset import DatasetObject
 
@@ -20,6 +20,11 @@ def is_permissive(text: str) -> bool:
     (True, False, False)
     """
     return any(name in text for name in ALLOWED) and not any(name in text for name in FORBIDDEN)
+
+
+def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
+    """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
+    return [item.group if item.license else "" for item in objects]
 
 
 def learnt_sources(objects: Iterable[DatasetObject]) -> dict[str, int]:

@@ -133,7 +133,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             What each object is a changed copy of, by its name in ``names``; empty for what is no copy. Copies count
             a tenth, and never tell how sure to be of their original.
         sources : sequence of str, optional
-            Who made each object, empty for what is always learnt. Calibration then uses the objects of each
+            Who made each object, empty for what is always learnt. How sure to be is then known from the objects of each
             source, and copies of them, when nothing of that source is learnt.
         """
         settled, labels = typed_drops(settled), as_sets(y)

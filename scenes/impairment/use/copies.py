@@ -34,7 +34,7 @@ def used_up(function: str, **changes: Change) -> list[Impairment]:
 
 
 def laden(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-    """Put one to five objects on an object without a function, where it has a level at all."""
+    """Put one to five objects on an object without a function, if it has a level."""
     if specimen.surface.is_cloud or specimen.surface.size[:2].min() < 0.15:
         return None
     level = find_level(specimen.surface, 0.1, 2.0)

@@ -18,7 +18,7 @@ SURE = 0.01  # votes beyond this are as good as unanimous: a forest of 300 trees
 STIFFNESS = 3.0  # nats that an e-fold change of the slope or of the odds costs; least log loss over training sizes
 LOWEST = -700.0  # log odds: below, their exponential is none that floats hold
 UNCERTAIN_MARGIN, WIDEST = 0.1, 0.4  # score either side of the threshold that is no answer: at least, at most
-ERROR = 0.003  # of all answers about one function that may be wrong and sure, either way
+ERROR = 0.005  # of all answers about one function that may be wrong and sure, either way; about a tenth is then unsure
 Band = tuple[float, float]  # scores between which one is unsure
 UNSURE: Band = (0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN)
 Line = tuple[float, float]  # slope, and what is added to the log odds
@@ -31,7 +31,7 @@ class CopyGroups:
 
     weights: np.ndarray  # (N,) float, 1 for what is no copy
     groups: np.ndarray  # (N,) int, the same for an object and its copies
-    sources: np.ndarray | None = None  # (N,) int, who made it where that is known, else -1; None: not known
+    sources: np.ndarray | None = None  # (N,) int, who made it where that is known, else -1; None: of nobody
 
     @property
     def has_sources(self) -> bool:
@@ -85,7 +85,7 @@ def held_out_votes(
 ) -> np.ndarray:
     """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
-    Where it is known who made them, nothing of the same source is learnt; what has no source is always learnt.
+    Where it is known who made them, nothing of the same source is; what is of no source is always learnt, never asked.
 
     Parameters
     ----------

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from ...clouds.cloud import Cloud
 from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
@@ -125,6 +126,12 @@ class ProfileModel(FunctionModel):
         from .words import sentences
 
         return sentences(reading)
+
+    def objects_on_table(self, cloud: Cloud, reading: Reading) -> int:
+        """Return how many objects stand on the level that carries most of the spheres."""
+        from .on_top import objects_on_table
+
+        return objects_on_table(cloud, reading.drops)
 
     def doubts(self, reading: Reading) -> list[str]:
         """Return why the answer is unsure, each a sentence; none where it is sure."""

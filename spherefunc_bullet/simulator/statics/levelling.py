@@ -51,6 +51,8 @@ def upright_rotation(cloud: Cloud) -> np.ndarray | None:
     ):
         return rotation_to_z(foot)
     best = sharpest(some, extent)
+    if best[2] < np.cos(np.radians(ASKEW_DEG - STEPS[1])):  # it leans farther than is looked at
+        return None
     return rotation_to_z(best) if sharpness(some, best, extent) > SHARPER[1] * before else None
 
 

@@ -6,14 +6,12 @@ import numpy as np
 
 from ...clouds.cloud import Cloud
 from ...settling.drops import DropsByRadius
-from ..profiles.columns import columns_of, fullest_level, largest_piece
+from .columns import columns_of, fullest_level, largest_piece, near_pairs, pieces_of
 
-TABLE = "table"
 CELL = 0.02  # metres: the side of the squares in which parts are separated
 LEAST = 0.012  # metres above the level: what is no higher is of the level
 LARGEST = 0.3  # of the level's area: what is larger is a part of the furniture
 SPARED = 0.02  # metres inside the level's outline: what stands along its edge is a rim or a wall
-WORDS = ("nothing", "one object", "two objects", "three objects", "four objects", "five objects", "six objects")
 
 
 def objects_on_table(cloud: Cloud, drops: DropsByRadius) -> int:
@@ -31,19 +29,8 @@ def objects_on_table(cloud: Cloud, drops: DropsByRadius) -> int:
 
 def count_parts(places: np.ndarray, largest: float) -> int:
     """Return in how many parts places (N, 2) fall, of no more than so many square metres each."""
-    from scipy import ndimage
-
     if not len(places):
         return 0
-    cells = np.floor((places - places.min(axis=0)) / CELL).astype(int)
-    filled = np.zeros(cells.max(axis=0) + 1, bool)
-    filled[tuple(cells.T)] = True
-    parts, count = ndimage.label(filled, structure=np.ones((3, 3)))
-    areas = np.bincount(parts.ravel(), minlength=count + 1)[1:] * CELL**2
-    return int((areas <= largest).sum())
-
-
-def remark(count: int) -> str:
-    """Return in a sentence that so many objects, at least one, stand on a table."""
-    words = WORDS[count] if count < len(WORDS) else f"{count} objects"
-    return f"a table with {words} on it: try `spherefunc scene` to tell what each is for"
+    cells = np.unique(np.floor(places / CELL), axis=0)
+    parts = pieces_of(len(cells), *near_pairs(cells, 1.5))  # side by side or corner to corner
+    return int((np.bincount(parts) * CELL**2 <= largest).sum())

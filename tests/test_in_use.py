@@ -1,0 +1,161 @@
+"""Objects in use and as sensed: askew and sparse clouds are mended, exact ones stay, copies are what they say."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import clouds
+import numpy as np
+import pytest
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
+from spherefunc_bullet.clouds.filling import filled
+from spherefunc_bullet.clouds.heading import headed, turned_cloud
+from spherefunc_bullet.compare.evaluation.corruptions import rates_of
+from spherefunc_bullet.compare.evaluation.evaluation import Trial
+from spherefunc_bullet.compare.evaluation.protocol import Labels
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.datasets.licenses import learnt_sources, sources_of
+from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
+from spherefunc_bullet.learning.profiles.on_top import objects_on_table
+from spherefunc_bullet.scenes.household.household import household_objects
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, IN_USE
+from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
+from spherefunc_bullet.scenes.impairment.use.small_objects import upright_box
+from spherefunc_bullet.settling.drops import RunLimit
+from spherefunc_bullet.settling.preparation import prepare
+from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator.statics.levelling import levelled, rotation_to_z
+
+DROPS = RunLimit(drops=200)
+
+
+@pytest.fixture(scope="module")
+def specimens() -> dict[str, Specimen]:
+    """Return a mug, a chair and a table of the catalogue."""
+    wanted = {"mug": "cup", "dining_chair": "sittable", "dining_table": "table"}
+    found = {item.category: item for item in reversed(household_objects(0)) if item.category in wanted}
+    return {
+        label: Specimen(cloud_from_mesh(found[kind].mesh.vertices, found[kind].mesh.faces, kind), label)
+        for kind, label in wanted.items()
+        if kind in found
+    }
+
+
+def tilted(cloud: Cloud, degrees: float) -> Cloud:
+    angle = np.radians(degrees)
+    rotation = rotation_to_z(np.array([np.sin(angle) * 0.6, np.sin(angle) * 0.8, np.cos(angle)]))
+    return Cloud(placed(cloud.points @ rotation.T), cloud.name)
+
+
+def cloud_of(surface: Surface) -> Cloud:
+    return cloud_from_mesh(*surface.standing().mesh(), "copy")
+
+
+def test_what_is_level_and_dense_stays_as_it_is(specimens):
+    for specimen in specimens.values():
+        assert prepare(specimen.cloud) is specimen.cloud
+
+
+@pytest.mark.parametrize("degrees", [3.0, 6.0, 9.5])
+def test_askew_objects_are_levelled(specimens, degrees):
+    # Feet decide to the thickness of the layer that counts as the ground: a fifth of a per cent of the extent.
+    for specimen in specimens.values():
+        found = levelled(tilted(specimen.cloud, degrees))
+        assert np.ptp(found.points[:, 2]) == pytest.approx(specimen.cloud.size[2], rel=0.03)
+
+
+def test_what_lies_over_is_no_tilt(specimens):
+    over = tilted(specimens["table"].cloud, 25.0)
+    assert levelled(over) is over
+
+
+def test_sparse_cups_hold_spheres_again():
+    mug, rng = clouds.mug(), np.random.default_rng(0)
+    few = Cloud(placed(mug.points[rng.choice(len(mug), len(mug) // 6, replace=False)]), "few")
+    whole, gaps, mended = (settle(one, "fast", (0.005,), 0, DROPS)[0.005] for one in (mug, few, filled(few)))
+    assert abs(len(mended.rests) - len(whole.rests)) < 0.35 * len(whole.rests)
+    assert abs(len(mended.rests) - len(whole.rests)) <= abs(len(gaps.rests) - len(whole.rests))
+
+
+def test_filling_adds_nothing_away_from_the_surface():
+    plate = clouds.plate()
+    few = Cloud(plate.points[np.random.default_rng(1).choice(len(plate), len(plate) // 8, replace=False)], "few")
+    more = filled(few)
+    assert len(more) > 2 * len(few)
+    assert plate.tree.query(more.points - more.points.min(axis=0) + few.points.min(axis=0))[0].max() < 0.006
+
+
+@pytest.mark.parametrize("degrees", [20, 45, 77])
+def test_headings_are_one(specimens, degrees):
+    table = specimens["table"].cloud
+    back, angle = headed(turned_cloud(table, np.radians(degrees)))
+    assert np.sort(back.size) == pytest.approx(np.sort(table.size), rel=0.01)
+    assert headed(table) == (table, 0.0)
+    # Drops are given where the object is, not where it was turned to.
+    drops = settle(turned_cloud(table, np.radians(degrees)), "fast", (0.03,), 0, DROPS)[0.03]
+    tree = turned_cloud(table, np.radians(degrees)).tree
+    assert tree.query(drops.rests[drops.rests[:, 2] > 0.5])[0].max() < 0.035
+
+
+def test_every_kind_of_use_is_made(specimens):
+    for impairment in (*IN_USE, *AS_SENSED):
+        for label in set(impairment.functions) & specimens.keys():
+            copy = impairment.applied(specimens[label], "some", 0)
+            again = impairment.applied(specimens[label], "some", 0)
+            assert impairment.used
+            if copy is None:  # a cloth that is larger than what is left of the table
+                assert again is None and impairment.kind == "cloth"
+                continue
+            assert np.array_equal(copy.vertices, again.vertices), impairment.kind
+            assert copy.bounds[0, 2] == pytest.approx(0, abs=1e-9)
+
+
+def test_laid_tables_keep_their_top_and_count_what_stands_on_it(specimens):
+    table, height = specimens["table"], specimens["table"].level.height
+    boxes = [upright_box(np.array([0.15, 0.2, 0.05 + 0.1 * k])) + [0.4 * k - 0.4, 0, height] for k in range(3)]
+    for count in (0, 1, 3):
+        surface = table.surface.joined(Surface(np.concatenate(boxes[:count]))) if count else table.surface
+        cloud = cloud_of(surface)
+        assert objects_on_table(cloud, settle(cloud, "fast", (0.01, 0.03), 0, DROPS)) == count
+
+
+@pytest.mark.parametrize("kind", CORRUPTIONS)
+def test_corruptions_are_the_same_again(kind):
+    points = clouds.mug().points
+    for severity in (1, 3, 5):
+        once, again = (corrupted(points, kind, severity, np.random.default_rng(7)) for _ in range(2))
+        assert np.array_equal(once, again)
+        assert once[:, 2].min() == pytest.approx(0) and len(once) >= 50
+
+
+def test_an_unsure_band_keeps_the_wrong_inside():
+    members = np.arange(1000) < 500
+    scores = np.where(members, 0.95, 0.05)
+    assert unsure_band(scores, members) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
+    wrong = scores.copy()
+    wrong[:20], wrong[-20:] = 0.2, 0.8  # two per cent either way: more than may be wrong and sure
+    low, high = unsure_band(wrong, members)
+    assert low <= 0.2 and high >= 0.8
+    assert unsure_band(1 - scores, members) == pytest.approx((0.5 - WIDEST, 0.5 + WIDEST))
+
+
+def test_rates_are_counted_by_kind_and_severity():
+    members = np.array([[True], [False]] * 2)
+    labels = Labels(("cup",), members, np.zeros_like(members), np.array(["a"] * 4))
+    asked = SimpleNamespace(whole=0, kinds=[("noise", "1")] * 2 + [("noise", "2")] * 2)
+    scores = np.array([[0.9], [0.1], [0.2], [0.45]])
+    rates = rates_of(asked, labels, [Trial(learnt=1, rows=np.arange(4), scores=scores, weights=())])
+    assert rates["noise"]["1"] == {"told": 1.0, "unsure": 0.0, "wrong_and_sure": 0.0}
+    assert rates["noise"]["2"] == {"told": 0.0, "unsure": 0.5, "wrong_and_sure": 0.5}
+
+
+def test_sources_are_those_that_state_a_licence(tmp_path):
+    objects = [
+        DatasetObject(path=tmp_path, functions=frozenset(), group="lab", source="A lab", license="BSD-3-Clause"),
+        DatasetObject(path=tmp_path, functions=frozenset(), group="household"),
+    ]
+    assert sources_of(objects) == ["lab", ""]
+    assert learnt_sources(objects) == {"A lab (BSD-3-Clause)": 1}
