@@ -27,7 +27,6 @@ KEPT = {
     "compare/comparison/tables.py": {"things"},
     "compare/rooms/scan_report.py": {"told"},
     "compare/documents/*": {"told"},
-    "compare/evaluation/corruptions.py": {"told"},
     "compare/rooms/lessons/files.py": {"thing"},
     "spherefunc_bullet/settling/records.py": {"told"},
     "scenes/report/*.js": {"thing", "things"},

@@ -185,7 +185,7 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     for kind, severity in dict.fromkeys(asked.kinds):
         own = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(told[own & serves]),
+            "told": share(classified[own & serves]),
             "unsure": share(unsure[own]),
             "wrong_and_sure": share((wrong & ~unsure)[own]),
         }

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .comparison import Subject
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
-RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, within a vessel, and elsewhere
+RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
 FINEST = 0.0008  # metres
 OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
 FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
