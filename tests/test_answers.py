@@ -17,7 +17,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.conversion import as_cloud
 from spherefunc_bullet.formats.writing import cache_home
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+README = Path(__file__).resolve().parents[1] / "docs" / "python.md"
 TURNED = {"y": ((0, 2, 1), (1, 1, -1)), "-y": ((0, 2, 1), (1, -1, 1)), "-z": ((0, 1, 2), (1, -1, -1))}
 
 
@@ -155,7 +155,7 @@ def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
     assert len(drops) == once + 2 and anew.profiles_.tobytes() == first.profiles_.tobytes()
 
 
-def test_readme_runs_as_it_stands(tmp_path):
+def test_python_by_example_runs_as_it_stands(tmp_path):
     """Its Python, in a folder with one scan and one model, in a process of its own."""
     text = README.read_text(encoding="utf-8")
     snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

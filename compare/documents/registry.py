@@ -5,7 +5,7 @@ from __future__ import annotations
 from . import choices, copies, labels, measurements, paper_figures, programs
 from .tables import Table
 
-README, METHOD, IMPAIRED = "README.md", "docs/method.md", "docs/impaired.md"
+RESULTS, METHOD, IMPAIRED = "docs/results.md", "docs/method.md", "docs/impaired.md"
 BOTH = tuple(measurements.ON_MODELS.values())
 PAPER = (measurements.PAPER_ON_HOUSEHOLD, measurements.PAPER_ON_MODELS)
 ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS["fast"]
@@ -13,7 +13,7 @@ ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS[
 OVERVIEW = (
     Table(
         name="functions",
-        document=README,
+        document=RESULTS,
         measurements=(
             *(
                 way[backend]
@@ -25,8 +25,8 @@ OVERVIEW = (
         ),
         render=labels.overview,
     ),
-    Table(name="copies", document=README, measurements=BOTH, render=copies.means),
-    Table(name="unseen-kinds", document=README, measurements=(ON_MODELS,), render=copies.unseen_kinds),
+    Table(name="copies", document=RESULTS, measurements=BOTH, render=copies.means),
+    Table(name="unseen-kinds", document=RESULTS, measurements=(ON_MODELS,), render=copies.unseen_kinds),
     Table(name="copies-means", document=IMPAIRED, measurements=BOTH, render=copies.means),
     Table(name="copies-kinds", document=IMPAIRED, measurements=BOTH, render=copies.kinds),
 )
