@@ -26,6 +26,8 @@ from .scenes.arrangements.together import together as together
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
 from .scenes.recognition.places import find_places as find_places
+from .shapes.compared import Shapes as Shapes
+from .shapes.compared import compare_shapes as compare_shapes
 from .simulator import DropResult as DropResult
 from .simulator import DropSettings as DropSettings
 from .simulator import Outcome as Outcome

@@ -179,13 +179,13 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     members, also, predicted = labels.members[rows], labels.also[rows], scores > 0.5
     wrong = ((predicted != members) & ~(also & predicted)).any(axis=1)
     serves = members.any(axis=1)
-    told = (predicted & members).any(axis=1)
+    classified = (predicted & members).any(axis=1)
     kinds = np.array([asked.kinds[row - asked.whole] for row in rows])
     rates: Corruptions = {}
     for kind, severity in dict.fromkeys(asked.kinds):
         own = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(told[own & serves]),
+            "told": share(classified[own & serves]),
             "unsure": share(unsure[own]),
             "wrong_and_sure": share((wrong & ~unsure)[own]),
         }

@@ -1,0 +1,168 @@
+"""Shapes compared in one call: ``sf.compare_shapes``."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from ..clouds.conversion import Anything, as_cloud, geometry_of
+from ..clouds.orientation import Report, to_metres, to_z_up
+from ..errors import InputError, one_line
+from ..formats.geometry import Geometry
+from ..formats.units import BY_FILE
+from ..simulator.mechanics import Matter
+from ..simulator.statics.body import body_of
+from .best import best_shape
+from .candidates import candidates, made
+from .comparison import Subject, row_of
+from .files import write_shape
+from .loaded import Frame, loaded, quiet
+from .rows import Kept, Row
+from .solid import Solid
+
+SAYS_COLLISION = (".urdf", ".sdf", ".xml")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BestShape:
+    """The cheapest shape that keeps everything, ready to be written."""
+
+    row: Row
+    solid: Solid
+    subject: Subject
+    frame: Frame
+
+    @property
+    def name(self) -> str:
+        return self.row.name
+
+    def write(self, path: str | Path, form: str | None = None, matter: Matter | None = None) -> Path:
+        """Write it as URDF, SDF or MJCF (.xml), with its meshes in a folder beside it; return the path.
+
+        In metres, z up, on the ground and centred, as a `Cloud` is.
+        """
+        body = body_of(self.subject.cloud, matter or Matter())
+        return write_shape(Path(path), self.subject.mesh, self.solid, body, form)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Shapes:
+    """An object's rows, one for each shape."""
+
+    subject: Subject
+    rows: tuple[Row, ...]
+    frame: Frame
+    kept: Kept
+
+    def __iter__(self):
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @cached_property
+    def best(self) -> BestShape:
+        """The cheapest that keeps everything, found when it is asked for; that takes up to a minute."""
+        solid, row = best_shape(self.subject, self.kept)
+        return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
+
+    def as_dict(self, file: str) -> dict[str, Any]:
+        """Return it JSON-ready."""
+        return {
+            "file": file,
+            "functions": functions_of(self.subject.functions),
+            "capacity_ml": round(1e6 * self.subject.capacity, 1) if self.subject.is_vessel else 0.0,
+            "level_mm": round(1e3 * self.subject.level.height, 1),
+            "seed_spread": round(self.subject.seen.spread, 3),
+            "shapes": [as_row(row) for row in self.rows],
+        }
+
+
+def functions_of(functions: dict[str, tuple[bool, float]]) -> dict[str, dict[str, Any]]:
+    """Return functions as all commands print them."""
+    return {name: {"member": member, "score": score} for name, (member, score) in functions.items()}
+
+
+def as_row(row: Row) -> dict[str, Any]:
+    """Return a row JSON-ready."""
+    values = {name: plain(value) for name, value in asdict(row).items()}
+    return values | {"functions": functions_of(row.functions)}
+
+
+def plain(value: Any) -> Any:
+    """Return a number rounded, None for one that JSON does not know."""
+    if isinstance(value, float):
+        return round(value, 4) if np.isfinite(value) else None
+    return list(value) if isinstance(value, tuple) else value
+
+
+def compare_shapes(
+    anything: Anything,
+    collision: str | Path | None = None,
+    *,
+    shapes: bool = True,
+    coacd: tuple[float, ...] = (),
+    keep: float = 0.9,
+    units: str = "m",
+    up: str = BY_FILE,
+    report: Report = quiet,
+) -> Shapes:
+    """Say what collision shapes keep of what an object is for, and what they cost.
+
+    Parameters
+    ----------
+    anything : path, Open3D or trimesh mesh
+        What is seen. A URDF brings its collision geometry with it.
+    collision : path, optional
+        A URDF, SDF, MJCF or mesh, in the same frame, loaded as PyBullet (MJCF: as MuJoCo) loads it.
+    shapes : bool
+        Whether candidates are made beside it: mesh, voxels, compound, V-HACD, hull.
+    coacd : floats
+        Thresholds of CoACD, which takes minutes.
+    keep : float
+        The share of capacity, level and places that has to be kept, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If something cannot be used, the object is no mesh, or the collision is of another size.
+    """
+    if not 0 < keep <= 1:
+        raise InputError(f"keep {keep}: expected more than 0 and at most 1")
+    cloud, kept = as_cloud(anything, units=units, up=up, report=report), Kept(share=keep)
+    subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
+    subject.mesh  # noqa: B018 - points alone are refused before anything is measured
+    others = named_collision(anything, collision)
+    solids = [solid for path in others for solid in loaded(path, frame)]
+    makes = candidates(cloud, subject.radius, coacd) if shapes else {}
+    rows = [row_of(subject, solid, kept) for solid in solids]
+    rows += [row_of(subject, made(name, make), kept) for name, make in makes.items()]
+    return Shapes(subject=subject, rows=tuple(rows), frame=frame, kept=kept)
+
+
+def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:
+    """Return the files whose collision geometry is asked about: the one given, or what is seen if it says its own."""
+    if collision is not None:
+        return [Path(collision)]
+    own = isinstance(anything, str | Path) and Path(anything).suffix.lower() in SAYS_COLLISION
+    return [Path(anything)] if own else []
+
+
+def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> Frame:
+    """Return how the object's own coordinates became its cloud's."""
+    if isinstance(anything, Cloud) or cloud.mesh is None:
+        return Frame(up="z", units="m", shift=np.zeros(3))
+    path = Path(anything) if isinstance(anything, str | Path) else Path("object")
+    if "auto" in (up, units):
+        raise InputError(f"{one_line(path.name)}: expected its axis and unit to be said, since collision shares them")
+    geometry = geometry_of(anything, path.name)
+    used = np.unique(geometry.faces)
+    own = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
+    return Frame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - own.min(axis=0))
+
+

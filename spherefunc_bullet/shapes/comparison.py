@@ -1,0 +1,156 @@
+"""An object beside the shapes that an engine could be given for it: one row for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..clouds.cloud import Cloud, cloud_from_mesh
+from ..errors import InputError
+from ..learning.model_file import inference_model
+from ..learning.reasons.answer import answer_of
+from .dense import dense_points
+from .levels import Level, carrying_level, height_map, level_kept
+from .rows import Functions, Kept, Row, Truth
+from .solid import Solid, surface
+from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
+from .spheres import Seen, at_rest, moved
+from .verdicts import judged
+
+SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
+SMALLEST, LARGEST = 0.002, 0.04  # metres
+VESSEL = 0.05  # of the box: what holds less is no vessel by what it holds
+OPEN = 1e-6  # m3: nor is what holds less than a millilitre
+GRAIN = 0.6  # of the spheres' radius: what is finer may run out of a shape that is made for spheres
+LEAKS = "its gaps hold spheres, and let water out"
+LARGER = 1.5  # times as large as the object: another unit, or another object
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """An object, with what is measured of it once."""
+
+    cloud: Cloud
+
+    @property
+    def low(self) -> np.ndarray:
+        return self.mesh.vertices.min(axis=0)
+
+    @property
+    def high(self) -> np.ndarray:
+        return self.mesh.vertices.max(axis=0)
+
+    @cached_property
+    def mesh(self) -> Solid:
+        """Its surface."""
+        if self.cloud.mesh is None:
+            raise InputError(f"{self.cloud.name}: expected a mesh, got points, which have no shape to compare with")
+        return surface("mesh", self.cloud.mesh.vertices, self.cloud.mesh.faces)
+
+    @property
+    def extent(self) -> float:
+        return float((self.high - self.low).max())
+
+    @property
+    def radius(self) -> float:
+        """Of the spheres that are dropped, metres."""
+        return float(np.clip(SPHERE * self.extent, SMALLEST, LARGEST))
+
+    @cached_property
+    def space(self) -> Space:
+        return space_of(grid_around(self.low, self.high), self.mesh)
+
+    @cached_property
+    def reached(self) -> np.ndarray:
+        return self.space.reached(WIDE)
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        return height_map(self.mesh, self.low, self.high)
+
+    @cached_property
+    def level(self) -> Level:
+        return carrying_level(self.heights, self.low, self.high)
+
+    @cached_property
+    def seen(self) -> Seen:
+        rests = tuple(at_rest(self.mesh, self.cloud, self.radius, seed) for seed in (0, 1))
+        return Seen(rests=rests, surface=self.tree(self.mesh), radius=self.radius, gap=self.radius / 8)
+
+    def tree(self, solid: Solid) -> cKDTree:
+        """Return dense points on a shape."""
+        return cKDTree(dense_points(solid.vertices, solid.faces, self.radius / 6))
+
+    @cached_property
+    def capacity(self) -> float:
+        """What it holds to the brim, m3."""
+        return self.space.capacity
+
+    @property
+    def is_vessel(self) -> bool:
+        """Whether what it holds is worth keeping."""
+        return self.capacity > max(OPEN, VESSEL * float((self.high - self.low).prod()))
+
+    @property
+    def truth(self) -> Truth:
+        """What a verdict is held against."""
+        return Truth(
+            capacity_ml=1e6 * self.capacity,
+            level_mm=1e3 * self.level.height,
+            functions=self.functions,
+            step_us=self.seen.rests[0].step_us,
+        )
+
+    @cached_property
+    def functions(self) -> Functions:
+        return functions_of(self.cloud)
+
+
+def functions_of(cloud: Cloud) -> Functions:
+    """Return what a cloud is for, by the model that ships."""
+    answer = answer_of(cloud, inference_model(None, None), explain=False)
+    return {name: (name in answer.functions, round(score, 4)) for name, score in answer.scores.items()}
+
+
+def row_of(subject: Subject, solid: Solid, kept: Kept) -> Row:
+    """Return the row of one shape."""
+    require_size(subject, solid)
+    space, rest = space_of(subject.space.grid, solid), at_rest(solid, subject.cloud, subject.radius, 0)
+    share, higher = level_kept(
+        subject.level, subject.heights, height_map(solid, subject.low, subject.high), subject.extent
+    )
+    count, _ = closed(subject.reached, space.reached(NARROW), space.grid)
+    held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
+    row = Row(
+        name=solid.name,
+        pieces=solid.count,
+        faces=len(solid.faces),
+        bytes=solid.bytes,
+        build_seconds=solid.build_seconds,
+        step_us=rest.step_us,
+        capacity_ml=space.capacity * 1e6,
+        capacity_kept=held if subject.is_vessel else None,
+        level_kept=share,
+        level_higher_mm=1e3 * higher,
+        settled=len(rest.centers),
+        settled_kept=subject.seen.kept(rest),
+        moved_mm=1e3 * moved(subject.seen, rest, subject.tree(solid)),
+        deeper=subject.seen.deeper(rest),
+        openings_closed=count,
+        functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name)),
+        notes=(*solid.notes, LEAKS) if leaks and subject.is_vessel else solid.notes,
+    )
+    return judged(row, subject.truth, kept)
+
+
+def require_size(subject: Subject, solid: Solid):
+    """Raise InputError for a shape of another size than its object, which another unit would explain."""
+    size = float(np.ptp(solid.vertices, axis=0).max())
+    times = size / subject.extent
+    if not 1 / LARGER <= times <= LARGER:
+        said = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
+        question = "are the units or the scale right?"
+        raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; {question}")

@@ -1,0 +1,83 @@
+"""Which of an object's surface something can come to, and how exactly a shape has to follow it there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .fitting import Exposed, fitted_pieces
+from .solid import Solid, of_pieces
+from .spaces import NARROW
+
+if TYPE_CHECKING:
+    from .comparison import Subject
+
+UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
+RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+FINEST = 0.0008  # metres
+OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
+FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
+SEEN = 4_000  # samples of the surface, about
+
+
+def exposed_surface(subject: Subject, scale: float) -> Exposed:
+    """Return the exposed places of an object's surface, with tolerances that are scaled."""
+    places, normals = samples(subject.mesh, SEEN)
+    places, outward = np.vstack([places, places]), np.vstack([normals, -normals])
+    reached, basin = subject.space.reached(NARROW), subject.space.basin
+    grid = subject.space.grid
+    way = NARROW * subject.extent + 1.5 * grid.cell
+    free = at(reached, (places + way * outward - grid.low) / grid.cell)
+    held = at(basin, (places + 2 * grid.cell * outward - grid.low) / grid.cell)
+    shown = (free | held) & clear(subject.mesh, places, outward, way)
+    places, outward, held = places[shown], outward[shown], held[shown]
+    share = np.where(held, HELD, OTHER)
+    share[outward[:, 2] > UPWARD] = RESTED
+    return Exposed(places=places, outward=outward, tolerance=np.maximum(FINEST, scale * share * subject.extent))
+
+
+def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return about so many places (S, 3) spread over a surface, and its normals there (S, 3)."""
+    corners = solid.vertices[solid.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(across, axis=1)
+    chosen = np.searchsorted(np.cumsum(twice) / twice.sum(), (np.arange(count) + 0.5) / count)
+    chosen = np.minimum(chosen, len(corners) - 1)
+    a, b = np.random.default_rng(0).random((2, count, 1))
+    over = a + b > 1
+    a, b = np.where(over, 1 - a, a), np.where(over, 1 - b, b)
+    first, second, third = np.moveaxis(corners[chosen], 1, 0)
+    return first + a * (second - first) + b * (third - first), across[chosen] / twice[chosen, None]
+
+
+def clear(solid: Solid, places: np.ndarray, outward: np.ndarray, way: float) -> np.ndarray:
+    """Return from which places (S, 3) on a surface a way, metres, meets no other wall of it, (S,) bool."""
+    import open3d as o3d
+
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(solid.vertices.astype(np.float32), solid.faces.astype(np.uint32))
+    rays = np.hstack([places + OFF * way * outward, outward]).astype(np.float32)
+    return scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy() > way
+
+
+def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return what cells (X, Y, Z) bool say of places (S, 3), in cells."""
+    index = np.clip(places.astype(int), 0, np.array(cells.shape) - 1)
+    return cells[tuple(index.T)]
+
+
+def of_fitting(subject: Subject, scale: float) -> Solid:
+    """Return convex pieces that follow an object's exposed surface within tolerances that are scaled."""
+    return of_pieces("fitted", fitted_pieces(simplified(subject.mesh), exposed_surface(subject, scale)))
+
+
+def simplified(solid: Solid) -> np.ndarray:
+    """Return a surface as triangles (T, 3, 3), at most `FACES` where quadric decimation gets there."""
+    if len(solid.faces) <= FACES:
+        return solid.vertices[solid.faces]
+    import open3d as o3d
+
+    vertices, faces = o3d.utility.Vector3dVector(solid.vertices), o3d.utility.Vector3iVector(solid.faces)
+    fewer = o3d.geometry.TriangleMesh(vertices, faces).simplify_quadric_decimation(FACES)
+    return np.asarray(fewer.vertices)[np.asarray(fewer.triangles)]

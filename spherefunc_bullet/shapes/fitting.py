@@ -1,0 +1,209 @@
+"""Convex pieces that stay out of the free space that an object's function needs.
+
+A part of the surface is cut by planes until the convex hull of each part covers none of the surface that a sphere can
+come to by more than a tolerance; then neighbours are joined again where their common hull does not either. So pieces
+are spent where they are needed, a mesh need not be closed, and what nothing ever touches is filled. (Approximate
+convex decomposition: Lien and Amato, 2007; Wei et al., 2022, who measure concavity without regard to its use.)
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from .solid import thickened
+
+MOST = 400  # pieces
+TURNS = 4  # of planes about the vertical, besides those of the worst place
+Corners = np.ndarray  # (K, 3)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Exposed:
+    """Places of a surface that a sphere can come to, each with the way out into the free space."""
+
+    places: np.ndarray  # (S, 3) metres
+    outward: np.ndarray  # (S, 3) unit vectors
+    tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
+
+    def excess(self, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
+        """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
+        near = ((self.places > corners.min(axis=0)) & (self.places < corners.max(axis=0))).all(axis=1)
+        which = np.flatnonzero(near)
+        if not len(which):
+            return which, np.empty(0)
+        planes = equations(corners)
+        height = self.places[which] @ planes[:, :3].T + planes[:, 3]
+        inside = (height < 1e-9).all(axis=1)
+        which, height = which[inside], height[inside]
+        speed = self.outward[which] @ planes[:, :3].T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            way = np.where(speed > 1e-6, -height / speed, np.inf).min(axis=1, initial=np.inf)
+        covered = way / self.tolerance[which]
+        over = covered > 1
+        return which[over], covered[over]
+
+
+def equations(corners: Corners) -> np.ndarray:
+    """Return the planes (F, 4) of a hull, their normals outward."""
+    try:
+        return ConvexHull(corners).equations
+    except (QhullError, ValueError):
+        return ConvexHull(thickened(corners), qhull_options="QJ").equations
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A part of the surface, cut out by planes."""
+
+    triangles: np.ndarray  # (T, 3, 3)
+    corners: Corners  # of its hull
+    which: np.ndarray  # places that it covers
+    covered: np.ndarray  # by how many tolerances
+
+    @property
+    def cost(self) -> float:
+        """How much of the free space its hull takes."""
+        return float(np.minimum(self.covered, 50).sum())
+
+
+def part_of(triangles: np.ndarray, exposed: Exposed) -> Part:
+    """Return a part of the surface with its hull."""
+    corners = hull_corners(triangles.reshape(-1, 3))
+    return Part(triangles, corners, *exposed.excess(corners))
+
+
+def hull_corners(points: np.ndarray) -> Corners:
+    """Return the corners (K, 3) of a hull, or the points where there is none."""
+    points = np.unique(points, axis=0)
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        return points
+
+
+def fitted_pieces(triangles: np.ndarray, exposed: Exposed, most: int = MOST) -> list[Corners]:
+    """Return the corners of convex pieces that together cover all triangles (T, 3, 3).
+
+    The part that takes most of the free space is cut next, until none takes any, or there are too many.
+    """
+    first = part_of(triangles, exposed)
+    waiting, done, number = [(-first.cost, 0, first)], [], 0
+    while waiting:
+        cost, _, part = heapq.heappop(waiting)
+        halves = best_cut(part, exposed) if cost < 0 and len(waiting) + len(done) < most else None
+        if halves is None:
+            done.append(part.corners)
+            continue
+        for half in halves:
+            number += 1
+            heapq.heappush(waiting, (-half.cost, number, half))
+    return joined(done, exposed)
+
+
+def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
+    """Return the two parts that together take the least of the free space; None where no plane cuts."""
+    best, chosen, low = np.inf, None, np.ptp(part.corners, axis=0).max() * 1e-4
+    for normal, offset in planes_for(part, exposed):
+        height = part.triangles @ normal - offset
+        if height.min() > -low or height.max() < low:
+            continue
+        halves = [hull_corners(clipped(part.triangles, sign * height).reshape(-1, 3)) for sign in (1, -1)]
+        if min(map(len, halves)) < 3:
+            continue
+        cost = sum(np.minimum(exposed.excess(half)[1], 50).sum() for half in halves)
+        cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(half, axis=0))) for half in halves) / low * 1e-4
+        if cost < best:
+            best, chosen = cost, height
+    if chosen is None:
+        return None
+    return tuple(part_of(clipped(part.triangles, sign * chosen), exposed) for sign in (1, -1))
+
+
+def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield planes to cut a part by: along the surface where its hull covers it most, and through its middle."""
+    order = np.argsort(-part.covered)
+    seen: list[np.ndarray] = []
+    for n in order[: min(len(order), 400)]:
+        normal, place = exposed.outward[part.which[n]], exposed.places[part.which[n]]
+        if any(abs(normal @ other) > 0.95 for other in seen):
+            continue
+        seen.append(normal)
+        yield normal, float(normal @ place)
+        if len(seen) == 4:
+            break
+    low, high = part.corners.min(axis=0), part.corners.max(axis=0)
+    middle, places = (low + high) / 2, exposed.places[part.which]
+    deep = np.average(places, axis=0, weights=part.covered)
+    for axis in np.eye(3):
+        yield axis, float(axis @ middle)
+        yield axis, float(axis @ deep)
+    axes = np.linalg.eigh(np.cov(part.corners.T))[1].T
+    for axis in axes:
+        yield axis, float(axis @ middle)
+    for angle in np.pi * (np.arange(TURNS) + 0.5) / TURNS:
+        axis = np.array([np.cos(angle), np.sin(angle), 0.0])
+        yield axis, float(axis @ middle)
+
+
+def clipped(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """Return the part of triangles (T, 3, 3) where a height (T, 3), linear on each, is positive, as triangles."""
+    above = height >= 0
+    count = above.sum(axis=1)
+    whole = triangles[count == 3]
+    pieces = [whole]
+    for corners in (1, 2):
+        cut = np.flatnonzero(count == corners)
+        if not len(cut):
+            continue
+        lone = np.argmax(above[cut] == (corners == 1), axis=1)
+        turn = (lone[:, None] + np.arange(3)) % 3
+        points = np.take_along_axis(triangles[cut], turn[:, :, None], axis=1)
+        heights = np.take_along_axis(height[cut], turn, axis=1)
+        share = heights[:, :1] / (heights[:, :1] - heights[:, 1:])
+        ends = points[:, :1] + share[:, :, None] * (points[:, 1:] - points[:, :1])
+        if corners == 1:
+            pieces.append(np.concatenate([points[:, :1], ends], axis=1))
+        else:
+            pieces.append(np.stack([points[:, 1], points[:, 2], ends[:, 1]], axis=1))
+            pieces.append(np.stack([points[:, 1], ends[:, 1], ends[:, 0]], axis=1))
+    return np.concatenate(pieces)
+
+
+def joined(pieces: Sequence[Corners], exposed: Exposed) -> list[Corners]:
+    """Return pieces, of which those are one whose common hull takes no more of the free space than they do."""
+    pieces = list(pieces)
+    costs = [float(exposed.excess(piece)[1].sum()) for piece in pieces]
+    waiting = [pair for a in range(len(pieces)) for pair in pairs_with(pieces, a, a)]
+    heapq.heapify(waiting)
+    while waiting:
+        _, a, b = heapq.heappop(waiting)
+        if pieces[a] is None or pieces[b] is None:
+            continue
+        hull = hull_corners(np.concatenate([pieces[a], pieces[b]]))
+        cost = float(exposed.excess(hull)[1].sum())
+        if cost > costs[a] + costs[b] + 1e-9:
+            continue
+        pieces[a] = pieces[b] = None
+        pieces.append(hull)
+        costs.append(cost)
+        for pair in pairs_with(pieces, len(pieces) - 1, len(pieces) - 1):
+            heapq.heappush(waiting, pair)
+    return [piece for piece in pieces if piece is not None]
+
+
+def pairs_with(pieces: Sequence[Corners | None], a: int, count: int) -> Iterator[tuple[float, int, int]]:
+    """Yield the neighbours of a piece among the first so many, those first with which it makes the smallest box."""
+    low, high = pieces[a].min(axis=0), pieces[a].max(axis=0)
+    slack = 0.02 * (high - low).max()
+    for b in range(count):
+        if pieces[b] is None:
+            continue
+        other_low, other_high = pieces[b].min(axis=0), pieces[b].max(axis=0)
+        if (other_low <= high + slack).all() and (low <= other_high + slack).all():
+            size = np.maximum(high, other_high) - np.minimum(low, other_low)
+            yield float(np.linalg.norm(size)), b, a

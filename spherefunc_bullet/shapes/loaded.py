@@ -1,0 +1,189 @@
+"""Collision geometry that a file names, as PyBullet and MuJoCo load it.
+
+PyBullet's `loadURDF` makes one convex hull of each group (``o`` or ``g``) of an OBJ, and of any other mesh as a whole;
+only ``concave="yes"`` in the URDF keeps the mesh, for what stands still. A file that is a mesh is loaded alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from ..clouds.orientation import to_metres, to_z_up
+from ..errors import InputError, one_line
+from ..formats.damage import refusing
+from ..formats.geometry import Geometry
+from ..formats.reading import READERS, read_geometry
+from ..formats.scenes.packages import find_mesh
+from ..formats.scenes.parts import plain_xml
+from ..formats.sources import as_source
+from .solid import Solid, of_pieces, surface
+
+MOST_PIECES = 20_000
+Placed = tuple[np.ndarray, np.ndarray, bool]  # vertices (N, 3), faces (M, 3), and whether they stay concave
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """How a file's coordinates become those of its object's cloud."""
+
+    up: str
+    units: str
+    shift: np.ndarray  # (3,) metres, added last
+
+    def of(self, points: np.ndarray, path: Path) -> np.ndarray:
+        """Return points (N, 3) of a file in the cloud's frame."""
+        turned = to_z_up(Geometry(points), self.up, path, quiet)
+        return to_metres(turned, self.units, path.name, quiet) + self.shift
+
+
+def quiet(_: str):
+    """Say nothing: the object's own file has said it."""
+
+
+def loaded(path: Path, frame: Frame) -> Iterator[Solid]:
+    """Yield what an engine holds of a file's collision geometry, for each link that has any.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it cannot be used.
+    """
+    with refusing(path):
+        links = links_of(path)
+        if not links:
+            raise InputError(f"{one_line(path.name)}: expected collision geometry, found none")
+        for name, parts in links.items():
+            yield solid_of(name, parts, frame, path)
+
+
+def solid_of(name: str, parts: list[Placed], frame: Frame, path: Path) -> Solid:
+    """Return the parts of one link as the engine holds them."""
+    if len(parts) > MOST_PIECES:
+        limit = f"expected at most {MOST_PIECES:,} collision pieces"
+        raise InputError(f"{one_line(path.name)}: {limit}, got {len(parts):,}; join them")
+    if any(concave for _, _, concave in parts):
+        starts = np.cumsum([0] + [len(vertices) for vertices, _, _ in parts])
+        faces = np.concatenate([faces + start for (_, faces, _), start in zip(parts, starts, strict=False)])
+        return surface(name, frame.of(np.concatenate([vertices for vertices, _, _ in parts]), path), faces)
+    return of_pieces(name, [frame.of(vertices, path) for vertices, _, _ in parts])
+
+
+def links_of(path: Path) -> dict[str, list[Placed]]:
+    """Return the collision parts of each link of a file, in its frame."""
+    if path.suffix.lower() == ".urdf":
+        return urdf_links(path)
+    if path.suffix.lower() in (".sdf", ".xml", ".mjcf"):
+        return {path.stem: [(v, f, False) for v, f in parts_of_scene(path)]}
+    if path.suffix.lower() not in READERS:
+        raise InputError(f"{one_line(path)}: expected a URDF, SDF, MJCF or mesh, got '{path.suffix}'")
+    return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
+
+
+def urdf_links(path: Path) -> dict[str, list[Placed]]:
+    """Return the collision parts of each link of a URDF that has any, every joint at zero."""
+    import io
+
+    import yourdfpy
+    from trimesh.transformations import transform_points
+
+    source = as_source(path)
+    tree = plain_xml(source.data)
+    robot = yourdfpy.URDF.load(io.BytesIO(source.data), load_meshes=False, build_collision_scene_graph=False)
+    concave = {link.get("name"): link.get("concave") == "yes" for link in tree.findall("link")}
+    links: dict[str, list[Placed]] = {}
+    for link in robot.robot.links:
+        pose = robot.get_transform(link.name)
+        nodes = tree.findall(f"link[@name='{link.name}']/collision")
+        for node, collision in zip(nodes, link.collisions, strict=True):
+            place = pose @ (np.eye(4) if collision.origin is None else collision.origin)
+            kept = concave[link.name] or node.get("concave") == "yes"
+            for vertices, faces in geometry_parts(collision.geometry, path.parent, whole=kept):
+                links.setdefault(link.name, []).append((transform_points(vertices, place), faces, kept))
+    return links
+
+
+def geometry_parts(shape: Any, folder: Path, whole: bool) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the hulls that one collision element becomes, by their points, or its whole mesh."""
+    from ..formats.scenes.urdf import _part
+
+    if shape.mesh is None:
+        return [_part(shape, lambda name: None)]
+    target = find_mesh(shape.mesh.filename, folder)
+    if target is None:
+        raise InputError(f"collision mesh {shape.mesh.filename[:80]!r}: expected in the file's folder or its package")
+    scale = 1.0 if shape.mesh.scale is None else np.asarray(shape.mesh.scale, dtype=np.float64)
+    return [(vertices * scale, faces) for vertices, faces in groups_of(target, whole=whole)]
+
+
+def groups_of(path: Path, whole: bool = False) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the vertices that each group's faces use, and those; of what is no OBJ the whole is one group."""
+    geometry = read_geometry(path)
+    if not len(geometry.faces):
+        raise InputError(f"{one_line(path.name)}: expected a mesh to collide with, got points")
+    groups = [] if whole or path.suffix.lower() != ".obj" else obj_groups(path.read_text(errors="replace"))
+    if len(groups) > 1:
+        return groups
+    return [(geometry.vertices, geometry.faces)]
+
+
+def obj_groups(text: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the vertices and faces of each group of an OBJ that has faces."""
+    points: list[list[float]] = []
+    groups: list[list[list[int]]] = [[]]
+    for line in text.splitlines():
+        words = line.split()
+        if not words:
+            continue
+        if words[0] == "v":
+            points.append([float(word) for word in words[1:4]])
+        elif words[0] in ("o", "g"):
+            groups.append([])
+        elif words[0] == "f":
+            corners = [int(word.split("/")[0]) for word in words[1:]]
+            corners = [c - 1 if c > 0 else len(points) + c for c in corners]
+            groups[-1] += [[corners[0], b, c] for b, c in zip(corners[1:], corners[2:], strict=False)]
+    found = []
+    for faces in filter(None, groups):
+        used, numbers = np.unique(np.array(faces), return_inverse=True)
+        found.append((np.array(points)[used], numbers.reshape(-1, 3)))
+    return found
+
+
+def parts_of_scene(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the hulls of an MJCF's geoms as MuJoCo compiles them, or of an SDF's collision meshes."""
+    if path.suffix.lower() == ".sdf":
+        return sdf_parts(plain_xml(path.read_bytes()), path.parent)
+    try:
+        import mujoco
+    except ImportError as error:
+        raise InputError(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco") from error
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    parts = []
+    for geom in np.flatnonzero((model.geom_contype > 0) & (model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)):
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        parts.append((model.mesh_vert[first : first + count] @ turn.T + data.geom_xpos[geom],
+                      model.mesh_face[face : face + faces].astype(np.int64)))
+    return parts
+
+
+def sdf_parts(tree: ElementTree.Element, folder: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the collision meshes of an SDF; each is one hull, or its groups are."""
+    parts = []
+    for node in tree.findall(".//collision/geometry/mesh"):
+        target = find_mesh(node.findtext("uri", "").replace("model://", ""), folder)
+        if target is None:
+            raise InputError(f"collision mesh {node.findtext('uri', '')[:80]!r}: expected beside the file")
+        scale = np.array([float(word) for word in node.findtext("scale", "1 1 1").split()])
+        parts += [(vertices * scale, faces) for vertices, faces in groups_of(target)]
+    return parts

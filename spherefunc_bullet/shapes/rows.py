@@ -1,0 +1,52 @@
+"""A row of the table of shapes, and what it has to keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+Functions = dict[str, tuple[bool, float]]  # by name: whether it has it, and the score
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kept:
+    """What has to be kept of an object for a shape to keep it all."""
+
+    share: float = 0.9  # of capacity, carrying level and settled spheres
+    capacity: float | None = None  # of the capacity alone; None: as of all
+    moved: float | None = None  # metres that places may move; None: any
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """What one shape keeps, and what it costs."""
+
+    name: str
+    pieces: int
+    faces: int
+    bytes: int
+    build_seconds: float
+    step_us: float
+    capacity_ml: float
+    capacity_kept: float | None  # None: the object is no vessel
+    level_kept: float
+    level_higher_mm: float
+    settled: int
+    settled_kept: float
+    moved_mm: float
+    deeper: int
+    openings_closed: int
+    functions: Functions = field(default_factory=dict)
+    lost: tuple[str, ...] = ()  # in words, the gravest first
+    keeps: bool = True
+    verdict: str = ""
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """What there is of an object to be kept."""
+
+    capacity_ml: float
+    level_mm: float  # height of the carrying level
+    functions: Functions
+    step_us: float  # of the mesh itself

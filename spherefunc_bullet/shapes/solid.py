@@ -1,0 +1,82 @@
+"""What an engine holds of an object: convex pieces, which it takes to be full, or a surface of triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
+STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solid:
+    """A collision shape, metres, in the frame of the object's cloud."""
+
+    name: str
+    vertices: np.ndarray  # (N, 3) float64, of all hulls together, or of the surface
+    faces: np.ndarray  # (M, 3) int64
+    pieces: tuple[np.ndarray, ...] | None  # corners (K, 3) of convex pieces; None: the surface is the shape
+    build_seconds: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def bytes(self) -> int:
+        """Its size as binary STL."""
+        return STL_HEAD + STL_FACE * len(self.faces)
+
+    @property
+    def count(self) -> int:
+        """How many bodies the engine tests a contact with; 1 for a surface."""
+        return 1 if self.pieces is None else len(self.pieces)
+
+
+def surface(name: str, vertices: np.ndarray, faces: np.ndarray, build_seconds: float = 0.0) -> Solid:
+    """Return a surface of triangles, as concave meshes are."""
+    return Solid(name=name, vertices=vertices, faces=faces, pieces=None, build_seconds=build_seconds)
+
+
+def of_pieces(name: str, pieces: Iterable[np.ndarray], build_seconds: float = 0.0, notes: Sequence[str] = ()) -> Solid:
+    """Return convex pieces, given by points (K, 3) whose hulls they are."""
+    hulls = [hull_of(piece) for piece in pieces]
+    starts = np.cumsum([0] + [len(corners) for corners, _ in hulls])
+    return Solid(
+        name=name,
+        vertices=np.concatenate([corners for corners, _ in hulls]),
+        faces=np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)]),
+        pieces=tuple(corners for corners, _ in hulls),
+        build_seconds=build_seconds,
+        notes=tuple(notes),
+    )
+
+
+def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners (K, 3) of a convex hull and its faces (F, 3), counterclockwise seen from outside."""
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):  # flat, or fewer than four points
+        points = thickened(points)
+        hull = ConvexHull(points, qhull_options="QJ")
+    corners = np.sort(hull.vertices)
+    number = np.zeros(len(points), np.int64)
+    number[corners] = np.arange(len(corners))
+    triangles = points[hull.simplices]
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inward = (across * hull.equations[:, :3]).sum(axis=1) < 0
+    faces = number[hull.simplices]
+    faces[inward] = faces[inward][:, ::-1]
+    return points[corners], faces
+
+
+def thickened(points: np.ndarray) -> np.ndarray:
+    """Return flat points twice, moved a little to either side in the directions in which they have no extent."""
+    middle = points - points.mean(axis=0)
+    thin = THIN * max(float(np.abs(middle).max()), 1e-6)
+    _, sizes, axes = np.linalg.svd(np.vstack([middle, np.zeros((3, 3))]), full_matrices=False)
+    for size, axis in zip(sizes, axes, strict=True):
+        if size <= thin * np.sqrt(len(middle)):
+            points = np.vstack([points - thin * axis, points + thin * axis])
+    return points

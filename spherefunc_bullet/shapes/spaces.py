@@ -1,0 +1,136 @@
+"""The free space of an object on a grid: how much stands in it, and where a sphere can go.
+
+Both follow from the cells near a surface, so a mesh with holes, a sheet and a pile of convex pieces are alike to them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import ndimage
+
+from ..clouds.flooding import standing_in, thicken
+from .dense import dense_points
+from .solid import Solid
+
+CELLS = 112  # along the largest extent
+MARGIN = 6  # cells around
+WALL = 0.9  # cells: half a wall's thickness where water stands; thinner ones would leak
+NARROW, WIDE = 0.018, 0.04  # of the extent: what a sphere of the second went through, one of the first still has to
+LEAKY = 0.5  # of the capacity: where less water stands, grains are asked about
+SHUT = 1.0  # spheres of the narrow size: the space that has to be lost for an opening to be closed
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Grid:
+    """Cubic cells around an object."""
+
+    low: np.ndarray  # (3,) lower corner, metres
+    cell: float
+    shape: tuple[int, int, int]
+
+    def cells(self, solid: Solid) -> np.ndarray:
+        """Return dense points (N, 3) of a shape's surface, in cells; those that lie outside are left out."""
+        points = (dense_points(solid.vertices, solid.faces, 0.5 * self.cell) - self.low) / self.cell
+        return points[((points > 0) & (points < self.shape)).all(axis=1)]
+
+    def near(self, points: np.ndarray, reach: float) -> np.ndarray:
+        """Return the cells (X, Y, Z) bool whose middle is within reach, in cells, of some points (N, 3)."""
+        marked = np.zeros(self.shape, np.bool_)
+        thicken(points, reach, marked)
+        return marked
+
+
+def grid_around(low: np.ndarray, high: np.ndarray) -> Grid:
+    """Return the grid of a box."""
+    cell = float((high - low).max()) / CELLS
+    shape = np.ceil((high - low) / cell).astype(int) + 2 * MARGIN
+    return Grid(low=low - MARGIN * cell, cell=cell, shape=tuple(shape.tolist()))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Space:
+    """What is free around one shape."""
+
+    grid: Grid
+    points: np.ndarray  # (N, 3) of the surface, in cells
+
+    @cached_property
+    def standing(self) -> np.ndarray:
+        """The cells (X, Y, Z) bool that water cannot leave without rising, of walls two cells thick."""
+        return standing_in(self.grid.near(self.points, WALL))
+
+    @cached_property
+    def basin(self) -> np.ndarray:
+        """The largest body of water among them."""
+        return largest(self.standing)
+
+    @cached_property
+    def capacity(self) -> float:
+        """The volume of that body to the brim, m3: what two wall thicknesses would leave is drawn out to none."""
+        thin = int(self.basin.sum())
+        thick = int(largest(standing_in(self.grid.near(self.points, 2 * WALL))).sum())
+        return (2 * thin - thick if thick else thin) * self.grid.cell**3
+
+    def standing_of(self, reach: float) -> np.ndarray:
+        """Return the cells (X, Y, Z) bool in which grains of a radius, in cells, stand: finer holes let none out."""
+        return standing_in(self.grid.near(self.points, reach))
+
+    def reached(self, share: float) -> np.ndarray:
+        """Return the cells (X, Y, Z) bool that the middle of a sphere comes to from the sides or from above.
+
+        Its radius is a share of the extent. Nothing passes below the ground.
+        """
+        blocked = self.grid.near(self.points, share * CELLS)
+        blocked[:, :, :MARGIN] = True
+        free, _ = ndimage.label(~blocked)
+        outside = free[0, 0, -1]
+        return free == outside
+
+
+def largest(cells: np.ndarray) -> np.ndarray:
+    """Return the largest connected part of some cells (X, Y, Z) bool."""
+    parts, count = ndimage.label(cells)
+    return parts == 1 + np.bincount(parts.ravel())[1:].argmax() if count else cells
+
+
+def closed(reached: np.ndarray, still: np.ndarray, grid: Grid) -> tuple[int, float]:
+    """Return how many openings are closed, and the volume of the largest in spheres of the narrow size.
+
+    A bulging wall takes a thin layer of the free space, a wall across an opening one of two radii of the sphere: what
+    does not survive erosion by a cell is left out.
+
+    Parameters
+    ----------
+    reached, still : (X, Y, Z) bool
+        Where a sphere of the wide size came to in the object, and one of the narrow size in the shape.
+    """
+    parts, count = ndimage.label(ndimage.binary_erosion(reached & ~still))
+    if not count:
+        return 0, 0.0
+    sphere = 4 / 3 * np.pi * (NARROW * CELLS) ** 3
+    sizes = np.bincount(parts.ravel())[1:] / sphere
+    return int((sizes > SHUT).sum()), float(sizes.max())
+
+
+def held_share(item: Space, shape: Space, reach: float) -> tuple[float, bool]:
+    """Return the share of what stands in an object that stands in a shape too, and whether water runs out of that.
+
+    Parameters
+    ----------
+    reach : float, cells
+        Of the grains that are asked about where water runs out: shapes of voxels have gaps that no sphere falls into.
+    """
+    water = float((shape.standing & item.basin).sum() / max(1, item.basin.sum()))
+    if water > LEAKY or reach <= WALL:
+        return water, False
+    whole = largest(item.standing_of(reach))
+    grains = float((shape.standing_of(reach) & whole).sum() / max(1, whole.sum()))
+    return (grains, True) if grains > water + LEAKY else (water, False)
+
+
+def space_of(grid: Grid, solid: Solid) -> Space:
+    """Return the free space around a shape."""
+    return Space(grid=grid, points=grid.cells(solid))

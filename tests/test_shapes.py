@@ -1,0 +1,162 @@
+"""Shapes: what a collision shape keeps, by truths that follow from geometry."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.shapes.comparison import Subject, row_of
+from spherefunc_bullet.shapes.loaded import Frame, loaded
+from spherefunc_bullet.shapes.rows import Kept
+from spherefunc_bullet.shapes.solid import of_pieces, surface
+
+RADIUS, HEIGHT, WALL, BOTTOM, STAVES = 0.04, 0.09, 0.003, 0.004, 32
+
+
+def cup() -> trimesh.Trimesh:
+    """A cup that holds 0.04² π 0.086 m3, of 32 sides."""
+    profile = [
+        [0, 0],
+        [RADIUS + WALL, 0],
+        [RADIUS + WALL, HEIGHT],
+        [RADIUS, HEIGHT],
+        [RADIUS, BOTTOM],
+        [0, BOTTOM],
+    ]
+    return trimesh.creation.revolve(np.array(profile), sections=STAVES)
+
+
+def staves() -> list[np.ndarray]:
+    """The same cup cut into convex pieces: its bottom, and a stave for each side."""
+    angles = np.arange(STAVES) * 2 * np.pi / STAVES
+    ring = np.column_stack([np.cos(angles), np.sin(angles)])
+    bottom = np.vstack([np.column_stack([(RADIUS + WALL) * ring, np.full(STAVES, z)]) for z in (0, BOTTOM)])
+    sides = []
+    for n in range(STAVES):
+        ends = ring[[n, (n + 1) % STAVES]]
+        corners = [np.column_stack([r * ends, np.full(2, z)]) for r in (RADIUS, RADIUS + WALL) for z in (0, HEIGHT)]
+        sides.append(np.vstack(corners))
+    return [bottom, *sides]
+
+
+@pytest.fixture(scope="module")
+def subject() -> Subject:
+    mesh = cup()
+    return Subject(cloud_from_mesh(mesh.vertices, mesh.faces, "cup"))
+
+
+def held_by(polygon_radius: float) -> float:
+    """Millilitres of a prism of 32 sides as high as the cup is deep."""
+    return 1e6 * STAVES / 2 * np.sin(2 * np.pi / STAVES) * polygon_radius**2 * (HEIGHT - BOTTOM)
+
+
+def test_a_cup_holds_what_its_geometry_says(subject):
+    assert 1e6 * subject.capacity == pytest.approx(held_by(RADIUS), rel=0.04)  # cells of 0.8 mm at the brim
+
+
+def test_its_hull_is_solid(subject):
+    row = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), Kept())
+    assert row.capacity_kept == 0 and not row.keeps and row.settled_kept < 0.5
+
+
+def test_exact_pieces_keep_everything(subject):
+    row = row_of(subject, of_pieces("staves", staves()), Kept())
+    assert row.keeps, row.verdict
+    assert row.capacity_kept == pytest.approx(1, abs=0.01) and row.moved_mm < 0.2 and row.pieces == STAVES + 1
+
+
+def test_the_mesh_keeps_everything(subject):
+    row = row_of(subject, subject.mesh, Kept())
+    assert row.keeps and row.capacity_kept == 1 and row.level_kept == 1 and row.openings_closed == 0
+
+
+def test_a_closed_box_holds_nothing():
+    box = trimesh.creation.box([0.1, 0.1, 0.1])
+    assert Subject(cloud_from_mesh(box.vertices, box.faces, "box")).capacity == 0
+
+
+def test_a_lowered_top_is_lost():
+    top = trimesh.creation.box([1.0, 0.7, 0.03])
+    top.apply_translation([0, 0, 0.7])
+    feet = [(x, y) for x in (-0.45, 0.45) for y in (-0.3, 0.3)]
+    legs = [trimesh.creation.box([0.05, 0.05, 0.7]).apply_translation([x, y, 0.35]) for x, y in feet]
+    table = trimesh.util.concatenate([top, *legs])
+    subject = Subject(cloud_from_mesh(table.vertices, table.faces, "table"))
+    moved = [top.vertices - [0, 0, 0.02], *(leg.vertices - [0, 0, 0.02] for leg in legs)]
+    pieces = [piece + subject.mesh.vertices.min(axis=0) - table.vertices.min(axis=0) for piece in moved]
+    row = row_of(subject, of_pieces("lower", pieces), Kept())
+    assert not row.keeps and row.level_higher_mm == pytest.approx(-20, abs=1)
+    filled = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), Kept())
+    assert filled.openings_closed and not filled.keeps
+
+
+def test_another_unit_is_said(subject):
+    with pytest.raises(InputError, match="1e.03 times as large"):
+        row_of(subject, surface("mm", 1000 * subject.mesh.vertices, subject.mesh.faces), Kept())
+
+
+def test_groups_are_loaded_as_hulls(tmp_path: Path):
+    lines, first = [], 1
+    for number, piece in enumerate(staves()):
+        lines += [f"o {number}", *(f"v {x} {y} {z}" for x, y, z in piece)]
+        lines += [f"f {first} {first + k} {first + k + 1}" for k in range(1, len(piece) - 1)]
+        first += len(piece)
+    path = tmp_path / "cup.obj"
+    path.write_text("\n".join(lines))
+    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    assert solid.count == STAVES + 1
+    cup().export(tmp_path / "whole.obj")
+    assert next(loaded(tmp_path / "whole.obj", Frame(up="z", units="m", shift=np.zeros(3)))).count == 1
+
+
+def test_points_are_refused():
+    points = np.random.default_rng(0).random((500, 3))
+    with pytest.raises(InputError, match="expected a mesh"):
+        sf.compare_shapes(points)
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".sdf", ".xml"])
+def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
+    from spherefunc_bullet.shapes.files import write_shape
+    from spherefunc_bullet.simulator.mechanics import Matter
+    from spherefunc_bullet.simulator.statics.body import body_of
+
+    body = body_of(subject.cloud, Matter(mass=0.3))
+    path = write_shape(tmp_path / f"cup{suffix}", subject.mesh, of_pieces("staves", staves()), body)
+    if suffix == ".urdf":
+        pybullet = pytest.importorskip("pybullet")
+        client = pybullet.connect(pybullet.DIRECT)
+        number = pybullet.loadURDF(str(path), physicsClientId=client)
+        assert len(pybullet.getCollisionShapeData(number, -1, physicsClientId=client)) == STAVES + 1
+        assert pybullet.getDynamicsInfo(number, -1, physicsClientId=client)[0] == pytest.approx(0.3)
+        hit = pybullet.rayTest([0, 0, 1], [0, 0, -1], physicsClientId=client)[0]
+        pybullet.disconnect(client)
+        assert hit[3][2] == pytest.approx(BOTTOM, abs=0.002)  # the engine's margin
+    elif suffix == ".xml":
+        mujoco = pytest.importorskip("mujoco")
+        model = mujoco.MjModel.from_xml_path(str(path))
+        assert model.ngeom == STAVES + 2 and model.body_mass[1] == pytest.approx(0.3)
+    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    assert solid.count == STAVES + 1
+    assert np.allclose(solid.vertices.max(axis=0), subject.high, atol=1e-6)
+
+
+def test_the_command_prints_its_contract(tmp_path):
+    from typer.testing import CliRunner
+
+    from spherefunc_bullet.commands.command_line import application
+
+    file = str(tmp_path / "cup.obj")
+    cup().export(file)
+    options = ["--collision", file, "--only-collision", "--json"]
+    done = CliRunner().invoke(application("shapes"), ["shapes", file, *options])
+    answer = json.loads(done.stdout)[0]
+    row = answer["shapes"][0]
+    expected = {"name", "pieces", "faces", "build_seconds", "step_us", "settled_kept", "capacity_kept", "level_kept"}
+    assert expected | {"moved_mm", "functions", "keeps", "verdict"} <= row.keys()
+    assert answer["functions"]["cup"]["member"] and row["keeps"] is False
