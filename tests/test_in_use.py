@@ -11,9 +11,9 @@ import pytest
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
 from spherefunc_bullet.clouds.filling import filled
 from spherefunc_bullet.clouds.heading import headed, turned_cloud
-from spherefunc_bullet.compare.evaluation.corruptions import rates_of
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
+from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.datasets.licenses import learnt_sources, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band

@@ -19,7 +19,7 @@ KEPT = {
     "tests/test_old_names.py": {"things"},
     "scenes/arrangements/together.py": {"things"},
     "spherefunc_bullet/learning/function_classifier.py": {"kin_"},
-    "compare/evaluation/corruptions.py": {"told"},
+    "compare/evaluation/robustness/corruptions.py": {"told"},
     "compare/figures/corruption_picture.py": {"told"},
     "tests/test_in_use.py": {"told"},
     "compare/mechanics/*": {"told", "things"},

@@ -74,10 +74,10 @@ def evaluate(
     from spherefunc_bullet.learning.method import find_method
 
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
-    from ..evaluation.corruptions import corruption_rates
     from ..evaluation.impaired import impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
+    from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import About, print_results
     from ..figures.corruption_picture import draw_corruptions
     from ..figures.impaired_picture import draw_impaired

@@ -8,10 +8,10 @@ from typing import Any, NotRequired, TypedDict
 from spherefunc_bullet.console import print_json, print_table, show
 from spherefunc_bullet.formats.units import format_length
 
-from .corruptions import Corruptions, print_corruptions
 from .features import SPHERES
 from .impaired import Shares, print_shares
 from .results import Result
+from .robustness.corruptions import Corruptions, print_corruptions
 
 
 class About(TypedDict):

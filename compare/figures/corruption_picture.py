@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from spherefunc_bullet.formats.writing import writing
 
-from ..evaluation.corruptions import CLEAN, Corruptions, Rates
+from ..evaluation.robustness.corruptions import CLEAN, Corruptions, Rates
 from ..pages.plates import GREY, INK, STYLE
 from .impaired_picture import DOTS, require_ending
 

@@ -27,11 +27,11 @@ from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 
-from .evaluation import Trial
-from .features import SPHERES
-from .profiled import Profiled, sure_across_sources
-from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import Reading, readings
+from ..evaluation import Trial
+from ..features import SPHERES
+from ..profiled import Profiled, sure_across_sources
+from ..protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from ..readings import Reading, readings
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)

@@ -1,0 +1,159 @@
+"""The recipe of the models that ship, with each source of other people's objects left out in turn.
+
+``python -m spherefunc_bullet.compare.evaluation.robustness.across_sources DATA...`` takes what ``make model`` learns:
+catalogues, objects by other people, and copies of both. Catalogues are always learnt. What is said of the objects of a
+source, and of copies of them, is said by what has learnt nothing of that source; its bands of unsure scores as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.commands import options
+from spherefunc_bullet.console import Failures, print_json, print_table, run
+from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset
+from spherefunc_bullet.datasets.licenses import sources_of
+from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
+from spherefunc_bullet.scenes.impairment.kinds import NONE
+
+from ..evaluation import Trial
+from ..profiled import spheres_profiled, sure_across_sources
+from ..protocol import Labels, Split, labels_of
+
+WHOLE = "whole objects"
+COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first
+
+
+@dataclass(frozen=True, kw_only=True)
+class Answered:
+    """What is said of objects of sources that were not learnt."""
+
+    trial: Trial
+    labels: Labels  # of all objects
+    kinds: np.ndarray  # (N,) str, of which kind of copy each object is
+    originals: np.ndarray  # (N,) str, the function of the original
+
+    @property
+    def wrong(self) -> np.ndarray:
+        """Which answers are wrong in some function (T,) bool; a second function that is true as well is not."""
+        members, also = self.labels.members[self.trial.rows], self.labels.also[self.trial.rows]
+        return ((self.trial.predicted != members) & ~(also & self.trial.predicted)).any(axis=1)
+
+
+def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
+    """Return the kind of each copy by its path."""
+    kinds = {}
+    for dataset in datasets:
+        if any(item.of for item in dataset.objects):
+            kinds |= {str(copy.item.path): copy.kind for copy in read_copies(dataset.folder)}
+    return kinds
+
+
+def answered(simulated: Simulated, kinds: dict[str, str], radii: tuple[float, ...]) -> Answered:
+    """Return what is said of the objects of each source when it is left out."""
+    labels, objects = labels_of(simulated), simulated.objects
+    sources = np.array(sources_of(objects))
+    rows = np.arange(len(objects))
+    splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
+    read = sure_across_sources(spheres_profiled(simulated, labels, radii), objects)
+    names, originals = distinct_names(objects)
+    of = {name: function_of(item) or NONE for name, item in zip(names, objects, strict=True) if not item.of}
+    return Answered(
+        trial=read.trial(splits),
+        labels=labels,
+        kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
+        originals=np.array([of.get(original or name, NONE) for name, original in zip(names, originals, strict=True)]),
+    )
+
+
+def report_of(said: Answered) -> dict:
+    """Return the F-measures and the error at each coverage of whole objects, and the shares of every kind of copy."""
+    trial, labels, wrong = said.trial, said.labels, said.wrong
+    kinds, originals = said.kinds[trial.rows], said.originals[trial.rows]
+    whole = kinds == WHOLE
+    f_measures = {
+        name: round(trial.kept(whole).quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)
+    }
+    rows = {kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())}
+    surest = np.argsort(-np.abs(trial.scores - 0.5).min(axis=1)[whole], kind="stable")
+    errors = {
+        str(part): round(float(wrong[whole][surest[: round(part * len(surest))]].mean()), 4) for part in COVERAGES
+    }
+    return {"objects": int(whole.sum()), "f_measure_fair": f_measures, "error_at_coverage": errors, "kinds": rows}
+
+
+def rates(
+    trial: Trial, wrong: np.ndarray, originals: np.ndarray, own: np.ndarray, functions: Sequence[str]
+) -> dict[str, float | int | None]:
+    """Return the shares of some answers (T,) bool: classified by each function, unsure, wrong and sure."""
+    called = {name: mean(trial.predicted[own & (originals == name), column]) for column, name in enumerate(functions)}
+    sure = ~trial.unsure
+    return called | {
+        "objects": int(own.sum()),
+        "unsure": mean(trial.unsure[own]),
+        "wrong_and_sure": mean((wrong & sure)[own]),
+        "right_of_sure": mean(~wrong[own & sure]),
+    }
+
+
+def mean(which: np.ndarray) -> float | None:
+    """Return the share that is True, to four places; None of nothing."""
+    return round(float(which.mean()), 4) if len(which) else None
+
+
+def print_report(report: dict):
+    """Print the report as tables."""
+    functions = list(report["f_measure_fair"])
+    print_table(
+        f"{report['objects']} objects of sources that were not learnt",
+        [
+            *(f"F {name}" for name in functions),
+            *(f"error of {float(part):.0%}" for part in report["error_at_coverage"]),
+        ],
+        [
+            [
+                *(f"{report['f_measure_fair'][name]:.3f}" for name in functions),
+                *(f"{error:.3f}" for error in report["error_at_coverage"].values()),
+            ]
+        ],
+    )
+    columns = [*functions, "unsure", "wrong_and_sure", "right_of_sure"]
+    rows = [
+        [
+            kind.replace("_", " "),
+            str(row["objects"]),
+            *("" if row[name] is None else f"{row[name]:.2f}" for name in columns),
+        ]
+        for kind, row in report["kinds"].items()
+    ]
+    print_table(
+        "\nshare classified by the original's function",
+        ["kind", "objects", *(c.replace("_", " ") for c in columns)],
+        rows,
+    )
+
+
+def main(
+    data: Annotated[list[str], typer.Argument(help="All that is learnt: catalogues, others' objects, copies of both.")],
+    backend: options.Backend = "fast",
+    seed: options.Seed = 0,
+    jobs: options.Jobs = -1,
+    json: options.Json = False,
+):
+    """Measure a recipe on the sources that it would learn, each left out in turn."""
+    failures, datasets = Failures(), [open_dataset(name) for name in data]
+    dropping = options.dropping(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
+    simulated = simulate_dataset(joined_datasets(datasets), dropping, jobs=jobs, failed=failures.add)
+    report = report_of(answered(simulated, kinds_of(datasets), dropping.radii))
+    print_json(report) if json else print_report(report)
+    failures.exit()
+
+
+if __name__ == "__main__":
+    run(lambda: typer.run(main))
