@@ -80,7 +80,9 @@ def report_of(said: Answered) -> dict:
     f_measures = {
         name: round(trial.kept(whole).quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)
     }
-    rows = {kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())}
+    rows = {
+        kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())
+    }
     surest = np.argsort(-np.abs(trial.scores - 0.5).min(axis=1)[whole], kind="stable")
     errors = {
         str(part): round(float(wrong[whole][surest[: round(part * len(surest))]].mean()), 4) for part in COVERAGES
