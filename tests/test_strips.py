@@ -136,9 +136,9 @@ def test_drops_are_told_in_the_order_of_their_columns():
 @pytest.mark.parametrize("length", [LIMITED, TO_THE_END], ids=["limited", "to the end"])
 def test_features_are_of_spheres_that_are_dropped_one_by_one(length):
     simulator, cloud = make_simulator("fast"), clouds.table()
-    centers, _, _ = drop_or_nothing(cloud, simulator, RADIUS, 0, length)
+    drops, _, _ = drop_or_nothing(cloud, simulator, RADIUS, 0, length)
     expected = make_simulator("fast", as_drawn=True).drop(cloud, DropSettings(radius=RADIUS), 0).centers
-    assert np.array_equal(centers, expected.astype(np.float32))
+    assert np.array_equal(drops.rests, expected.astype(np.float32))
     assert one_by_one(simulator).as_drawn and not simulator.as_drawn
     assert one_by_one(object) is object  # what knows no other way
 

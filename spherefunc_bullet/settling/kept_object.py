@@ -33,12 +33,12 @@ class CloudObject:
 
     def drops(self, length: RunLimit) -> DropsByRadius:
         """Return the drops of runs with this limit."""
-        drop = settle_kept if self.cache else settle
-        return drop(self.cloud(), self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
+        how = (self.dropping.simulator, self.dropping.radii, self.dropping.seed, length)
+        return settle_kept(self.own, *how) if self.cache else settle(self.cloud(), *how)
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
         """Return what ``check`` says of the cloud."""
-        return check(self.cloud())
+        return check(self.own)
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return what ``count`` counts in the cloud."""

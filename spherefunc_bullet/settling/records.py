@@ -26,7 +26,6 @@ from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
-from .preparation import prepare
 from .settling import drop_settings, measured_run
 
 _ANSWER = "told"  # what entries call the answer of a check
@@ -71,7 +70,11 @@ class Dropping:
 
     def prepared(self, cloud: Cloud) -> Cloud:
         """Return a cloud as spheres meet it: as it is in runs to the end, and prepared where few drops are to tell."""
-        return cloud if self.length.drops is None else prepare(cloud)
+        if self.length.drops is None:
+            return cloud
+        from .preparation import prepare  # not where all that is read was kept
+
+        return prepare(cloud)
 
     def content_hash(self, file: Path | Source) -> str:
         """Return the hash of the bytes of a file, and of all files that it names, and of how it is loaded.
@@ -189,7 +192,7 @@ def settle_kept(
 ) -> DropsByRadius:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
-    return dropping.drops(kept_runs(cloud_hash(cloud), lambda: cloud, dropping))
+    return dropping.drops(kept_runs(cloud_hash(cloud), lambda: dropping.prepared(cloud), dropping))
 
 
 def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:

@@ -10,8 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from ..learning.model_file import inference_model
-from ..learning.reasons.answer import answer_of
+from ..learning.reasons.answer import classify
 from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
 from .rows import Functions, Kept, Row, Truth
@@ -111,7 +110,7 @@ class Subject:
 
 def functions_of(cloud: Cloud) -> Functions:
     """Return what a cloud is for, by the model that ships."""
-    answer = answer_of(cloud, inference_model(None, None), explain=False)
+    answer = classify(cloud, explain=False)
     return {name: (name in answer.functions, round(score, 4)) for name, score in answer.scores.items()}
 
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, one_line
-from ..formats.damage import refusing
 from ..formats.geometry import Geometry
+from ..formats.limits import refusing
 from ..formats.reading import READERS, read_geometry
 from ..formats.scenes.packages import find_mesh
 from ..formats.scenes.parts import plain_xml
