@@ -135,9 +135,16 @@ def with_unit(value: float, unit: str) -> str:
     --------
     >>> with_unit(0.463, "m"), with_unit(0.16, "m2"), with_unit(0.64, "share")
     ('46 cm', '0.16 m²', '64 %')
+    >>> with_unit(170.0, ""), with_unit(0.034, "")
+    ('170', '0.034')
     """
     if unit == "m":
         return f"{100 * value:.0f} cm" if abs(value) >= 0.1 else f"{100 * value:.1f} cm"
     if unit == "m2":
-        return f"{value:.2g} m²" if value >= 0.1 else f"{1e4 * value:.0f} cm²"
-    return f"{100 * value:.0f} %" if unit == "share" else f"{value:.2g}"
+        return f"{in_digits(value)} m²" if value >= 0.1 else f"{1e4 * value:.0f} cm²"
+    return f"{100 * value:.0f} %" if unit == "share" else in_digits(value)
+
+
+def in_digits(value: float) -> str:
+    """Return a value with two significant digits, without an exponent."""
+    return f"{float(f'{value:.2g}'):,.10g}"
