@@ -23,9 +23,13 @@ from .learning.resting_profile import RestingProfile as RestingProfile
 from .places.place import Place as Place
 from .scenes.arrangements.placing import Placement as Placement
 from .scenes.arrangements.together import together as together
+from .scenes.fusion.grid import FusionSettings as FusionSettings
+from .scenes.fusion.scene_fusion import FusedObject as FusedObject
+from .scenes.fusion.scene_fusion import SceneFusion as SceneFusion
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
 from .scenes.recognition.places import find_places as find_places
+from .scenes.scans.depth_image import Intrinsics as Intrinsics
 from .shapes.compared import Shapes as Shapes
 from .shapes.compared import compare_shapes as compare_shapes
 from .simulator import DropResult as DropResult

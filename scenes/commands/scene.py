@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def scene(
-    file: Annotated[Path, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")],
+    file: Annotated[
+        Path | None, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")
+    ] = None,
     model: Annotated[
         Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
     ] = None,
@@ -37,7 +39,18 @@ def scene(
         Path | None, typer.Option(help="The depth camera as Open3D writes it (JSON); for depth images.")
     ] = None,
     color: Annotated[Path | None, typer.Option(help="The colour image of a depth image.")] = None,
-    depth_scale: Annotated[float, typer.Option(help="Depth values per metre, for depth images of integers.")] = 1000.0,
+    depth_scale: Annotated[
+        float | None, typer.Option(help="Depth values per metre, for depth images of integers: 1000; TUM's 5000.")
+    ] = None,
+    frames: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Fuse the depth images of a folder: TUM, 3DMatch, Redwood.")
+    ] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="The cameras' poses: TUM's lines, or a Redwood .log. Default: odometry.")
+    ] = None,
+    every: Annotated[
+        int | None, typer.Option(min=0, help="Recognise after so many images; 0: at the end alone.")
+    ] = None,
     topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
     time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
     complete: Annotated[
@@ -64,10 +77,13 @@ def scene(
     """Find and label the objects in a scanned room."""
     from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
+    from ..fusion.frames import open_frames
+    from ..fusion.scene_fusion import SceneFusion
     from ..recognition.completion import steps_of
     from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
     from ..segmentation.segmentation import Segmentation
+    from .scene_frames import EVERY, require_frames_alone, scene_of_frames
 
     kinds = kinds_of(proposals)
     require_method(method, model)
@@ -80,8 +96,22 @@ def scene(
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )
     steps = steps_of(complete)
+    require_frames_alone(
+        frames,
+        {"FILE": file, "--color": color, "--topic": topic, "--time": time, "--method": method}
+        | {"--put": put, "--places": places or None},
+        {"--poses": poses, "--every": every},
+    )
+    if frames is not None:
+        source = open_frames(frames, poses=poses, intrinsics=intrinsics, depth_scale=depth_scale, report=say)
+        fusion = SceneFusion(classifier, settings=settings, up=up, completion=steps, proposals=kinds)
+        warm_up_recognition(classifier)
+        rate = EVERY if every is None else every
+        return scene_of_frames(fusion, source, frames, every=rate, out=out, json=json, remarks=say_remarks)
+    if file is None:
+        raise InputError("FILE: expected a scan, or --frames DIR with depth images over time")
     bag = bag_scan(file, topic, time, (intrinsics, color))
-    scan = read_scan(file, units, intrinsics, color, depth_scale) if bag is None else bag
+    scan = read_scan(file, units, intrinsics, color, depth_scale or 1000.0) if bag is None else bag
     warm_up_recognition(classifier)
     if method is None:
         room = recognise(scan, classifier, up=up_of(scan, up), settings=settings, completion=steps, proposals=kinds)

@@ -1,0 +1,259 @@
+"""Folders of depth images with their poses: TUM, 3DMatch (7-Scenes), Redwood."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.formats.limits import require_file
+
+from ..scans.depth_image import Intrinsics, kinect_like, read_depth, read_intrinsics
+from ..scans.scan import Report
+
+TUM_SCALE, SCALE = 5000.0, 1000.0  # depth values per metre: of TUM's data sets, and of all others
+NEAR_IN_TIME = 0.02  # seconds between a depth image and its pose, as in TUM's own association
+UNSEEN = 65_535  # of 16 bits: 7-Scenes' and 3DMatch's mark of pixels without a measurement
+_DEPTH_PNG, _POSE_TXT = ".depth.png", ".pose.txt"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame:
+    """A depth image's file, and where its pose comes from."""
+
+    path: Path
+    pose: np.ndarray | Path | None = None  # T_world_camera (4, 4), the file that has it, or none is known
+    scale: float = SCALE  # depth values per metre
+
+    def depth(self) -> np.ndarray:
+        """Read the image (H, W) float64, metres, NaN where nothing was measured.
+
+        Raises
+        ------
+        InputError
+            If it is no depth image.
+        """
+        depth = read_depth(self.path)
+        if depth.dtype.kind in "iu":
+            return np.where((depth > 0) & (depth < UNSEEN), depth / self.scale, np.nan)
+        return depth.astype(np.float64)
+
+    def T_world_camera(self) -> np.ndarray:
+        """Read the pose (4, 4).
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self.pose is None:
+            raise InputError(f"{one_line(self.path.name)}: expected a pose for this image, found none; it is left out")
+        return numbers_of(self.pose, (4, 4)) if isinstance(self.pose, Path) else self.pose
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frames:
+    """The depth images of a folder, in their order."""
+
+    frames: list[Frame]
+    posed: bool  # whether poses are known at all
+    intrinsics: Intrinsics | None  # None: not known
+
+    def camera_of(self, depth: np.ndarray) -> Intrinsics:
+        """Return the camera of a depth image (H, W)."""
+        return self.intrinsics or kinect_like(depth.shape[1], depth.shape[0])
+
+
+def open_frames(
+    folder: Path,
+    *,
+    poses: Path | None = None,
+    intrinsics: Path | None = None,
+    depth_scale: float | None = None,
+    report: Report | None = None,
+) -> Frames:
+    """Find the depth images of a folder, their poses and their camera.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``frame-000000.depth.png`` and ``frame-000000.pose.txt`` (3DMatch, 7-Scenes), or with images that are
+        named by their time or listed in ``depth.txt`` (TUM), or with images in order (Redwood); these may lie in
+        ``depth/`` too.
+    poses : Path, optional
+        ``.log`` (Redwood), else lines of ``timestamp tx ty tz qx qy qz qw`` (TUM); ``groundtruth.txt`` of the folder
+        where there is one. Both say where the camera is in the world.
+    intrinsics : Path, optional
+        JSON as Open3D writes it, or a camera matrix of 3 x 3 numbers; ``camera-intrinsics.txt`` in the folder or
+        above it where there is one.
+    depth_scale : float, optional
+        Depth values per metre; 5000 for TUM's, else 1000.
+    report : callable, optional
+        Takes one line of text for each guess.
+
+    Raises
+    ------
+    InputError
+        If there are no images, or a file of poses or of the camera cannot be used.
+    """
+    if not folder.is_dir():
+        raise InputError(f"{one_line(folder)}: expected a folder of depth images, found none; check the path")
+    if depth_scale is not None and not (np.isfinite(depth_scale) and depth_scale > 0):
+        raise InputError(f"--depth-scale {depth_scale:g}: expected more than zero depth values per metre")
+    report = report or (lambda line: None)
+    timed = timed_images(folder)
+    paths = list(timed.values()) if timed else images_in(folder)
+    if not paths:
+        raise InputError(f"{one_line(folder)}: expected depth images (PNG) in the folder, found none")
+    if poses is None and timed and (folder / "groundtruth.txt").is_file():
+        poses = folder / "groundtruth.txt"
+    known = poses_of(paths, timed, poses)
+    camera = camera_in(folder, intrinsics)
+    if camera is None:
+        report(
+            f"{one_line(folder.name)}: no camera given, so taken to be a first Kinect's; --intrinsics says otherwise"
+        )
+    if not any(pose is not None for pose in known):
+        report(f"{one_line(folder.name)}: no poses found, so Open3D's odometry tells them; --poses says otherwise")
+    scale = depth_scale or (TUM_SCALE if timed else SCALE)
+    frames = [Frame(path=path, pose=pose, scale=scale) for path, pose in zip(paths, known, strict=True)]
+    return Frames(frames=frames, posed=any(pose is not None for pose in known), intrinsics=camera)
+
+
+def timed_images(folder: Path) -> dict[float, Path]:
+    """Return the images of a folder by their time, in seconds: listed in ``depth.txt``, or by their names."""
+    listing = folder / "depth.txt"
+    if listing.is_file():
+        rows = [line.split() for line in lines_of(listing)]
+        times = [as_number(row[0]) for row in rows if len(row) >= 2]
+        if len(times) < len(rows) or any(time is None for time in times):
+            raise InputError(f"{listing.name}: expected lines of a timestamp and a file's name, found others")
+        return dict(sorted((time, folder / row[1]) for time, row in zip(times, rows, strict=True)))
+    # Plain numbers are places in an order, not times.
+    times = {as_number(path.stem): path for path in images_in(folder) if "." in path.stem}
+    return {} if None in times else dict(sorted(times.items()))
+
+
+def images_in(folder: Path) -> list[Path]:
+    """Return the depth images of a folder or of ``depth/`` in it, in the order of their names."""
+    for place in (folder, folder / "depth"):
+        paths = sorted(place.glob("*.png"))
+        depths = [path for path in paths if path.name.endswith(_DEPTH_PNG)]
+        if paths:
+            return depths or paths
+    return []
+
+
+def poses_of(paths: list[Path], timed: dict[float, Path], poses: Path | None) -> list[np.ndarray | Path | None]:
+    """Return each image's pose, the file of it, or None."""
+    if poses is not None and poses.suffix.lower() == ".log":
+        return list(read_log(poses, len(paths)))
+    if poses is not None:
+        if not timed:
+            raise InputError(f"{poses.name}: expected images named by their time, as poses are; found {paths[0].name}")
+        times, known = read_tum(poses)
+        return [nearest_in_time(time, times, known) for time in timed]
+    beside = [path.with_name(path.name.removesuffix(_DEPTH_PNG) + _POSE_TXT) for path in paths]
+    return [pose if path.name.endswith(_DEPTH_PNG) and pose.is_file() else None
+            for path, pose in zip(paths, beside, strict=True)]  # fmt: skip
+
+
+def nearest_in_time(time: float, times: np.ndarray, poses: np.ndarray) -> np.ndarray | None:
+    """Return the pose (4, 4) nearest to a time, None if it is too far off."""
+    place = int(np.argmin(np.abs(times - time)))
+    return poses[place] if abs(times[place] - time) <= NEAR_IN_TIME else None
+
+
+def read_tum(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times (P,), seconds, and the poses T_world_camera (P, 4, 4) of a file as TUM writes it.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    from scipy.spatial.transform import Rotation
+
+    rows = [[as_number(word) for word in line.split()] for line in lines_of(path)]
+    wrong = next((row for row in rows if len(row) != 8 or None in row), None)
+    if not rows or wrong is not None:
+        came = "none" if wrong is None else f"one of {len(wrong)} words"
+        raise InputError(f"{path.name}: expected lines of timestamp tx ty tz qx qy qz qw, found {came}")
+    table = np.array(rows, float)
+    poses = np.tile(np.eye(4), (len(table), 1, 1))
+    poses[:, :3, 3] = table[:, 1:4]
+    length = np.linalg.norm(table[:, 4:], axis=1)
+    usable = np.isfinite(table).all(axis=1) & (length > 0.5)
+    poses[usable, :3, :3] = Rotation.from_quat(table[usable, 4:]).as_matrix()
+    poses[~usable] = np.nan  # said where an image has it
+    return table[:, 0], poses
+
+
+def read_log(path: Path, count: int) -> Iterator[np.ndarray | None]:
+    """Yield T_world_camera (4, 4) for each of the images, from Redwood's log of three numbers and 4 x 4 for each."""
+    words = [as_number(word) for line in lines_of(path) for word in line.split()]
+    if not words or len(words) % 19 or None in words:
+        raise InputError(f"{path.name}: expected blocks of three whole numbers and a matrix of 4 x 4, found others")
+    table = np.array(words, float).reshape(-1, 19)
+    for place in range(count):
+        yield table[place, 3:].reshape(4, 4) if place < len(table) else None
+
+
+def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
+    """Return the camera that is given, or that lies beside the images; its size is that of the first image."""
+    beside = (place / "camera-intrinsics.txt" for place in (folder, folder.parent))
+    path = intrinsics or next((one for one in beside if one.is_file()), None)
+    if path is None:
+        return None
+    if path.suffix.lower() == ".json":
+        return read_intrinsics(path)
+    K = numbers_of(path, (3, 3))
+    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+        raise InputError(f"{path.name}: expected focal lengths above zero, got {K[0, 0]:g} and {K[1, 1]:g}")
+    width, height = first_size(images_in(folder)) or (640, 480)
+    return Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+
+
+def first_size(paths: list[Path]) -> tuple[int, int] | None:
+    """Return width and height of the first image that can be read, in pixels."""
+    for path in paths:
+        try:
+            return read_depth(path).shape[::-1]
+        except InputError:
+            continue
+    return None
+
+
+def numbers_of(path: Path, shape: tuple[int, int]) -> np.ndarray:
+    """Return a matrix of a text file."""
+    words = [as_number(word) for line in lines_of(path) for word in line.split()]
+    if len(words) != shape[0] * shape[1] or None in words:
+        raise InputError(f"{path.name}: expected {shape[0]} x {shape[1]} numbers, found {len(words)} words")
+    return np.array(words, float).reshape(shape)
+
+
+def lines_of(path: Path) -> list[str]:
+    """Return the lines of a text file without comments and empty ones."""
+    require_file(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{one_line(path.name)}: expected a text that can be read") from error
+    return [line for line in map(str.strip, text.splitlines()) if line and not line.startswith("#")]
+
+
+def as_number(word: str) -> float | None:
+    """Return a word as a number, None if it is none.
+
+    Examples
+    --------
+    >>> as_number("1305031102.16"), as_number("depth")
+    (1305031102.16, None)
+    """
+    try:
+        return float(word)
+    except ValueError:
+        return None

@@ -1,0 +1,161 @@
+"""Depth images as a truncated signed distance in blocks of voxels (Curless and Levoy 1996; Open3D's VoxelBlockGrid)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spherefunc_bullet.errors import InputError
+
+from ..scans.depth_image import Intrinsics
+from .views import PRESENT, View
+
+BLOCK = 8  # voxels along a block's side
+BLOCKS = 20_000  # room for so many at first; it grows
+NEARNESS_NOISE = 0.0019  # 1/m, deviation of a Kinect's inverse depth, the same at every depth (Nguyen et al. 2012)
+AROUND = 0.04  # metres about an object's points that are forgotten with it
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionSettings:
+    """How depth images are fused."""
+
+    voxel_size: float = 0.01  # metres
+    truncation: float = 4.0  # voxels on both sides of a surface that hold its distance
+    farthest: float = 5.0  # metres: depth beyond is left out
+    smoothing: int = 9  # pixels across which each depth image is smoothed within its noise; 1: not at all
+    least_weight: float = 0.5  # images that have seen a surface: more than so many
+
+    def __post_init__(self):
+        if not 0.002 <= self.voxel_size <= 0.1:
+            raise InputError(f"voxel_size: expected between 2 mm and 10 cm, got {self.voxel_size:g} m")
+        for name in ("truncation", "farthest", "smoothing"):
+            if not getattr(self, name) >= 1:
+                raise InputError(f"{name}: expected 1 or more, got {getattr(self, name):g}")
+
+
+class DistanceGrid:
+    """The map: for each voxel near a surface its distance to it, over all images so far."""
+
+    def __init__(self, settings: FusionSettings):
+        import open3d as o3d
+
+        self.settings, core = settings, o3d.core
+        self.blocks = o3d.t.geometry.VoxelBlockGrid(
+            ("tsdf", "weight"), (core.float32, core.float32), (1, 1), settings.voxel_size, BLOCK, BLOCKS
+        )
+
+    def add(self, depth: np.ndarray, view: View):
+        """Add a depth image (H, W) float, metres, NaN where nothing was measured.
+
+        Blocks of the map that the image looks through are brought up to date too, so that averages fall where
+        something was before. Where the map is free and the image shows a surface, the image alone counts.
+        """
+        import open3d as o3d
+
+        settings, core = self.settings, o3d.core
+        image = o3d.t.geometry.Image(core.Tensor(np.nan_to_num(depth, nan=0.0).astype(np.float32)[..., None].copy()))
+        matrix = core.Tensor(camera_matrix(view.intrinsics))
+        extrinsic = core.Tensor(np.linalg.inv(view.T_world_camera))
+        camera = (matrix, extrinsic, 1.0, settings.farthest, settings.truncation)
+        near = self.blocks.compute_unique_block_coordinates(image, *camera)
+        wide = (*camera[:-1], 2 * settings.truncation)
+        self.forget_free(self.blocks.compute_unique_block_coordinates(image, *wide), view)
+        seen = self.in_view(view)
+        chosen = np.unique(np.concatenate([near.numpy(), seen]), axis=0) if len(seen) else near.numpy()
+        self.blocks.integrate(core.Tensor(np.ascontiguousarray(chosen)), image, *camera)
+
+    def points(self) -> np.ndarray:
+        """Return the surface as points (N, 3) float64, metres, in the world's frame."""
+        if not self.used():
+            return np.zeros((0, 3))
+        try:
+            cloud = self.blocks.extract_point_cloud(self.settings.least_weight)
+        except RuntimeError:  # Open3D 0.20 refuses to return an empty cloud
+            return np.zeros((0, 3))
+        return cloud.point.positions.numpy().astype(np.float64)
+
+    def forget(self, points: np.ndarray, views: Sequence[View]):
+        """Forget what is around the points (N, 3) of an object that is gone, but what views show to be there still."""
+        import open3d as o3d
+        from scipy.spatial import cKDTree
+
+        side = BLOCK * self.settings.voxel_size
+        around = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])
+        own = np.unique(np.floor(points / side).astype(np.int32), axis=0)
+        keys = np.unique((own[:, None] + around).reshape(-1, 3), axis=0).astype(np.int32)
+        voxels, places = self.voxels(o3d.core.Tensor(keys))
+        near = np.isfinite(cKDTree(points).query(voxels, distance_upper_bound=AROUND)[0])
+        voxels, places = voxels[near], places[near]
+        there = np.any([view.verdicts(voxels) == PRESENT for view in views], axis=0)
+        self.values("weight")[places[~there]] = 0.0
+
+    def forget_free(self, near, view: View):
+        """Forget voxels in blocks (M, 3) where the map is free for sure and a view shows a surface."""
+        voxels, places = self.voxels(near)
+        if not len(places):
+            return
+        tsdf, weight = self.values("tsdf"), self.values("weight")
+        free = np.flatnonzero((weight[places] > 0) & (tsdf[places] > 0.99))
+        row, column, depth = view.pixels(voxels[free])
+        nearest, farthest = view.nearest[row, column], view.farthest[row, column]
+        band = self.settings.truncation * self.settings.voxel_size
+        # The window is of one surface, and the voxel lies in it or behind: noise of single pixels forgets nothing. What
+        # is free behind is forgotten as well, else a second surface would come out where the new one's inside ends.
+        shown = (row >= 0) & (farthest - nearest < band) & (depth > nearest)
+        weight[places[free[shown]]] = 0.0
+
+    def in_view(self, view: View) -> np.ndarray:
+        """Return the blocks (M, 3) int32 of the map that a view may see."""
+        table = self.blocks.hashmap()
+        keys = table.key_tensor()[table.active_buf_indices().to(indices())].numpy()
+        row, _, depth = view.pixels((keys + 0.5) * BLOCK * self.settings.voxel_size)
+        return keys[(row >= 0) & (depth < self.settings.farthest)]
+
+    def voxels(self, keys) -> tuple[np.ndarray, np.ndarray]:
+        """Return the voxels (N, 3) of those blocks (M, 3) that the map has, metres, and their places (N,)."""
+        table = self.blocks.hashmap()
+        places, known = table.find(keys)
+        coordinates, flat = self.blocks.voxel_coordinates_and_flattened_indices(places[known])
+        return coordinates.numpy().astype(np.float64), flat.numpy().ravel()
+
+    def values(self, name: str) -> np.ndarray:
+        """Return an attribute of all voxels (N,) float32, to be read and written."""
+        return self.blocks.attribute(name).numpy().reshape(-1)
+
+    def used(self) -> int:
+        """Return how many blocks the map has."""
+        return int(self.blocks.hashmap().size())
+
+
+def indices():
+    """Return the type that Open3D indexes tensors by."""
+    import open3d as o3d
+
+    return o3d.core.int64
+
+
+def camera_matrix(camera: Intrinsics) -> np.ndarray:
+    """Return the matrix (3, 3) as VoxelBlockGrid takes it.
+
+    It cuts pixel coordinates off instead of rounding them, so that its pixels' middles lie at halves.
+    """
+    return np.array([[camera.fx, 0, camera.cx + 0.5], [0, camera.fy, camera.cy + 0.5], [0, 0, 1.0]])
+
+
+def smoothed_depth(depth: np.ndarray, size: int) -> np.ndarray:
+    """Return a depth image (H, W), metres, smoothed within its noise (Newcombe et al. 2011: a bilateral filter).
+
+    Inverse depth is smoothed, whose noise is the same at every depth; NaN stays NaN, and edges stay.
+    """
+    import open3d as o3d
+
+    if size <= 1:
+        return depth
+    seen = np.isfinite(depth)
+    nearness = np.divide(1.0, depth, out=np.zeros(depth.shape, np.float32), where=seen, casting="unsafe")
+    image = o3d.t.geometry.Image(o3d.core.Tensor(nearness[..., None].copy()))
+    even = image.filter_bilateral(size, 3 * NEARNESS_NOISE, size / 2).as_tensor().numpy()[..., 0]
+    return np.divide(1.0, even, out=np.full(depth.shape, np.nan), where=seen & (even > 0))

@@ -1,0 +1,247 @@
+"""A room from depth images over time, whose objects are updated as the map grows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.units import Stopwatch
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+
+from ..recognition.completion import DEFAULT
+from ..recognition.proposals import KINDS
+from ..recognition.recognition import Room, recognise
+from ..scans.depth_image import Intrinsics
+from ..scans.scan import Scan, scan_from_points
+from ..segmentation.box import Box
+from ..segmentation.segmentation import Segmentation
+from .grid import DistanceGrid, FusionSettings, smoothed_depth
+from .odometry import motion
+from .tracking import KnownObject, Tracker
+from .views import View, view_of
+
+if TYPE_CHECKING:
+    from spherefunc_bullet.learning.classifier import CloudClassifier
+
+_ORTHONORMAL = 1e-3  # by which a pose's axes may fail to be unit vectors at right angles
+_HEADING = 0.1  # what cameras' own up counts beside their level axes
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FusedObject:
+    """One object of a fused room."""
+
+    id: int  # the same in every update
+    label: int  # its place in `Room.objects`, and in `Room.labels`
+    functions: frozenset[str]  # that it has; empty for none
+    scores: dict[str, float]  # of each function, 0 to 1
+    box: Box  # upright; in the world's frame, if that is level
+    corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the world's frame, level or not
+    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the world's frame
+    seen: int  # images that show it
+    moved: np.ndarray | None  # (3,) metres that its middle went when it last moved; None: it stayed
+
+
+class SceneFusion:
+    """Depth images over time, fused, with the functions of the objects that they show.
+
+    Parameters
+    ----------
+    model : path or CloudClassifier, optional
+        By default the one for scans that ships with the package.
+    backend : str, optional
+        The simulator that the model must be for; by default ``fast`` where no model is given.
+    fusion : FusionSettings, optional
+    settings : Segmentation, optional
+    up : str
+        ``auto`` (by floor and cameras), an axis (``z``, ``-y``), or numbers ``x,y,z``.
+    completion, proposals
+        See `recognition.recognise`.
+    """
+
+    def __init__(
+        self,
+        model: str | Path | CloudClassifier | None = None,
+        backend: str | None = None,
+        *,
+        fusion: FusionSettings | None = None,
+        settings: Segmentation | None = None,
+        up: str = "auto",
+        completion: Sequence[str] = DEFAULT,
+        proposals: Sequence[str] = KINDS,
+    ):
+        shipped = shipped_model(backend or "fast", scans=True) if model is None else model
+        self.model, self.up = inference_model(shipped, backend), up
+        self.how = {"settings": settings, "completion": completion, "proposals": proposals}
+        self.fusion = fusion or FusionSettings()
+        self.grid, self.tracker = DistanceGrid(self.fusion), Tracker()
+        self.views: list[View] = []
+        self.updated = 0  # views that the last update knew
+        self.room: Room | None = None  # of the last update
+        self.scan: Scan | None = None  # its points
+        self._last: tuple[np.ndarray, np.ndarray] | None = None  # depth and pose, for odometry
+        self.stages: dict[str, float] = {}  # seconds of the last image and the last update
+
+    def add(
+        self, depth: ArrayLike, intrinsics: Intrinsics | ArrayLike, pose: ArrayLike | None = None, name: str = "depth"
+    ) -> SceneFusion:
+        """Add a depth image, and return this.
+
+        Parameters
+        ----------
+        depth : (H, W) array_like, metres
+            0, NaN and infinity are unseen.
+        intrinsics : Intrinsics, or (3, 3) array_like in pixels
+        pose : (4, 4) array_like, optional
+            T_world_camera; the camera looks along z, y is down. Without one, Open3D's odometry tells it from the
+            image before, and the first camera's frame is the world's.
+        name : str
+            What errors call the image.
+
+        Raises
+        ------
+        InputError
+            If image, camera or pose cannot be used, or odometry is lost; the map stays as it was.
+        """
+        watch = Stopwatch()
+        depth = checked_depth(depth, name)
+        camera = checked_camera(intrinsics, depth, name)
+        depth = smoothed_depth(np.where(depth < self.fusion.farthest, depth, np.nan), self.fusion.smoothing)
+        watch.lap("smoothing")
+        T = self.tracked(depth, camera, name) if pose is None else checked_pose(pose, name)
+        watch.lap("odometry")
+        view = view_of(depth, camera, T)
+        self.grid.add(depth, view)
+        self.views.append(view)
+        self._last = depth, T
+        watch.lap("fusing")
+        self.stages = watch.seconds
+        return self
+
+    def tracked(self, depth: np.ndarray, camera: Intrinsics, name: str) -> np.ndarray:
+        """Return T_world_camera (4, 4) by odometry, of a depth image (H, W)."""
+        if self._last is None:
+            return np.eye(4)
+        before, T_world_before = self._last
+        if before.shape != depth.shape:
+            came = f"{depth.shape[1]} x {depth.shape[0]} after {before.shape[1]} x {before.shape[0]}"
+            raise InputError(f"{name}: expected images of one size for odometry, got {came}; give poses")
+        return T_world_before @ motion(depth, before, camera, name, farthest=self.fusion.farthest)
+
+    def objects(self) -> list[FusedObject]:
+        """Recognise the map as it is now, and return its objects; known ones keep their ids.
+
+        Raises
+        ------
+        InputError
+            If the images show too little, or no surfaces.
+        """
+        if not self.views:
+            raise InputError("fusion: expected a depth image first, got none; call add")
+        watch = Stopwatch()
+        new = self.views[self.updated :]
+        for gone in self.tracker.missing(new):
+            self.grid.forget(gone.points, new)
+        points = self.grid.points()
+        watch.lap("extraction")
+        scan = scan_from_points(points, "fused")
+        room = recognised_upright(scan, self)
+        own = [room.levelling.to_scan(item.points) for item in room.objects]
+        watch.lap("recognition")
+        ids = self.tracker.update(room.objects, own, self.views, new)
+        watch.lap("tracking")
+        self.room, self.scan, self.updated = room, scan, len(self.views)
+        self.stages |= watch.seconds
+        return [self.fused_object(label, number) for label, number in enumerate(ids)]
+
+    def fused_object(self, label: int, number: int) -> FusedObject:
+        """Return one object of the last update, by its place in the room and its id."""
+        item, known = self.room.objects[label], self.tracker.known[number]
+        return FusedObject(
+            id=number,
+            label=label,
+            functions=item.members,
+            scores={name: membership.score for name, membership in item.functions.items()},
+            box=self.room.box_in_scan(item.box),
+            corners=self.room.levelling.to_scan(item.box.corners),
+            points=self.scan.points[self.room.labels == label],
+            seen=known.seen,
+            moved=known.moved,
+        )
+
+    @property
+    def gone(self) -> list[KnownObject]:
+        """Objects whose place was seen to be free, and that were not found elsewhere."""
+        return [one for one in self.tracker.known if one.gone]
+
+
+def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
+    """Return what is recognised in a map, whichever way its frame is turned."""
+    if fusion.up != "auto":
+        return recognise(scan, fusion.model, up=fusion.up, **fusion.how)
+    T_turned_scan = upright_by_cameras(scan.points, [view.T_world_camera for view in fusion.views])
+    turned = replace(scan, points=scan.points @ T_turned_scan[:3, :3].T + T_turned_scan[:3, 3])
+    room = recognise(turned, fusion.model, **fusion.how)
+    T_level_scan = room.levelling.T_level_scan @ T_turned_scan
+    return replace(room, levelling=replace(room.levelling, T_level_scan=T_level_scan, camera=None))
+
+
+def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray:
+    """Return a transform (4, 4) that turns what the cameras say is up to z, and the points' middle to the origin.
+
+    Cameras are mostly held level, so that their x axes have no share of up; which way is said by their y axes, which
+    point down. About the origin, the points are not taken for those of one camera in it.
+    """
+    x, up = (np.array([sign * pose[:3, axis] for pose in poses]) for sign, axis in ((1, 0), (-1, 1)))
+    mean = up.mean(axis=0)
+    _, vectors = np.linalg.eigh(x.T @ x / len(x) - _HEADING * np.outer(mean, mean))
+    z = vectors[:, 0] * (1.0 if vectors[:, 0] @ mean >= 0 else -1.0)
+    side = np.cross(z, np.eye(3)[np.argmin(np.abs(z))])
+    side /= np.linalg.norm(side)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([np.cross(side, z), side, z])
+    T[:3, 3] = -T[:3, :3] @ np.median(points, axis=0)
+    return T
+
+
+def checked_depth(depth: ArrayLike, name: str) -> np.ndarray:
+    """Return a depth image (H, W) float64, metres, NaN where nothing was measured."""
+    depth = np.asarray(depth)
+    if depth.ndim != 2 or depth.dtype.kind not in "iuf":
+        raise InputError(f"{name}: expected a depth image (height, width) of numbers, got shape {depth.shape}")
+    depth = np.where(np.isfinite(depth) & (depth > 0), depth, np.nan).astype(np.float64)
+    if not np.isfinite(depth).any():
+        raise InputError(f"{name}: expected depth in metres, got an image without any")
+    return depth
+
+
+def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
+    """Return the camera of a depth image (H, W)."""
+    height, width = depth.shape
+    if not isinstance(intrinsics, Intrinsics):
+        K = np.asarray(intrinsics, float)
+        if K.shape != (3, 3) or not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+            raise InputError(f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels, got shape {K.shape}")
+        intrinsics = Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+    if (intrinsics.width, intrinsics.height) != (width, height):
+        wanted = f"a depth image of {intrinsics.width} x {intrinsics.height} as the camera's"
+        raise InputError(f"{name}: expected {wanted}, got {width} x {height}")
+    return intrinsics
+
+
+def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:
+    """Return a pose T_world_camera (4, 4) float64."""
+    T = np.asarray(pose, float)
+    if T.shape != (4, 4):
+        raise InputError(f"{name}: expected a pose (4, 4), got shape {T.shape}")
+    if not np.isfinite(T).all():
+        raise InputError(f"{name}: expected a pose of finite numbers, got NaN or infinity; was tracking lost there?")
+    if np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() > _ORTHONORMAL or np.linalg.det(T[:3, :3]) < 0:
+        raise InputError(f"{name}: expected a rotation and a translation as pose, got other axes")
+    return T

@@ -1,0 +1,155 @@
+"""Known objects over time: which of the map is which of before, and what is gone or has moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..recognition.room import SceneObject
+from .views import FREE, PRESENT, View
+
+SHARED = 0.04  # metres about an object's points that count as its volume
+CELL = 0.02  # metres: an object's points are compared one a cell
+SAME = 0.3  # of the volume of two objects that they share at least, if they are one
+SIMILAR = 0.35  # by which the spread of an object that has moved may differ: other parts of it are hidden
+JUDGED = 0.2  # of an object's points that a view must show, or show to be free, to say anything of it
+GONE = 0.6  # of those that are free at least, where it is gone
+LEAST_MOVE = 0.05  # metres that a known object's middle shifts at least, if it has moved
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class KnownObject:
+    """An object of the map, as far as it is known now."""
+
+    id: int  # for good: no other object ever gets it
+    points: np.ndarray  # (N, 3) float64, metres, one a cell, in the world's frame
+    functions: frozenset[str]
+    seen: int = 0  # images that show it
+    moved: np.ndarray | None = None  # (3,) metres that its middle went when it last moved; None: it stayed
+    gone: bool = False
+
+    @property
+    def center(self) -> np.ndarray:
+        """The middle (3,) of where all but a few of its points lie, metres."""
+        return np.percentile(self.points, [5, 95], axis=0).mean(axis=0)
+
+    @property
+    def spread(self) -> np.ndarray:
+        """The deviations (3,) of its points along their principal axes, ascending, metres."""
+        return np.sqrt(np.maximum(np.linalg.eigvalsh(np.cov(self.points.T)), 0.0))
+
+
+@dataclass
+class Tracker:
+    """All objects that were ever found."""
+
+    known: list[KnownObject] = field(default_factory=list)
+
+    def missing(self, views: Sequence[View]) -> list[KnownObject]:
+        """Mark objects as gone whose place the newest of the views that show it shows to be free; return them."""
+        found = []
+        for place, one in enumerate(self.known):
+            if not one.gone and is_free(one.points, views):
+                self.known[place] = replace(one, gone=True)
+                found.append(self.known[place])
+        return found
+
+    def update(
+        self, objects: Sequence[SceneObject], points: Sequence[np.ndarray], views: Sequence[View], new: Sequence[View]
+    ) -> list[int]:
+        """Give the objects of a map their ids, in their order.
+
+        Those that share their place with a known one have its id; so have those that look like one that is gone.
+
+        Parameters
+        ----------
+        points : sequence of (N, 3) float64
+            Of each object, metres, in the world's frame.
+        views, new : sequence of View
+            All of the map, and those since the last update.
+        """
+        found = [KnownObject(id=-1, points=thinned(own), functions=item.members)
+                 for item, own in zip(objects, points, strict=True)]  # fmt: skip
+        staying = [place for place, one in enumerate(self.known) if not one.gone]
+        shared = table(found, self.known, staying, shared_volume)
+        matches = {i: staying[k] for i, k in assigned(shared, SAME)}
+        lost = [place for place, one in enumerate(self.known) if one.gone]
+        rest = [i for i in range(len(found)) if i not in matches]
+        alike = table([found[i] for i in rest], self.known, lost, likeness)
+        matches |= {rest[i]: lost[k] for i, k in assigned(alike, 1 - SIMILAR)}
+        return [self.remember(one, matches.get(i), views, new) for i, one in enumerate(found)]
+
+    def remember(self, found: KnownObject, place: int | None, views: Sequence[View], new: Sequence[View]) -> int:
+        """Take what was found over as the known object at a place, or as a new one; return its id."""
+        if place is None:
+            self.known.append(replace(found, id=len(self.known), seen=times_seen(found.points, views)))
+            return self.known[-1].id
+        old = self.known[place]
+        shift = found.center - old.center
+        moved = shift if old.gone and np.linalg.norm(shift) >= LEAST_MOVE else old.moved
+        seen = old.seen + times_seen(found.points, new)
+        self.known[place] = replace(found, id=old.id, seen=seen, moved=moved)
+        return old.id
+
+
+def thinned(points: np.ndarray) -> np.ndarray:
+    """Return one of the points (N, 3) in each cell."""
+    return points[np.unique(np.floor(points / CELL).astype(np.int64), axis=0, return_index=True)[1]]
+
+
+def is_free(points: np.ndarray, views: Sequence[View]) -> bool:
+    """Return whether the newest view that says anything of an object's points (N, 3) says that they are gone."""
+    for view in reversed(views):
+        verdicts = view.verdicts(points)
+        free, present = int((verdicts == FREE).sum()), int((verdicts == PRESENT).sum())
+        if free + present >= JUDGED * len(points):
+            return free >= GONE * (free + present)
+    return False
+
+
+def times_seen(points: np.ndarray, views: Sequence[View]) -> int:
+    """Return in how many views enough of an object's points (N, 3) is present."""
+    return sum(int((view.verdicts(points) == PRESENT).sum() >= JUDGED * len(points)) for view in views)
+
+
+def shared_volume(one: KnownObject, other: KnownObject) -> float:
+    """Return the share of two objects' points that lie within the other's volume, 0 to 1."""
+    from scipy.spatial import cKDTree
+
+    low = np.maximum(one.points.min(axis=0), other.points.min(axis=0)) - SHARED
+    high = np.minimum(one.points.max(axis=0), other.points.max(axis=0)) + SHARED
+    if (low > high).any():
+        return 0.0
+    near = sum(
+        np.isfinite(cKDTree(b.points).query(a.points, distance_upper_bound=SHARED)[0]).sum()
+        for a, b in ((one, other), (other, one))
+    )
+    return float(near / (len(one.points) + len(other.points)))
+
+
+def likeness(one: KnownObject, other: KnownObject) -> float:
+    """Return how alike two objects are by how far their points spread, 0 to 1; 0 if they are for different uses.
+
+    Boxes would not do: a strip of the floor that is left at an object's foot makes them much longer.
+    """
+    if one.functions != other.functions:
+        return 0.0
+    low, high = np.minimum(one.spread, other.spread), np.maximum(one.spread, other.spread)
+    return float(np.min(low / np.maximum(high, CELL)))
+
+
+def table(found: Sequence[KnownObject], known: Sequence[KnownObject], places: Sequence[int], measure) -> np.ndarray:
+    """Return a measure of each object found and each known at the places, (F, P) float64."""
+    scores = [measure(one, known[place]) for one in found for place in places]
+    return np.array(scores, float).reshape(len(found), len(places))
+
+
+def assigned(scores: np.ndarray, least: float) -> list[tuple[int, int]]:
+    """Return the pairs of the largest sum of scores (F, K), each used once, none below the least (Kuhn 1955)."""
+    from scipy.optimize import linear_sum_assignment
+
+    useful = np.where(scores >= least, scores, 0.0)
+    rows, columns = linear_sum_assignment(useful, maximize=True)
+    return [(int(i), int(k)) for i, k in zip(rows, columns, strict=True) if useful[i, k] > 0]

@@ -1,0 +1,171 @@
+"""Depth images over time: the map lies on the surfaces, objects keep their ids, and what cannot be used is said."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Mesh
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.scenes.fusion.frames import open_frames
+from spherefunc_bullet.scenes.fusion.grid import DistanceGrid, FusionSettings, smoothed_depth
+from spherefunc_bullet.scenes.fusion.odometry import OdometryLost, motion
+from spherefunc_bullet.scenes.fusion.tracking import assigned
+from spherefunc_bullet.scenes.fusion.views import FREE, HIDDEN, PRESENT, UNKNOWN, view_of
+from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
+from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect, Surfaces, look_at, photograph
+
+KINECT = Kinect(width=320, height=240)
+CAMERA = sf.Intrinsics(width=320, height=240, fx=KINECT.focal_length, fy=KINECT.focal_length, cx=159.5, cy=119.5)
+EYES = ([2.4, 0.3, 1.6], [1.6, -1.8, 1.6], [-0.6, -2.4, 1.7])
+FLOOR = shift(box(6, 6, 0.02), z=-0.02)
+TABLE = join(
+    shift(box(1.2, 0.8, 0.03), z=0.7),
+    *(shift(box(0.05, 0.05, 0.7), x=x, y=y) for x in (-0.55, 0.55) for y in (-0.35, 0.35)),
+)
+CRATE = box(0.4, 0.4, 0.4)
+
+
+def surfaces_of(*solids) -> Surfaces:
+    return Surfaces((k, Mesh(np.array(one.vertices), np.array(one.faces))) for k, one in enumerate(solids))
+
+
+def images_of(*solids, noise: float = 1.0) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return what the camera sees of solids from each of the eyes, with its poses."""
+    surfaces, rng = surfaces_of(FLOOR, *solids), np.random.default_rng(0)
+    poses = [look_at(eye, [0.3, 0, 0.3]) for eye in EYES]
+    return [(photograph(surfaces, pose, KINECT.noisy(noise), rng).depth, pose) for pose in poses]
+
+
+def fused(images, fusion: sf.SceneFusion | None = None) -> sf.SceneFusion:
+    fusion = fusion or sf.SceneFusion()
+    for depth, pose in images:
+        fusion.add(depth, CAMERA, pose)
+    return fusion
+
+
+@pytest.fixture(scope="module")
+def images():
+    return images_of(TABLE, shift(CRATE, x=1.3))
+
+
+def write_png(path, depth, scale=1000):
+    Image.fromarray(np.nan_to_num(np.round(depth * scale)).astype(np.uint16)).save(path)
+
+
+@pytest.fixture
+def folder(images, tmp_path):
+    """Return a folder as 3DMatch has it."""
+    for number, (depth, pose) in enumerate(images):
+        write_png(tmp_path / f"frame-{number:06d}.depth.png", depth)
+        np.savetxt(tmp_path / f"frame-{number:06d}.pose.txt", pose)
+    np.savetxt(tmp_path / "camera-intrinsics.txt", [[CAMERA.fx, 0, CAMERA.cx], [0, CAMERA.fy, CAMERA.cy], [0, 0, 1]])
+    return tmp_path
+
+
+@pytest.mark.parametrize("noise, most", [(0.0, 0.002), (1.0, 0.004)])  # a fifth of a voxel; two deviations at 1 m
+def test_the_map_lies_on_the_surfaces(noise, most):
+    solids = (TABLE, shift(CRATE, x=1.3))
+    grid = DistanceGrid(FusionSettings())
+    for depth, pose in images_of(*solids, noise=noise):
+        depth = smoothed_depth(depth, 9 if noise else 1)
+        grid.add(depth, view_of(depth, CAMERA, pose))
+    distance = surfaces_of(FLOOR, *solids).clearance(grid.points())
+    assert len(distance) > 10_000 and np.median(distance) < most
+
+
+def test_a_view_knows_what_is_free_present_and_hidden():
+    view = view_of(np.full((240, 320), 2.0), CAMERA, np.eye(4))
+    points = np.array([[0, 0, 1.0], [0, 0, 2.01], [0, 0, 3.0], [5.0, 0, 2.0], [0, 0, -1.0]])
+    assert view.verdicts(points).tolist() == [FREE, PRESENT, HIDDEN, UNKNOWN, UNKNOWN]
+
+
+def test_objects_keep_their_ids_as_the_map_grows(images):
+    fusion = fused(images[:2])
+    before = {item.id: item for item in fusion.objects()}
+    after = {item.id: item for item in fused(images[2:], fusion).objects()}
+    table = next(item for item in before.values() if "table" in item.functions)
+    assert "table" in after[table.id].functions
+    assert np.linalg.norm(after[table.id].box.center - table.box.center) < 0.05  # a few voxels
+    assert after[table.id].seen == 3 and after[table.id].moved is None
+
+
+def test_what_moved_keeps_its_id_and_what_is_taken_away_is_gone():
+    fusion = fused(images_of(TABLE, shift(CRATE, x=1.3), noise=0.0))
+    crate = min(fusion.objects(), key=lambda item: np.linalg.norm(item.box.center - [1.3, 0, 0.2]))
+    fused(images_of(TABLE, shift(CRATE, x=1.3, y=0.9), noise=0.0), fusion)
+    moved = next(item for item in fusion.objects() if item.id == crate.id)
+    assert moved.moved == pytest.approx([0, 0.9, 0], abs=0.05) and not fusion.gone
+    fused(images_of(TABLE, noise=0.0), fusion)
+    assert crate.id not in {item.id for item in fusion.objects()}
+    assert [known.id for known in fusion.gone] == [crate.id]
+
+
+def test_odometry_tells_the_motion_of_a_camera_or_fails():
+    surfaces, rng = surfaces_of(FLOOR, TABLE, shift(CRATE, x=1.3)), np.random.default_rng(0)
+    poses = [look_at(eye, [0.3, 0, 0.3]) for eye in ([2.0, -1.6, 1.5], [1.94, -1.66, 1.5], [-2.0, 1.6, 1.5])]
+    depths = [photograph(surfaces, pose, KINECT, rng).depth for pose in poses]
+    true = np.linalg.inv(poses[0]) @ poses[1]
+    assert np.linalg.norm((motion(depths[1], depths[0], CAMERA, "b") - true)[:3, 3]) < 0.02  # of 8 cm
+    with pytest.raises(OdometryLost):
+        motion(depths[2], depths[0], CAMERA, "c")
+
+
+def test_tum_and_redwood_give_the_same_poses(images, tmp_path):
+    times = [1305031102.16 + number / 30 for number in range(len(images))]
+    tum, log = [], []
+    for time, (depth, pose) in zip(times, images, strict=True):
+        write_png(tmp_path / f"{time:.6f}.png", depth, 5000)
+        tum.append(" ".join(map(str, [time, *pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat()])))
+        log.append("0 0 0\n" + "\n".join(" ".join(map(str, row)) for row in pose))
+    (tmp_path / "poses.txt").write_text("\n".join(["# times", *tum]))
+    (tmp_path / "poses.log").write_text("\n".join(log))
+    for name in ("poses.txt", "poses.log"):
+        frames = open_frames(tmp_path, poses=tmp_path / name).frames
+        assert np.allclose([frame.T_world_camera() for frame in frames], [pose for _, pose in images])
+        assert np.nanmax(np.abs(frames[0].depth() - images[0][0])) < 2e-4  # a step of TUM's
+
+
+def test_ids_are_assigned_by_the_largest_sum():
+    assert assigned(np.array([[0.9, 0.8], [0.85, 0.1], [0.2, 0.2]]), 0.3) == [(0, 1), (1, 0)]
+    assert assigned(np.zeros((0, 3)), 0.3) == []
+
+
+@pytest.mark.parametrize("pose", [np.full((4, 4), np.nan), np.eye(3), 2 * np.eye(4)])
+def test_a_pose_that_is_none_is_refused(images, pose):
+    fusion = sf.SceneFusion()
+    with pytest.raises(InputError):
+        fusion.add(images[0][0], CAMERA, pose)
+    assert not fusion.views
+
+
+def test_a_bad_image_costs_only_itself(folder):
+    np.savetxt(folder / "frame-000003.pose.txt", np.full((4, 4), np.nan))
+    good = (folder / "frame-000000.depth.png").read_bytes()
+    for number in (3, 4):
+        (folder / f"frame-{number:06d}.depth.png").write_bytes(good)  # 4 has no pose
+    (folder / "frame-000005.depth.png").write_bytes(b"no PNG")
+    write_png(folder / "frame-000006.depth.png", np.ones((50, 60)))
+    for number in (5, 6):
+        np.savetxt(folder / f"frame-{number:06d}.pose.txt", np.eye(4))
+    result = CliRunner().invoke(application(), ["scene", "--frames", str(folder), "--json"])
+    assert result.exit_code == 2
+    for number in (3, 4, 5, 6):
+        assert sum(f"frame-{number:06d}" in line for line in result.stderr.splitlines()) == 1
+    answer = json.loads(result.stdout)
+    assert answer["frames"] == {"fused": 3, "left_out": 4}
+    assert any(item["functions"]["table"]["member"] and item["seen"] == 3 for item in answer["objects"])
+
+
+@pytest.mark.parametrize("options", [["--frames", "."], ["--frames", "none"], ["--poses", "p.txt"], []])
+def test_what_cannot_be_fused_is_one_line(options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(application(), ["scene", *options])
+    assert isinstance(result.exception, InputError) and len(str(result.exception).splitlines()) == 1
