@@ -53,8 +53,8 @@ LIKE_HOUSEHOLD := build/household-1 build/household-2 build/household-3 build/ho
 # Objects by other people; those whose licence allows it are learnt too.
 OTHERS := $(wildcard ../shared/data/models)
 WHOLE := household build/impaired $(LIKE_HOUSEHOLD) $(if $(OTHERS),build/others)
-# Copies of these are too many for bullet, which takes a quarter of an hour for them.
-COPIES := $(if $(OTHERS),build/others-impaired)
+# Copies of these are many: the more, the better tables in use are known (docs/in_use.md).
+COPIES := $(patsubst %,build/household-%-impaired,1 3 4) $(if $(OTHERS),build/others-impaired)
 
 model: setup $(filter build/%,$(WHOLE) $(COPIES))  ## those that ship with the package
 	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) --backend fast --out $(MODELS)/household-fast.npz
@@ -64,6 +64,9 @@ CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # wh
 
 build/impaired: $(CATALOGUE)  ## copies of some objects of household: useless, harmlessly changed, in use, as sensed
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair household $@ --copied 12
+
+build/household-%-impaired: build/household-%
+	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
 
 build/others: $(OTHERS)/manifest.csv  ## what other people's licences allow to learn from
 	@rm -rf $@ && $(BIN)/spherefunc dataset select $(OTHERS) $@ --permissive

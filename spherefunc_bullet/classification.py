@@ -19,12 +19,14 @@ from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
 
 TABLE = "table"
+POSSIBLE = 0.2  # the score of a completed view from which on what was not seen may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS = "it would fall over when put down like this; an object that would fall over has no function"
 NOTHING = (
     "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
 )
+UNSEEN = "this looks like a single view of an object, and completed it may be a {functions}"
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
 
 
@@ -124,12 +126,16 @@ def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
 
 def reclassify_completed(cloud: Cloud, decision: Decision, model: FunctionModel) -> Decision:
     """Return the decision for the completed object if it has a function or nothing settled before, else the first."""
-    nothing = nothing_settled(decision.reading)
+    nothing, possible = nothing_settled(decision.reading), set()
     for whole in completed_clouds(cloud):
         completed = decide(CloudObject(own=whole, dropping=model.dropping()), model)
         if not nothing_settled(completed.reading) and (nothing or completed.functions):
             return replace(completed, more_doubts=(COMPLETED,))
-    return replace(decision, more_doubts=(NOTHING,)) if nothing else decision
+        possible |= {name for name, one in completed.memberships.items() if one.score > POSSIBLE}
+    if nothing:
+        return replace(decision, more_doubts=(NOTHING,))
+    unseen = UNSEEN.format(functions=" or ".join(sorted(possible)))
+    return replace(decision, more_doubts=(unseen,)) if possible else decision
 
 
 def nothing_settled(reading: Reading) -> bool:

@@ -35,7 +35,7 @@ from .profiles.calibration import (
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
-from .profiles.quantities import NAMES, rank_distances
+from .profiles.quantities import rank_distances
 from .validation import quality
 
 if TYPE_CHECKING:
@@ -246,7 +246,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def _radius(self, grown: ClassifierMixin | None) -> float:
         """Return the radius whose quantities count most in a classifier, metres."""
-        count = len(self.radii) * len(NAMES)  # what surrounds objects, which comes after, is of no radius
+        count = len(self.radii) * len(self.quantities)  # what surrounds objects, which comes after, is of no radius
         weights = getattr(grown, "feature_importances_", np.zeros(count))[:count]
         by_radius = dict(zip(self.radii, weights.reshape(len(self.radii), -1).sum(axis=1), strict=True))
         return max(sorted(by_radius, reverse=True), key=by_radius.get)

@@ -37,7 +37,7 @@ def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarr
         if one is not None and not isinstance(one, Forest):
             raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
     arrays |= kept_forests(model.forests_)
-    about = {"name": PROFILE, "drops": model.drops, "quantities": list(NAMES)}
+    about = {"name": PROFILE, "drops": model.drops, "quantities": list(model.quantities)}
     radii = [model.radius_[name] for name in model.functions_]
     kept = {"method": about, "familiar": model.familiar_, "radius": radii}
     return kept | {"unsure": [list(model.band(name)) for name in model.functions_]}, arrays
@@ -46,7 +46,8 @@ def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarr
 def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, np.ndarray]):
     """Give a model by resting profiles what its file holds."""
     names = about["functions"]
-    if about["method"]["quantities"] != list(NAMES):
+    model.quantities = tuple(about["method"]["quantities"])
+    if not set(model.quantities) <= set(NAMES):
         raise ValueError("other quantities than this version reads")
     model.profiles_ = arrays["profiles"].astype(float)
     model.familiar_ = float(about["familiar"])
@@ -57,7 +58,7 @@ def fill_profiles(model: ProfileModel, about: dict[str, Any], arrays: dict[str, 
     model.copy_groups_ = CopyGroups(weights=arrays["weights"].astype(float), groups=arrays["groups"].astype(int))
     if {len(model.copy_groups_.weights), len(model.copy_groups_.groups)} != {len(model.profiles_)}:
         raise ValueError("weights and names differ in number")
-    if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(NAMES)):
+    if model.profiles_.shape != (len(arrays["names"]), len(model.radii) * len(model.quantities)):
         raise ValueError("quantities and names differ in number")
     model.forests_ = rebuilt_forests(arrays, len(names))
     for one in model.forests_:

@@ -48,6 +48,7 @@ class ProfileModel(FunctionModel):
     """
 
     drops: int
+    quantities: tuple[str, ...] = NAMES  # at each radius; a model of an earlier version may read fewer
     forests_: list[Forest | ClassifierMixin | None]
     lines_: list[Line]
     profiles_: np.ndarray  # (N, R * Q) float
@@ -74,11 +75,11 @@ class ProfileModel(FunctionModel):
 
     def profiles(self, settled: Sequence[DropsByRadius]) -> np.ndarray:
         """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-        return profiles_over(settled, self.radii)
+        return profiles_over(settled, self.radii, self.quantities)
 
     def quantity_names(self) -> list[str]:
         """Return the name of each column of `profiles`, such as ``level_height at 2 cm``."""
-        return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in NAMES]
+        return [f"{name} at {radius * 100:g} cm" for radius in self.radii for name in self.quantities]
 
     def score_settled(self, settled: Sequence[DropsByRadius], *, any_heading: bool = False) -> np.ndarray:
         """Return the scores (N, F) of objects, probabilities where training objects stand for what will be asked.

@@ -18,6 +18,8 @@ from .columns import Columns, columns_of, fullest_level, largest_piece, near_pai
 TOUCHING = 2.1  # radii between centres: 2, and 2 % that spheres may overlap or miss each other by, either side
 _BLOCK = 32  # rows whose distances are computed at once
 RIM = 2.0  # radii within the outline: the outermost ring of spheres
+MANY_ENOUGH = 6  # spheres that a plane is laid through
+GAP, REACH = 0.01, 0.15  # metres: what counts as a gap, and how far below a sphere smaller ones are looked for
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +27,7 @@ class Quantity:
     """What one column of the profile is."""
 
     name: str
-    unit: str  # m, m2, share, spheres or ratio
+    unit: str  # m, m2, degrees, share, spheres, radii or ratio
     meaning: str  # as it can stand in a sentence
 
 
@@ -53,12 +55,18 @@ QUANTITIES = (
     quantity("level_width", "m", "shorter side of the level's largest piece"),
     quantity("level_depth", "m", "mean depth of spheres over the level"),
     quantity("level_unevenness", "m", "unevenness of what rests on the level"),
+    quantity("level_range", "m", "between which heights eight tenths of what rests on the level lie"),
+    quantity("level_tilt", "degrees", "slope of the level"),
+    quantity("level_roughness", "m", "distance of what rests on the level from a plane, of the middle one"),
     quantity("stays", "share", "drops within the outline that stayed"),
     quantity("stays_early", "share", "the same until half of all that settled had settled"),
     quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
     quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
     quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
     quantity("walled_in", "share", "spheres with the object on every side"),
+    quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # 0 on what is flat, centimetres on spikes
+    quantity("middle_gap", "m", "gap under the middle one of these spheres"),
+    quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
 )
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
 Profile = dict[str, float]
@@ -70,13 +78,31 @@ def profiles_at(dropped: Iterable[Drops], radius: float) -> np.ndarray:
     return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
 
-def profiles_over(dropped: Sequence[DropsByRadius], radii: Sequence[float]) -> np.ndarray:
-    """Return the quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
-    return np.hstack([profiles_at([drops.get(radius, NO_DROPS) for drops in dropped], radius) for radius in radii])
+def profiles_over(
+    dropped: Sequence[DropsByRadius], radii: Sequence[float], names: Sequence[str] = NAMES
+) -> np.ndarray:
+    """Return some quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
+    rows = []
+    for drops in dropped:
+        row, smaller = [], None
+        for radius in radii:
+            profile = profile_of(drops.get(radius, NO_DROPS), radius, smaller)
+            row += [profile[name] for name in names]
+            smaller = Smaller(rests=drops[radius].rests, radius=radius) if radius in drops else None
+        rows.append(row)
+    return np.array(rows, float).reshape(len(rows), len(radii) * len(names))
 
 
-def profile_of(drops: Drops, radius: float) -> Profile:
-    """Return the quantities of drops by name; all 0 where nothing settled."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Smaller:
+    """Where smaller spheres came to rest on the same object."""
+
+    rests: np.ndarray  # (S, 3) float, metres
+    radius: float  # metres
+
+
+def profile_of(drops: Drops, radius: float, smaller: Smaller | None = None) -> Profile:
+    """Return the quantities of drops by name; all 0 where nothing settled, gaps too where no smaller spheres did."""
     if not len(drops.rests):
         return dict.fromkeys(NAMES, 0.0)
     columns = columns_of(np.asarray(drops.rests, float), radius)
@@ -89,6 +115,7 @@ def profile_of(drops: Drops, radius: float) -> Profile:
         | carrying_level(columns, height, level, piece)
         | staying(drops, columns, piece)
         | {"walled_in": float(np.nanmean(np.asarray(drops.walled_in, float)))}
+        | gaps(columns, smaller)
     )
 
 
@@ -113,22 +140,47 @@ def pile(columns: Columns) -> Profile:
     rim = columns.kept(inside <= RIM * columns.radius)
     return {
         "one_deep": columns.mean(columns.depths < 2.5 * columns.radius),
-        "on_spheres": share_on_spheres(columns.centers, columns.radius),
+        "on_spheres": float(on_spheres(columns.centers, columns.radius).mean()),
         "rim_to_middle": rim.mean(rim.depths) / columns.mean(columns.depths),
     }
 
 
-def share_on_spheres(centers: np.ndarray, radius: float) -> float:
-    """Return the share of spheres (S, 3), metres, that touch one lower by half a radius."""
+def on_spheres(centers: np.ndarray, radius: float) -> np.ndarray:
+    """Return which spheres (S, 3), metres, touch one lower by half a radius, (S,) bool."""
     first, second = near_pairs(centers, TOUCHING * radius)
     rise = centers[first, 2] - centers[second, 2]
     resting = np.where(rise > 0, first, second)[np.abs(rise) > 0.5 * radius]
-    return np.count_nonzero(np.bincount(resting)) / len(centers)
+    return np.bincount(resting, minlength=len(centers)) > 0
+
+
+def gaps(columns: Columns, smaller: Smaller | None) -> Profile:
+    """Return how far spheres that rest on the object hang over smaller ones that lie beneath them.
+
+    A seat carries large spheres where it carries small ones; spikes carry the large ones only.
+    """
+    lowest = np.empty(0)
+    if smaller is not None and len(smaller.rests):
+        large = columns.centers[~on_spheres(columns.centers, columns.radius)]
+        small = np.asarray(smaller.rests, float)
+        beneath = ((large[:, None, :2] - small[None, :, :2]) ** 2).sum(axis=2) <= columns.radius**2
+        hung = (large[:, 2] - columns.radius)[:, None] - (small[:, 2] - smaller.radius)
+        beneath &= (hung > -GAP / 2) & (hung < REACH)  # a little higher ones lie beside it
+        lowest = np.where(beneath, hung, -np.inf).max(axis=1)
+        lowest = lowest[np.isfinite(lowest)]
+    if not len(lowest):
+        return {"gap": 0.0, "middle_gap": 0.0, "over_gaps": 0.0}
+    return {
+        "gap": float(lowest.mean()),
+        "middle_gap": float(np.median(lowest)),
+        "over_gaps": float((lowest > GAP).mean()),
+    }
 
 
 def carrying_level(columns: Columns, height: float, level: Columns, piece: Columns) -> Profile:
     """Return what the level is like that carries most columns, and its largest connected piece."""
     carried = float(level.weights.sum())
+    low, high = piece.quantiles(piece.bottoms, (0.1, 0.9))
+    tilt, roughness = evenness(piece)
     return {
         "level_height": height - columns.radius,
         "level_share": carried / float(columns.weights.sum()),
@@ -138,7 +190,21 @@ def carrying_level(columns: Columns, height: float, level: Columns, piece: Colum
         "level_width": piece.outline.width,
         "level_depth": piece.mean(piece.depths),
         "level_unevenness": piece.spread(piece.bottoms),
+        "level_range": high - low,
+        "level_tilt": tilt,
+        "level_roughness": roughness,
     }
+
+
+def evenness(piece: Columns) -> tuple[float, float]:
+    """Return the slope of the plane through what rests on a level, degrees, and the median distance from it, metres."""
+    if len(piece) < MANY_ENOUGH:
+        return 0.0, 0.0
+    across = np.column_stack([piece.centers[:, :2] - piece.centers[:, :2].mean(axis=0), np.ones(len(piece))])
+    by_weight = np.sqrt(piece.weights)
+    plane = np.linalg.lstsq(across * by_weight[:, None], piece.bottoms * by_weight, rcond=None)[0]
+    distances = np.abs(piece.bottoms - across @ plane)
+    return float(np.degrees(np.arctan(np.hypot(*plane[:2])))), float(np.median(distances))
 
 
 def staying(drops: Drops, columns: Columns, piece: Columns) -> Profile:

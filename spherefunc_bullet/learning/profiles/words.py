@@ -5,14 +5,17 @@ What a person would say of a chair: a level 46 cm above the ground, on which sph
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
 from ...formats.units import format_length
 from ...function_model import THRESHOLD, Reading
 from ...settling.drops import settled_count
-from .quantities import NAMES, QUANTITIES, Profile, Quantity
+from .quantities import QUANTITIES, Profile, Quantity
+
+if TYPE_CHECKING:
+    from .profile_model import ProfileModel
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
@@ -74,9 +77,9 @@ def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Decidin
     order = np.argsort(-np.abs(shares), kind="stable")[:count]
     return [
         {
-            "quantity": quantity_of(i).name,
-            "meaning": quantity_of(i).meaning,
-            "radius": model.radii[i // len(NAMES)],
+            "quantity": quantity_of(model, i).name,
+            "meaning": quantity_of(model, i).meaning,
+            "radius": model.radii[i // len(model.quantities)],
             "value": round(float(profile[i]), 4),
             "median": round(float(medians[i]), 4),
             "share": round(float(shares[i]), 4),
@@ -103,13 +106,15 @@ def nearest(reading: Reading, count: int = NEAREST) -> list[Near]:
 
 def profile_at(reading: Reading, radius: float) -> Profile:
     """Return an object's quantities at one radius, by name."""
-    start = list(reading.model.radii).index(radius) * len(NAMES)
-    return dict(zip(NAMES, reading.profile[start : start + len(NAMES)].tolist(), strict=True))
+    names = reading.model.quantities
+    start = list(reading.model.radii).index(radius) * len(names)
+    return dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
 
 
-def quantity_of(column: int) -> Quantity:
-    """Return which quantity a column of a profile is."""
-    return QUANTITIES[column % len(QUANTITIES)]
+def quantity_of(model: ProfileModel, column: int) -> Quantity:
+    """Return which quantity a column of a model's profiles is."""
+    name = model.quantities[column % len(model.quantities)]
+    return next(quantity for quantity in QUANTITIES if quantity.name == name)
 
 
 def said(profile: Profile, name: str) -> str:
