@@ -37,7 +37,7 @@ class Sure(FunctionClassifier):
 @pytest.fixture(scope="module")
 def learnt() -> FunctionClassifier:
     """Return a model that knows a function by what surrounds objects alone: the first quantity of that."""
-    forest = ExtraTreesClassifier(50, random_state=0)
+    forest = ExtraTreesClassifier(50, random_state=0, max_features=None)
     model = FunctionClassifier("fast", radii=(0.03,), drops=20, early_drops=0, estimator=forest)
     rng = np.random.default_rng(0)
     profiles, beside = rng.uniform(size=(80, len(model.quantity_names()))), rng.uniform(size=(80, len(NAMES)))

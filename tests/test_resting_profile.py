@@ -24,7 +24,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     log_odds,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
-from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, rank_distances
+from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, profiles_over, rank_distances
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling.drops import NO_DROPS, Drops, drops_from_rows
 
@@ -112,6 +112,26 @@ def test_a_back_is_higher_than_the_seat_which_carries_most():
     assert found["high_bottom"] == pytest.approx(0.8)  # the back carries 8 columns of 72, more than a tenth
     assert found["level_share"] == pytest.approx(64 / 72)
     assert found["level_area_share"] < 1
+
+
+def test_a_slope_is_no_roughness():
+    slope = layer(8, 8, 0.4)
+    slope[:, 2] += 0.1 * slope[:, 0]
+    found = quantities(slope)
+    assert found["level_tilt"] == pytest.approx(np.degrees(np.arctan(0.1)))
+    assert found["level_roughness"] == pytest.approx(0, abs=1e-12)
+    assert quantities(layer(8, 8, 0.4))["level_range"] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+def test_large_spheres_that_hang_over_small_ones_show_a_gap(gap):
+    small = layer(12, 12, 0.4)
+    large = small[::7] + [0, 0, gap + 2 * RADIUS]  # three times the radius, the same underside where the gap is 0
+    apart = large[[0, 8, -1]]
+    drops = {RADIUS: dropped(small), 3 * RADIUS: dropped(apart)}
+    found = dict(zip(NAMES, profiles_over([drops], (RADIUS, 3 * RADIUS))[0, len(NAMES) :].tolist(), strict=True))
+    assert (found["gap"], found["middle_gap"]) == pytest.approx((gap, gap), abs=1e-9)
+    assert found["over_gaps"] == (gap > 0)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -216,7 +236,7 @@ def test_no_objects_have_no_rows():
 def test_quantities_are_named_and_said_once():
     assert len(set(NAMES)) == len(QUANTITIES)
     assert RestingProfile().get_feature_names_out().tolist() == list(NAMES)
-    assert {quantity.unit for quantity in QUANTITIES} <= {"m", "m2", "share", "spheres", "ratio", "radii"}
+    assert {quantity.unit for quantity in QUANTITIES} <= {"m", "m2", "share", "spheres", "ratio", "radii", "degrees"}
 
 
 def test_shares_are_shares():

@@ -1,0 +1,88 @@
+"""A table while it is being laid: a table still, object by object, until nothing more has room.
+
+    python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.console import progress, run, say
+from spherefunc_bullet.datasets.catalogue import make_catalogue
+from spherefunc_bullet.formats.units import parse_length
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.use.placing import Placed
+from spherefunc_bullet.scenes.impairment.use.small_objects import small_object
+from spherefunc_bullet.scenes.impairment.use.tables import full
+from spherefunc_bullet.settling.drops import RunLimit
+from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.viewer.pictures import View, object_picture
+
+from .gallery import captioned, tiled, write_png
+
+SEED, NAME = 7, "dining_table_03"  # of a catalogue that no model has learnt
+STEPS = (0, 1, 2, 4, 8)  # objects on the table
+LAYING = 2  # the seed of what is put on it
+DRAWN, FALLEN = parse_length("2cm"), RunLimit(drops=150)  # spheres in the picture: few, so that objects are seen
+
+
+def laid_table() -> Iterator[tuple[str, Cloud]]:
+    """Yield a table with more and more objects on it, and at last with no hand's breadth left."""
+    mesh = next(item.mesh for item in make_catalogue("household", seed=SEED) if item.name == NAME)
+    bare = cloud_from_mesh(mesh.vertices, mesh.faces, NAME)
+    specimen, rng = Specimen(bare, "table"), np.random.default_rng(LAYING)
+    placed = Placed(specimen.surface, specimen.level)
+    for count in STEPS:
+        while len(placed.parts) < count:
+            placed.put(small_object(rng), rng)
+        yield f"{count} objects" if count != 1 else "1 object", cloud_of(placed.joined() or specimen.surface)
+    yield "full", cloud_of(full(specimen, rng))
+
+
+def cloud_of(surface: Surface) -> Cloud:
+    """Return a surface as an object that spheres are dropped on."""
+    vertices, faces = surface.mesh()
+    return cloud_from_mesh(vertices, faces, NAME)
+
+
+def draw_laid_table(backend: str) -> Image.Image:
+    """Return a row of pictures: how the table looks, and what the model that ships says of it."""
+    steps = [
+        captioned(picture_of(cloud, backend), f"{title}: {said(sf.classify(cloud, backend=backend))}", "")
+        for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table")
+    ]
+    return tiled(steps, columns=3, width=480)
+
+
+def picture_of(cloud: Cloud, backend: str) -> Image.Image:
+    """Return a picture of an object with the spheres that settle on it."""
+    return object_picture(cloud, settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests, DRAWN, View())
+
+
+def said(answer: sf.Answer) -> str:
+    """Return whether an object is a table, with its score."""
+    name = "table" if "table" in answer.functions else "no table"
+    return f"{name}, {answer.scores['table']:.2f}{' (unsure)' * answer.unsure}"
+
+
+def main():
+    """Write the picture and say where it is."""
+    program = "python -m spherefunc_bullet.compare.demo.laid_table"
+    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG file")
+    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
+    options = parser.parse_args()
+    path = write_png(draw_laid_table(options.backend), options.out / "laid_table.png")
+    say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
+
+
+if __name__ == "__main__":
+    run(main)
