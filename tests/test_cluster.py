@@ -20,7 +20,7 @@ from batch_runs import SCRIPT, arrays, results, rows, scraps, small_objects
 from mishaps import MishapSimulator
 
 from spherefunc_bullet.batch.batch import Batch, Limits, run_batch
-from spherefunc_bullet.batch.cluster import on_executor, on_scheduler
+from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_scheduler
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
@@ -127,6 +127,27 @@ def test_dask_gives_the_same_bit_for_bit_with_workers_that_come_and_go(data, exp
     about = json.loads(stdout)
     assert (about["done"], about["failed"]) == (OBJECTS - 1, 1) and len(stderr.splitlines()) == 1, stderr
     assert (rows(run), arrays(run)) == expected and scraps(run) == []
+
+
+class Gathered:
+    """A client and its one future, of a task whose worker is lost once the result has been fetched."""
+
+    status = "finished"
+
+    def submit(self, function, *arguments, pure):
+        self.value = function(*arguments)
+        return self
+
+    def add_done_callback(self, call):
+        call(self)
+
+    def result(self):
+        self.status = "lost"
+        return self.value
+
+
+def test_what_was_fetched_counts_although_its_worker_is_lost_then():
+    assert DaskExecutor(client=Gathered()).submit(abs, -2).result(timeout=0) == 2
 
 
 def test_no_scheduler_is_one_line(tmp_path, monkeypatch):

@@ -106,11 +106,11 @@ def test_plain_trees_grow_as_scikit_learn_grows_them(copied):
     X, weights = rng.normal(size=(60, 7)), rng.uniform(0.1, 1, 60)
     members = X[:, 0] > X[:, 3]
     plain = clone(PlainForest(20, random_state=3)) if copied else PlainForest(20, random_state=3)
-    ours, theirs = (
-        forest_of(one.fit(X, members, sample_weight=weights)).arrays()
-        for one in (plain, ExtraTreesClassifier(20, random_state=3))
-    )
+    grown = [one.fit(X, members, sample_weight=weights) for one in (plain, ExtraTreesClassifier(20, random_state=3))]
+    ours, theirs = (forest_of(one).arrays() for one in grown)
     assert all(ours[name].tobytes() == values.tobytes() for name, values in theirs.items())
+    votes, counts = zip(*((one.predict_proba(X[::-1] + 0.1), one.feature_importances_) for one in grown), strict=True)
+    assert (votes[0] == votes[1]).all() and (counts[0] == counts[1]).all()
 
 
 def test_a_forest_as_arrays_votes_as_it_grew(grown):

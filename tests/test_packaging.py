@@ -33,7 +33,7 @@ HOSTILE = ("compare", "scenes", "fast_sim", "commands", "formats", "errors", "si
 
 def installed_names() -> set[str]:
     """Return the files of the repository that belong into site-packages, as they are called there."""
-    kinds = ("*.py", "*.pyi", "*.js", "*.css", "*.csv", "*.npz", "*.urdf", "py.typed")
+    kinds = ("*.py", "*.pyi", "*.js", "*.css", "*.html", "*.csv", "*.npz", "*.urdf", "py.typed")
     return {
         f"{place}/{file.relative_to(ROOT / folder).as_posix()}"
         for folder, place in FOLDERS.items()

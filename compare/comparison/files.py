@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from spherefunc_bullet.console import say
+from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.formats.writing import write_text
 
 from .charts import accuracy_chart, cost_chart
@@ -24,14 +24,14 @@ def write_report(folder: Path, report: Report, comparison: Comparison, experimen
     """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
     picture = Image.open(folder / IMPAIRED).convert("RGB") if "impaired" in report else None
     about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
-    files = {
-        "report.html": comparison_page(report, comparison, experiment, picture),
-        "accuracy.svg": accuracy_chart(report),
-        "cost.svg": cost_chart(comparison),
-        "report.json": json_format.dumps(report, indent=1) + "\n",
-        "report.md": markdown(report),
-        "experiment.toml": about + as_toml(experiment),
+    files = {  # what can be read by programs first, so that it is there if drawing is interrupted
+        "report.json": lambda: json_format.dumps(report, indent=1) + "\n",
+        "report.md": lambda: markdown(report),
+        "experiment.toml": lambda: about + as_toml(experiment),
+        "accuracy.svg": lambda: accuracy_chart(report),
+        "cost.svg": lambda: cost_chart(comparison),
+        "report.html": lambda: comparison_page(report, comparison, experiment, picture),
     }
-    for name, content in files.items():
-        write_text(folder / name, content)
+    for name, content in progress(files.items(), len(files), "drawing the report"):
+        write_text(folder / name, content())
     say(f"wrote {', '.join(files)} in {folder}")

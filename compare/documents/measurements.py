@@ -24,39 +24,20 @@ def labels(name: str, command: str, *modules: str, backend: str = "fast") -> Mea
     )
 
 
-ON_MODELS = {
-    backend: labels(
-        "models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES, backend=backend
-    )
-    for backend in BACKENDS
-}
-FROM_HOUSEHOLD = {
-    backend: labels("household-to-models", f"household --test {MODELS}", *HOUSEHOLD, backend=backend)
-    for backend in BACKENDS
-}
-FROM_SIX = {
-    backend: labels(
-        "six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py", backend=backend
-    )
-    for backend in BACKENDS
-}
-CUBES_ON_MODELS = {
-    backend: labels(
-        "models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups", backend=backend
-    )
-    for backend in BACKENDS
-}
+def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
+    """Return the measurements of one `spherefunc evaluate` by either backend."""
+    return {backend: labels(name, command, *modules, backend=backend) for backend in BACKENDS}
+
+
+ON_MODELS = of_both("models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES)
+FROM_HOUSEHOLD = of_both("household-to-models", f"household --test {MODELS}", *HOUSEHOLD)
+FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py")
+CUBES_ON_MODELS = of_both("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
 CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
 CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
-PAPER_ON_HOUSEHOLD = labels(
-    "household-paper",
-    "household --method paper --train-sizes 20,45,85,half --leave-one-out --confusion",
-    *HOUSEHOLD,
-)
-PAPER_ON_MODELS = labels(
-    "models-paper",
-    f"{MODELS} --method paper --train-sizes 20,45,85,100,half --leave-one-out --groups --confusion",
-)
+PAPER = "--method paper --train-sizes 20,45,85"
+PAPER_ON_HOUSEHOLD = labels("household-paper", f"household {PAPER},half --leave-one-out --confusion", *HOUSEHOLD)
+PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one-out --groups --confusion")
 RADII = ("5mm", "1cm", "2cm", "3cm", "5cm")
 ONE_RADIUS = tuple(
     labels(f"{name}-paper-{radius}", f"{data} --method paper --radii {radius} --train-sizes half", *modules)
@@ -64,14 +45,16 @@ ONE_RADIUS = tuple(
     for radius in RADII
 )
 ALTERNATIVES = ("compare/evaluation/alternatives.py",)
-ALL_BUT_HOURS = (
-    '--only "paper,columns,whole sphere,at most,III-B,III-C,cubes"'  # all rows but that without a stall rule
-)
-ALTERNATIVES_ON_HOUSEHOLD = labels("household-alternatives", "household --alternatives", *ALTERNATIVES, *HOUSEHOLD)
-ALTERNATIVES_ON_MODELS = labels("models-alternatives", f"{MODELS} --alternatives {ALL_BUT_HOURS}", *ALTERNATIVES)
+ALL_BUT_HOURS = '--only "paper,columns,whole sphere,at most,III-B,III-C,cubes"'  # all but that without a stall rule
 LIMITS = '--alternatives --radii 5mm --only "paper,at most,to the end,cubes"'
-LIMITS_ON_HOUSEHOLD = labels("household-limits", f"household {LIMITS}", *ALTERNATIVES, *HOUSEHOLD)
-LIMITS_ON_MODELS = labels("models-limits", f"{MODELS} {LIMITS}", *ALTERNATIVES)
+ALTERNATIVES_ON_BOTH = (
+    labels("household-alternatives", "household --alternatives", *ALTERNATIVES, *HOUSEHOLD),
+    labels("models-alternatives", f"{MODELS} --alternatives {ALL_BUT_HOURS}", *ALTERNATIVES),
+)
+LIMITS_ON_BOTH = (
+    labels("household-limits", f"household {LIMITS}", *ALTERNATIVES, *HOUSEHOLD),
+    labels("models-limits", f"{MODELS} {LIMITS}", *ALTERNATIVES),
+)
 
 
 def script(

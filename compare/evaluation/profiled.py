@@ -27,7 +27,7 @@ from .protocol import Labels, Split, Splits
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
 PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
-WORTH_CORES = 3  # classifiers to be learnt: for fewer, other processes take longer to start
+WORTH_CORES = 1000  # objects to be learnt in all, in some seconds: for fewer, other processes take longer to start
 BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
@@ -88,7 +88,8 @@ def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
     """Return a trial for each, on all cores; see `folds_of`."""
     folds = [folds_of(splits) for _, splits in asked]
     work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
-    learning = Parallel(n_jobs=-1 if len(work) >= WORTH_CORES else 1, return_as="generator")
+    rows = sum(len(fold.train) for own in folds for fold in own)
+    learning = Parallel(n_jobs=-1 if rows >= WORTH_CORES else 1, return_as="generator")
     said = iter(list(progress(learning(work), len(work), "learning and testing")))
     return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
 

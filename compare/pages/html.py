@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from html import escape
+from typing import Any
 
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
 from PIL.Image import Image
 
-from spherefunc_bullet.viewer.page import page_html, viewer_file, viewer_script, viewer_style
+from spherefunc_bullet.viewer.page import display_html, page_html, table_html, viewer_file, viewer_script, viewer_style
 
 COLOURS = 192  # of each PNG: a third of its bytes, and no difference that shows
 
@@ -40,3 +43,18 @@ def drawing(svg: str, alt: str) -> str:
     """Return an SVG as an HTML element; as an image, so that names within it meet no others of the page."""
     data = base64.b64encode(svg.encode()).decode()
     return f'<img class="drawing" alt="{escape(alt)}" src="data:image/svg+xml;base64,{data}">'
+
+
+def filled_template(name: str, package: str, **values: Any) -> str:
+    """Return a package's template, filled in; values are plain text but for what draws: it escapes by itself.
+
+    Templates may call `table_html`, `display_html`, `image` and `drawing`.
+    """
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.globals |= {make.__name__: as_markup(make) for make in (table_html, display_html, image, drawing)}
+    return environment.from_string(viewer_file(name, package)).render(values)
+
+
+def as_markup(make: Callable[..., str]) -> Callable[..., Markup]:
+    """Return a function that makes HTML as one whose results a template does not escape again."""
+    return lambda *arguments, **options: Markup(make(*arguments, **options))

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 from ..errors import Crashed, InputError, Unexpected
 from ..formats.sources import as_source
@@ -26,6 +27,9 @@ from .batch import Limits, Outcomes
 from .folder import KIND, FullDisk, RunFolder
 from .ledger import Row
 from .task import Task, settled_rows
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 IN_FLIGHT = 256  # tasks given to an executor at once: enough for as many workers, little enough to be sent
 PATIENCE = "15s"  # to find the scheduler
@@ -135,6 +139,33 @@ def received(future: Future, task: Task, folder: RunFolder) -> list[Row] | Input
     return delivery.outcome
 
 
+@dataclass(frozen=True, kw_only=True)
+class DaskExecutor(Executor):
+    """The executor of a Dask client.
+
+    That of ``Client.get_executor`` gathers a result and looks at the task's status after that: if the worker that held
+    the result is lost in between, it takes the result for an error that it cannot unpack.
+    """
+
+    client: Client
+
+    def submit(self, function: Callable, /, *arguments: Any) -> Future:
+        """Return the future of a call on some worker; cancelling it cancels the call."""
+        local, remote = Future(), self.client.submit(function, *arguments, pure=False)
+        local.add_done_callback(lambda done: remote.cancel() if done.cancelled() else None)
+        remote.add_done_callback(lambda done: pass_on(done, local))
+        return local
+
+
+def pass_on(remote: Any, local: Future):
+    """Give what came of a Dask future to another one, unless nobody wants it any more."""
+    if local.set_running_or_notify_cancel():
+        try:
+            local.set_result(remote.result())
+        except Exception as error:  # whatever the call raised, or that it was cancelled: for who asks
+            local.set_exception(error)
+
+
 @contextmanager
 def on_scheduler(
     address: str, folder: RunFolder, limits: Limits, *, shared_path: bool = False
@@ -155,5 +186,5 @@ def on_scheduler(
         client = Client(address, timeout=PATIENCE)
     except (OSError, ValueError) as error:
         raise InputError(f"--scheduler {address}: expected a Dask scheduler that answers; {error}") from error
-    with client, client.get_executor(pure=False) as executor:
-        yield on_executor(executor, folder, limits, shared_path=shared_path)
+    with client:
+        yield on_executor(DaskExecutor(client=client), folder, limits, shared_path=shared_path)
