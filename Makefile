@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test lint fuzz mutants bench tables site figures model scan-model clean
+.PHONY: setup tools demo test lint fuzz mutants bench scans tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -40,6 +40,11 @@ bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoC
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.strips
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
+
+SCANS := ../shared/data/scenes
+
+scans: tools  ## the exam of real scans: by object and by place, by function and source, with intervals
+	@$(BIN)/python -m spherefunc_bullet.compare.rooms.real_scans $(SCANS)
 
 site: tools  ## the documents as pages, in build/site, without the network
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
