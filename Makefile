@@ -33,6 +33,8 @@ mutants: tools  ## small changes to the code, SAMPLE of them, and which the test
 	@mkdir -p build/mutants
 	@$(BIN)/python tests/mutating.py --sample $(SAMPLE) | tee build/mutants/table.txt
 
+SCANS := ../shared/data/scenes
+
 bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
@@ -40,8 +42,7 @@ bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoC
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.strips
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
-
-SCANS := ../shared/data/scenes
+	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench.scene_stages $(SCANS))
 
 scans: tools  ## the exam of real scans: by object and by place, by function and source, with intervals
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.real_scans $(SCANS)
