@@ -29,17 +29,27 @@ def half_a_cup(radius: float, height: float, share: float) -> np.ndarray:
 
 @pytest.mark.parametrize(("kind", "height"), [("sit", 0.45), ("put", 0.72)])
 def test_a_level_has_its_place_in_the_middle(kind, height):
-    place = level_place(item_of(sheet(0.4, height)), kind)
+    top = sheet(0.4, height)
+    place = level_place(item_of(top), kind, top)
     assert np.allclose(place.position, [0, 0, height], atol=0.03)  # a square and a half of its outline
     assert place.area == pytest.approx(0.16, rel=0.25) and place.inferred
 
 
 def test_what_is_higher_than_a_seat_is_none_to_sit_on():
-    assert level_place(item_of(sheet(1.0, 0.72)), "sit") is None
+    top = sheet(1.0, 0.72)
+    assert level_place(item_of(top), "sit", top) is None
+
+
+def test_nothing_is_put_below_what_stands_on_a_top():
+    top, box = sheet(0.6, 0.72), sheet(0.3, 0.8)
+    place = level_place(item_of(top), "put", np.vstack([top, box]))
+    assert np.abs(place.position[:2]).max() > 0.15 + place.radius - 0.03
+    assert level_place(item_of(top), "put", np.vstack([top, sheet(0.6, 0.8)])) is None
 
 
 def test_a_ledge_has_no_room():
-    assert level_place(item_of(sheet(0.4, 0.45)[::1] * [1, 0.1, 1]), "sit") is None
+    ledge = sheet(0.4, 0.45) * [1, 0.1, 1]
+    assert level_place(item_of(ledge), "sit", ledge) is None
 
 
 def test_three_quarters_of_a_wall_hold_spheres_and_a_third_does_not():

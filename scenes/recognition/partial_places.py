@@ -25,17 +25,20 @@ from .room import SceneObject
 from .surroundings import SLAB, level_of
 
 _SIDE, _SQUARE = 0.01, 0.02  # metres: voxels that a level is found in, and squares of its outline
+_FREE = 0.15  # metres above a level that are free where something is put
 _FEWEST = 30  # voxels of a level
 _TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
 _NOTE = "seen in part"
 
 
-def level_place(item: SceneObject, kind: str) -> Place | None:
+def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
     """Return the middle of the level that an object carries where it is sat on or put on; None without room for a disc.
 
     Parameters
     ----------
     kind : {"sit", "put"}
+    around : (N, 3) float64, metres, level frame
+        The scene: where it reaches over the level nothing is put. One sits on a chair that is pushed under a table too.
     """
     voxels = cells(item.points, _SIDE).means
     if kind == "sit":
@@ -51,6 +54,8 @@ def level_place(item: SceneObject, kind: str) -> Place | None:
     mask[tuple((squares - corner).T)] = True
     surface = Surface(corner * _SQUARE, _SQUARE, np.where(mask, height, -np.inf), 0.0)
     mask = surface.blurred(mask, 2)
+    if kind == "put":
+        mask &= ~covered(surface, around, height)
     room = _SQUARE * (ndimage.distance_transform_edt(mask) - 0.5)
     if room.max() < DISC:
         return None
@@ -70,6 +75,15 @@ def level_place(item: SceneObject, kind: str) -> Place | None:
         inferred=True,
         note=_NOTE,
     )
+
+
+def covered(surface: Surface, points: np.ndarray, height: float) -> np.ndarray:
+    """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
+    over = points[(points[:, 2] > height + SLAB) & (points[:, 2] < height + _FREE)]
+    places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
+    hidden = np.zeros(surface.heights.shape, bool)
+    hidden[tuple(places[((places >= 0) & (places < hidden.shape)).all(axis=1)].T)] = True
+    return hidden
 
 
 def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:

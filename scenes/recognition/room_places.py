@@ -37,7 +37,7 @@ def room_places(
         found.setdefault(owner_of(place, room), []).append(place)
     for item in room.objects:
         if "table" in item.members and not any(place.kind == "put" for place in found[item.id]):
-            found[item.id] += in_part(item, "put")
+            found[item.id] += in_part(item, "put", cloud.points)
     back = from_level(room)
     return {owner: [place.moved(back) for place in places] for owner, places in found.items() if places}
 
@@ -50,15 +50,15 @@ def object_places(room_cloud: Cloud, item: SceneObject, person: float) -> list[P
         lifted = Cloud(near - [0, 0, item.support], room_cloud.name)
         seats = sit_places(surface_of(lifted, SEAT_CELL), person, 1.0)
         inside = [place for place in seats if within(place.position, item)]
-        found += [raised(place, item.support) for place in inside] or in_part(item, "sit")
+        found += [raised(place, item.support) for place in inside] or in_part(item, "sit", room_cloud.points)
     if "cup" in item.members and len(item.points) >= 10:
         found += pour_places(Cloud(item.points, room_cloud.name)) or hollow_places(item, SIMULATOR)
     return [replace(place, score=weighed(place, item)) for place in found]
 
 
-def in_part(item: SceneObject, kind: str) -> list[Place]:
+def in_part(item: SceneObject, kind: str, points: np.ndarray) -> list[Place]:
     """Return the place on the level of an object that was seen in part, where there is room for one."""
-    place = level_place(item, kind)
+    place = level_place(item, kind, points)
     return [] if place is None else [place]
 
 
