@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test lint fuzz mutants bench tables site figures model scan-model clean
+.PHONY: setup tools demo test lint fuzz mutants bench scans tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -33,6 +33,8 @@ mutants: tools  ## small changes to the code, SAMPLE of them, and which the test
 	@mkdir -p build/mutants
 	@$(BIN)/python tests/mutating.py --sample $(SAMPLE) | tee build/mutants/table.txt
 
+SCANS := ../shared/data/scenes
+
 bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
@@ -40,6 +42,10 @@ bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoC
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.strips
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
+	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench.scene_stages $(SCANS))
+
+scans: tools  ## the exam of real scans: by object and by place, by function and source, with intervals
+	@$(BIN)/python -m spherefunc_bullet.compare.rooms.real_scans $(SCANS)
 
 site: tools  ## the documents as pages, in build/site, without the network
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

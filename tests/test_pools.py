@@ -130,12 +130,10 @@ def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
 def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     points = np.vstack([square_table(1.0, 0.8, 0.5), moved(mug().points, 0.2, 0.1, 0.5)])
     (pool,) = [pool for pool in pools_of(points) if pool.area > 0.1]
-    objects = objects_on(top_of_pool(points, pool))
-    assert len(objects) == 2  # by two tolerances
-    for members in objects:
-        assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
-        # But its bottom, and the centimetre above the top that may be the top's.
-        assert len(members) == pytest.approx((mug().points[:, 2] > 0.012).sum(), rel=0.02)
+    (members,) = objects_on(top_of_pool(points, pool))  # once, by either tolerance
+    assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
+    # But its bottom, and the centimetre above the top that may be the top's.
+    assert len(members) == pytest.approx((mug().points[:, 2] > 0.012).sum(), rel=0.02)
 
 
 @pytest.mark.parametrize(("count", "parted"), [(12_000, True), (800, False)])

@@ -16,6 +16,7 @@ from room_shapes import room
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.rooms.baselines import baselines, learnt_objects, shape_record
 from spherefunc_bullet.compare.rooms.causes import cause_rows
+from spherefunc_bullet.compare.rooms.exam import interval
 from spherefunc_bullet.compare.rooms.matching import JudgedScan, Score, best_pairs, judged, judged_by_place, score_of
 from spherefunc_bullet.compare.rooms.proposals import Asked
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
@@ -55,9 +56,7 @@ def scan_of(blocks: dict[str, np.ndarray], parts: list[tuple[tuple[str, ...], di
         functions = frozenset(name for name, score in scores.items() if score > 0.5)
         recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own, scores=scores))
     verdicts = judged(truth, recognised)
-    return JudgedScan(
-        name="scan", points=points, labels=labels, truth=truth, recognised=recognised, verdicts=verdicts
-    )
+    return JudgedScan(name="scan", points=points, labels=labels, truth=truth, recognised=recognised, verdicts=verdicts)
 
 
 def causes_of(blocks, parts, truth) -> tuple[list[str], list[str]]:
@@ -237,6 +236,16 @@ def test_proposals_told_as_the_spheres_tell_them_become_the_same_objects():
         assert np.allclose(one.box.corners, other.box.corners)
 
 
+def test_an_interval_is_a_point_where_scans_agree_and_wider_where_they_do_not():
+    def recall(counts):
+        return counts[:, 0] / counts[:, :2].sum(axis=1)
+
+    assert interval([Score(found=1, missed=1)] * 5, recall) == (0.5, 0.5)
+    low, high = interval([Score(found=1), Score(missed=1)] * 5, recall)
+    assert low < 0.3 and high > 0.7
+    assert interval([Score(false=1)], recall) == (None, None)
+
+
 # The command
 
 
@@ -266,6 +275,8 @@ def test_the_command_scores_a_room_that_is_known(tmp_path):
     assert about["found"] + len(about["misses"]) == about["seen"]
     assert about["claims"] - about["true_claims"] == len(about["false_claims"])
     assert set(about["baselines"]) == {"bounding box", "points in the same cubes", "points' quantities"}
+    by_object = next(row for row in about["exam"] if (row["by"], row["of"]) == ("object", "all"))
+    assert (by_object["found"], by_object["claims"]) == (about["found"], about["claims"])
     assert "not the" in done.stderr  # these are not what the model has learnt
     assert [path.name for path in (tmp_path / "review").iterdir()] == ["room.png"]
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ast
+
 import numpy as np
 import pytest
 
 from spherefunc_bullet.compare.rooms.scores import Counts, function_counts, match_parts, segmentation_counts
+from spherefunc_bullet.compare.rooms.sensitivity import names_read, numbers_of
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.scenes.segmentation import segmentation
+from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 
 TRUTH = np.repeat([0, 1, 2, -1], [10, 10, 4, 20])
 
@@ -79,3 +84,19 @@ def test_halves_share_every_label_and_no_object():
         counts = [sum(label in item.functions for item in part.objects) for part in (one, other)]
         assert abs(counts[0] - counts[1]) <= 1
     assert shares(12, 2) == [6, 6] and sum(shares(7, 2)) == 7
+
+
+# The sensitivity of numbers
+
+
+def test_a_number_is_another_for_a_while_where_it_is_read():
+    numbers = {one.name: one for one in numbers_of("segmentation")}
+    leaf, floor = numbers["Segmentation.leaf_size"], numbers["_FLOOR"]
+    with leaf.times(2), floor.times(0.5):
+        assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.02, 0.01)
+    assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.01, 0.02)
+
+
+def test_what_kernels_read_is_apart_from_what_others_read():
+    tree = ast.parse("@njit(cache=True)\ndef kernel():\n    return FAR\n\ndef other():\n    return NEAR\n")
+    assert (names_read(tree, compiled=True) - {"njit"}, names_read(tree, compiled=False)) == ({"FAR"}, {"NEAR"})

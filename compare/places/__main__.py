@@ -73,8 +73,8 @@ def scans(options: argparse.Namespace) -> dict[str, object]:
     from .scans import scan_examined
 
     rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
-    found, good = (sum(row[key] for row in rows) for key in ("put", "good"))
-    return {"places": found, "supported and free": round(good / max(1, found), 3), "rows": rows}
+    total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
+    return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
 EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans}

@@ -18,7 +18,10 @@ SUPPORTED = 0.9  # of the disc's area
 
 
 def scan_examined(file: Path) -> dict[str, object]:
-    """Return how many places to put a scan has, how many are supported and free, and the seconds they took."""
+    """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
+
+    Those of surfaces that were seen in part are counted apart, as inferred.
+    """
     scan = load_scan(file)
     room = recognise(scan, inference_model(shipped_model("fast", scans=True), "fast"))
     started = time.perf_counter()
@@ -26,11 +29,14 @@ def scan_examined(file: Path) -> dict[str, object]:
     seconds = time.perf_counter() - started
     points = room.levelling.to_level(scan.points)
     tree, spacing = cKDTree(points[:, :2]), spacing_of(points)
-    put = [place for places in found.values() for place in places if place.kind == "put"]
-    middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
-    good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
     kinds = [place.kind for places in found.values() for place in places]
-    return {"file": file.name, "put": len(put), "good": sum(good), "sit": kinds.count("sit"), "seconds": seconds}
+    row: dict[str, object] = {"file": file.name, "sit": kinds.count("sit"), "seconds": seconds}
+    for kind, inferred in (("put", False), ("inferred", True)):
+        put = [one for places in found.values() for one in places if one.kind == "put" and one.inferred == inferred]
+        middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
+        good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
+        row |= {kind: len(put), f"{kind} good": sum(good)}
+    return row
 
 
 def spacing_of(points: np.ndarray) -> float:

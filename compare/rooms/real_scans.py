@@ -21,6 +21,7 @@ from spherefunc_bullet.scenes.recognition.recognition import compile_kernels
 from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 
 from .baselines import Baseline, baselines, learnt_objects
+from .exam import exam_rows, print_exam
 from .matching import score_of
 from .review import Pictures
 from .scan_report import SPHERES, print_causes, print_functions, print_scans
@@ -46,6 +47,7 @@ def print_measured(measured: Measured):
     print_scans(measured.rows)
     print_functions(measured.readings, measured.inferred)
     print_causes(measured.misses, measured.false_claims)
+    print_exam(exam_rows(measured.examined))
     score = score_of(measured.readings.get(SPHERES, ())).row()
     show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 

@@ -17,6 +17,7 @@ from spherefunc_bullet.settling.records import ObjectRecord
 
 from .baselines import Baseline, shape_record
 from .causes import CauseRow, cause_rows
+from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, source_of
 from .matching import JudgedScan, ScoreRow, Verdict, judged, judged_by_place, score_of
 from .proposals import Asked, Scores
 from .review import Pictures
@@ -34,6 +35,7 @@ class Measured:
     inferred: list[Verdict] = field(default_factory=list)  # of what nobody saw: each claim's
     misses: list[CauseRow] = field(default_factory=list)
     false_claims: list[CauseRow] = field(default_factory=list)
+    examined: list[ExaminedScan] = field(default_factory=list)
 
     def json(self) -> dict[str, object]:
         """Return it for JSON."""
@@ -42,6 +44,7 @@ class Measured:
             "scans": self.rows,
             **score.row(),
             "functions": by_function(self.readings.get(SPHERES, ())),
+            "exam": exam_rows(self.examined),
             "baselines": {name: by_function(own) for name, own in self.readings.items() if name != SPHERES},
             "inferred": inferred_row(self.inferred),
             "misses": self.misses,
@@ -131,6 +134,9 @@ def measure(path: Path, points: int | None, trial: Trial, pictures: Pictures, me
         measured.false_claims += false_claims
         measured.inferred += judged_by_place(truth, asked.inferred())
         measured.readings.setdefault(SPHERES, []).extend(verdicts)
+        by_place = judged_places(truth, scan, room, recognised)
+        units = {OBJECT: verdicts, PLACE: by_place}
+        measured.examined.append(ExaminedScan(source=source_of(path), verdicts=units))
         for name, others in trial.classified_by_baselines(asked).items():
             measured.readings.setdefault(name, []).extend(judged(truth, others))
     measured.rows.append(row)

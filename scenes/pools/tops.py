@@ -90,4 +90,5 @@ def objects_on(top: Top) -> list[np.ndarray]:
     found = [members for apart in _APART for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])]
     found += unveiled(fine)
     found = [members for members in found if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])]
-    return [top.indices[members] for members in found if np.ptp(top.points[members], axis=0).max() < _TALLEST]
+    distinct = {members.tobytes(): members for members in found}  # most are the same by either tolerance
+    return [top.indices[own] for own in distinct.values() if np.ptp(top.points[own], axis=0).max() < _TALLEST]

@@ -18,7 +18,7 @@ _SQUARE = 2  # voxels along the side of the squares that areas are measured in
 _REACH = 0.42  # metres beyond a proposal within which the scene is looked at
 _WAYS = 24  # directions
 _BAND = 0.02  # metres above and below the level that are of it
-_SLAB = 0.03  # metres likewise, of the points that its outline is of
+SLAB = 0.03  # metres likewise, of the points that its outline is of
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
 _LOW = 0.25  # metres above the level: objects that stand on it
@@ -125,7 +125,7 @@ def level_of(voxels: np.ndarray, side: float) -> Level:
     counts = np.searchsorted(tops, tops + 2 * _BAND, side="right") - np.arange(len(tops))
     best = int(np.argmax(counts))
     height = float(np.median(tops[best : best + counts[best]]))
-    slab = voxels[np.abs(voxels[:, 2] - height) <= _SLAB]
+    slab = voxels[np.abs(voxels[:, 2] - height) <= SLAB]
     flat = cells(slab * [1, 1, 0], square).means[:, :2]
     middle = flat.mean(axis=0)
     way, far = polar(flat, middle)

@@ -190,21 +190,22 @@ def whole_of(piece: Piece, near: np.ndarray, cluster_of: np.ndarray) -> int | No
 def vessel_sides(pieces: list[Piece], ground: np.ndarray) -> list[tuple[int, int]]:
     """Return pairs of pieces that are two sides of one vessel: of one height and width, and no ground between them."""
     small = [piece for piece in pieces if len(piece.points) >= 10 and (piece.high - piece.low).max() < _VESSEL]
-    boxes = {piece.number: bounding_box(piece.points) for piece in small}
-    pairs = []
-    for k, one in enumerate(small):
-        for other in small[:k]:
-            rims = abs(one.high[2] - other.high[2]) < _LEVEL_RIM and abs(one.low[2] - other.low[2]) < _HIDDEN
-            gap = np.maximum(one.low - other.high, other.low - one.high)[:2].max()
-            if rims and gap < _REACH and are_sides(one, other, boxes, ground):
-                pairs.append((one.number, other.number))
-    return pairs
+    lows, highs = (np.array([getattr(piece, end) for piece in small]).reshape(-1, 3) for end in ("low", "high"))
+    rims = np.abs(highs[:, None, 2] - highs[:, 2]) < _LEVEL_RIM
+    feet = np.abs(lows[:, None, 2] - lows[:, 2]) < _HIDDEN
+    gaps = np.maximum(lows[:, None] - highs, lows - highs[:, None])[..., :2].max(axis=-1, initial=-np.inf)
+    likely = np.argwhere(np.tril(rims & feet & (gaps < _REACH), -1))
+    boxes = {k: bounding_box(small[k].points) for k in np.unique(likely).tolist()}
+    return [
+        (small[one].number, small[other].number)
+        for one, other in likely.tolist()
+        if are_sides(small[one], small[other], [boxes[one], boxes[other]], ground)
+    ]
 
 
-def are_sides(one: Piece, other: Piece, boxes: dict[int, Box], ground: np.ndarray) -> bool:
+def are_sides(one: Piece, other: Piece, parts: Sequence[Box], ground: np.ndarray) -> bool:
     """Return whether two pieces together are as wide as one of them, rounder than both, and closed to the ground."""
     both = bounding_box(np.vstack([one.points, other.points]))
-    parts = [boxes[one.number], boxes[other.number]]
     if both.size[0] > min(_SAME_WIDTH * max(part.size[0] for part in parts), _VESSEL):
         return False
     if both.size[1] / both.size[0] <= max(part.size[1] / part.size[0] for part in parts):

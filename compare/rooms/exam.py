@@ -1,0 +1,176 @@
+"""The exam of real scans: recall and precision by object and by place, by function and source, with intervals.
+
+By *object* a claim is right where its box, or its points, overlap those of a true object of that function. By *place*
+it is right where the best place of that function on it, to sit, to put or to pour, lies in a true object's box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.console import print_table, show
+from spherefunc_bullet.places.place import Place
+from spherefunc_bullet.scenes.recognition.room import Room
+from spherefunc_bullet.scenes.recognition.room_places import room_places
+from spherefunc_bullet.scenes.scans.scan import Scan
+
+from .matching import Score, ScoreRow, Verdict, score_of
+from .proposals import aligned_box
+from .scores import rounded
+from .truth import RecognisedObject, TrueObject
+
+OBJECT, PLACE = "object", "place"
+ALL = "all"
+MARGIN = 0.05  # metres around a box drawn by hand within which a place is on its object
+RESAMPLED, SHARE = 2000, 0.95  # bootstrap samples of the scans, and the share of them within the interval
+
+Interval = tuple[float | None, float | None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExaminedScan:
+    """The verdicts of one scan, by object and by place."""
+
+    source: str  # whose it is: the first word of its name
+    verdicts: Mapping[str, Sequence[Verdict]]
+
+    def score(self, unit: str, function: str = ALL) -> Score:
+        """Return the score by object or by place, of one function or of all."""
+        return score_of(one for one in self.verdicts[unit] if function in (ALL, one.function))
+
+
+class ExamRow(ScoreRow):
+    """One line of the exam as JSON has it."""
+
+    by: str
+    of: str
+    scans: int
+    recall_interval: Interval
+    precision_interval: Interval
+
+
+def source_of(path: Path) -> str:
+    """Return the source of a scan.
+
+    Examples
+    --------
+    >>> source_of(Path("sun3d_home_38.ply"))
+    'sun3d'
+    """
+    return path.stem.split("_")[0]
+
+
+def judged_places(
+    truth: Sequence[TrueObject], scan: Scan, room: Room, recognised: Sequence[RecognisedObject]
+) -> list[Verdict]:
+    """Compare the best place of each function claimed of each object with the truth's boxes, in the scan's frame.
+
+    A true object is found once; a second place on it counts neither way.
+    """
+    found = room_places(scan, room)
+    claims = [
+        (best, claim)
+        for item, claim in zip(room.objects, recognised, strict=True)
+        for name in sorted(claim.functions)
+        if (best := best_place(found.get(item.id, ()), name)) is not None
+    ]
+    verdicts = []
+    for name in sorted(
+        set().union(*(one.functions | one.disputed for one in truth), *(c.functions for _, c in claims))
+    ):
+        wanted = [one for one in truth if name in one.functions | one.disputed]
+        taken: dict[int, RecognisedObject] = {}
+        for place, claim in claims:
+            if place.function == name:
+                holder = holder_of(place.position, wanted, scan)
+                if holder is None:
+                    verdicts.append(Verdict(function=name, claim=claim))
+                else:
+                    taken.setdefault(holder, claim)
+        verdicts += [Verdict(function=name, true=one, claim=taken.get(k)) for k, one in enumerate(wanted)]
+    return verdicts
+
+
+def best_place(places: Sequence[Place], function: str) -> Place | None:
+    """Return the place of the best score for a function, None without one."""
+    return max((one for one in places if one.function == function), key=lambda one: one.score, default=None)
+
+
+def holder_of(position: np.ndarray, truth: Sequence[TrueObject], scan: Scan) -> int | None:
+    """Return which true object's box holds a position (3,), metres, that of the nearest middle; None if none does."""
+    boxes = [one.box or aligned_box(scan.points[one.points]) for one in truth]
+    inside = [
+        k for k, box in enumerate(boxes) if (np.abs(box.to_own(position[None])[0]) <= box.size / 2 + MARGIN).all()
+    ]
+    return min(inside, key=lambda k: float(np.linalg.norm(boxes[k].center - position)), default=None)
+
+
+def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]) -> Interval:
+    """Return between which values a figure lies in most bootstrap samples of the scans; None where it is none.
+
+    Parameters
+    ----------
+    scores : sequence of Score
+        Of each scan.
+    figure : callable
+        From counts found, missed and false (R, 3) to the figure of each sample (R,).
+    """
+    counts = np.array([[one.found, one.missed, one.false] for one in scores]).reshape(-1, 3)
+    if not counts.sum():
+        return None, None
+    chosen = np.random.default_rng(0).integers(len(counts), size=(RESAMPLED, len(counts)))
+    with np.errstate(invalid="ignore"):
+        values = figure(counts[chosen].sum(axis=1))
+    if np.isnan(values).all():
+        return None, None
+    low, high = np.nanpercentile(values, [50 * (1 - SHARE), 50 * (1 + SHARE)])
+    return rounded(float(low), 3), rounded(float(high), 3)
+
+
+def exam_rows(scans: Sequence[ExaminedScan]) -> list[ExamRow]:
+    """Return the lines of the exam: all, by function and by source, each by object and by place."""
+    functions = sorted({one.function for scan in scans for unit in scan.verdicts.values() for one in unit})
+    sources = sorted({scan.source for scan in scans})
+    rows = []
+    for unit in (OBJECT, PLACE):
+        rows += [exam_row(unit, name, [scan.score(unit, name) for scan in scans]) for name in (ALL, *functions)]
+        for source in sources:
+            rows.append(exam_row(unit, source, [scan.score(unit) for scan in scans if scan.source == source]))
+    return rows
+
+
+def exam_row(unit: str, of: str, scores: Sequence[Score]) -> ExamRow:
+    """Return one line from the scores of its scans."""
+    return {
+        "by": unit,
+        "of": of,
+        "scans": len(scores),
+        **sum(scores, Score()).row(),
+        "recall_interval": interval(scores, lambda counts: counts[:, 0] / counts[:, :2].sum(axis=1)),
+        "precision_interval": interval(scores, lambda counts: counts[:, 0] / counts[:, ::2].sum(axis=1)),
+    }
+
+
+def print_exam(rows: Sequence[ExamRow]):
+    """Print the exam."""
+    table = [
+        [row["by"], row["of"], row["scans"]]
+        + [shared(row["found"], row["seen"], row["recall"], row["recall_interval"])]
+        + [shared(row["true_claims"], row["claims"], row["precision"], row["precision_interval"])]
+        + [f"{row['backs_found']}/{row['backs']}" if row["backs"] else "-", row["disputed"] or "-"]
+        for row in rows
+    ]
+    columns = ["by", "of", "scans", "found of seen", "claims true", "backs", "disputed"]
+    print_table(f"The exam, with {SHARE:.0%} intervals by bootstrap over scans", columns, table)
+    show()
+
+
+def shared(some: int, of: int, share: float | None, between: Interval) -> str:
+    """Return a count with its share and interval, a dash where there is nothing to count."""
+    if share is None or between[0] is None:
+        return "-"
+    return f"{some}/{of} {share:.2f} ({between[0]:.2f} to {between[1]:.2f})"

@@ -1,0 +1,127 @@
+"""Places on objects that were seen in part: where spheres stayed in a hollow, and the middle of a level.
+
+A sitter's template and a flood of water want whole surfaces. A view shows half of a mug, and a seat under a table.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from spherefunc_bullet.places.capacity import SPILLED_AT
+from spherefunc_bullet.places.place import FUNCTION, Place
+from spherefunc_bullet.places.pouring import ABOVE
+from spherefunc_bullet.places.putting import DISC
+from spherefunc_bullet.places.regions import rings_of
+from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS
+from spherefunc_bullet.places.surface import Surface
+from spherefunc_bullet.simulator import Simulator
+
+from ..pools.tops import Top
+from ..pools.vessels import VesselPool, vessel_pools
+from ..scans.cells import cells
+from .completion import complete
+from .room import SceneObject
+from .surroundings import SLAB, level_of
+
+_SIDE, _SQUARE = 0.01, 0.02  # metres: voxels that a level is found in, and squares of its outline
+_FREE = 0.15  # metres above a level that are free where something is put
+_FEWEST = 30  # voxels of a level
+_TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
+_NOTE = "seen in part"
+
+
+def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
+    """Return the middle of the level that an object carries where it is sat on or put on; None without room for a disc.
+
+    Parameters
+    ----------
+    kind : {"sit", "put"}
+    around : (N, 3) float64, metres, level frame
+        The scene: where it reaches over the level nothing is put. One sits on a chair that is pushed under a table too.
+    """
+    voxels = cells(item.points, _SIDE).means
+    if kind == "sit":
+        highest = HIGH_SEAT if item.box.size[0] < NARROW else SEAT_HEIGHTS[1]
+        above = voxels[:, 2] - item.support
+        voxels = voxels[(above > SEAT_HEIGHTS[0]) & (above < highest)]
+    if len(voxels) < _FEWEST:
+        return None
+    height = level_of(voxels, _SIDE).height
+    squares = cells(voxels[np.abs(voxels[:, 2] - height) <= SLAB] * [1, 1, 0], _SQUARE).indices[:, :2]
+    corner = squares.min(axis=0) - 2
+    mask = np.zeros(squares.max(axis=0) - corner + 3, bool)
+    mask[tuple((squares - corner).T)] = True
+    surface = Surface(corner * _SQUARE, _SQUARE, np.where(mask, height, -np.inf), 0.0)
+    mask = surface.blurred(mask, 2)
+    if kind == "put":
+        mask &= ~covered(surface, around, height)
+    room = _SQUARE * (ndimage.distance_transform_edt(mask) - 0.5)
+    if room.max() < DISC:
+        return None
+    middle = surface.middles(np.array(np.unravel_index(room.argmax(), room.shape)))
+    return Place(
+        kind=kind,
+        function=FUNCTION[kind],
+        position=np.array([*middle, height]),
+        normal=np.array([0.0, 0.0, 1.0]),
+        heading_deg=None,
+        region=rings_of(surface, mask, np.array([0.0, 0.0, height])),
+        area=float(mask.sum()) * _SQUARE**2,
+        height=height,
+        clearance=None,
+        score=_TRUST,
+        radius=float(room.max()),
+        inferred=True,
+        note=_NOTE,
+    )
+
+
+def covered(surface: Surface, points: np.ndarray, height: float) -> np.ndarray:
+    """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
+    over = points[(points[:, 2] > height + SLAB) & (points[:, 2] < height + _FREE)]
+    places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
+    hidden = np.zeros(surface.heights.shape, bool)
+    hidden[tuple(places[((places >= 0) & (places < hidden.shape)).all(axis=1)].T)] = True
+    return hidden
+
+
+def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:
+    """Return where small spheres stay in an object with a wall around them in most directions: there one can pour.
+
+    They fall on what was seen, and where they do not stay on that, on the object as recognition completes it.
+    """
+    for points in (item.points, complete(item.points, support=item.support)):
+        standing = Top(plane=np.array([0.0, 0.0, item.support]), points=points, indices=np.arange(len(points)))
+        pools = vessel_pools(standing, simulator)
+        if pools:
+            return [hollow_place(pools[0])]
+    return []
+
+
+def hollow_place(pool: VesselPool) -> Place:
+    """Return a pool as a place to pour; it holds what a prism of its walls' outline holds."""
+    angles = (np.arange(len(pool.walls)) + 0.5) * 2 * np.pi / len(pool.walls)
+    ring = pool.center[:2] + pool.walls[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    after = np.roll(ring, -1, axis=0)
+    area = 0.5 * abs(float(np.sum(ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1])))
+    depth = float(pool.rim - pool.center[2])
+    return Place(
+        kind="pour",
+        function=FUNCTION["pour"],
+        position=np.array([*pool.center[:2], pool.rim + ABOVE]),
+        normal=np.array([0.0, 0.0, 1.0]),
+        heading_deg=None,
+        region=(np.column_stack([ring, np.full(len(ring), pool.rim)]),),
+        area=area,
+        height=float(pool.rim),
+        clearance=None,
+        score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)) * _TRUST,
+        radius=float(pool.walls.min()),
+        capacity_ml=area * depth * 1e6,
+        filled_ml=SPILLED_AT * area * depth * 1e6,
+        depth=depth,
+        inside=(np.array([*ring.min(axis=0), pool.center[2]]), np.array([*ring.max(axis=0), pool.rim])),
+        inferred=True,
+        note=_NOTE,
+    )
