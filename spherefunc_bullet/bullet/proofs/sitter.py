@@ -1,4 +1,4 @@
-"""A person sits down: an articulated body is let down on the place, holds itself upright, and is looked at."""
+"""A person sits down: an articulated body is let down on the place, holds itself upright, is pushed, and looked at."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ CENTER = 0.30  # metres from the seat to where the trunk's weight acts, which th
 RATE = 120.0  # steps in a second
 HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
 STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
-TIPPED_DEG, SUNK, SLID, STILL = 25.0, 0.08, 0.12, 0.25  # degrees, metres, metres, metres in a second
+PUSHED, CALM = 0.2, 0.2  # seconds of each push on the trunk, and after it
+TIPPED_DEG, SUNK, SLID, STILL = 15.0, 0.08, 0.08, 0.25  # degrees, metres, metres, metres in a second
 
 
 def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
-    """Return what becomes of a person who sits down."""
+    """Return what becomes of a person who sits down, and is then pushed from behind, the sides and the front."""
     p, scale = pybullet(), settings.person / TALL
     start = np.array(use.position) + [0, 0, ABOVE]
     turn = p.getQuaternionFromEuler([0, 0, use.heading])
@@ -29,10 +30,23 @@ def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
     stage.rub(body)
     hold(stage, body, scale)
     stage.steps(settings.sitting_time, RATE)
+    verdict = looked_at(stage, body, use, scale)
+    for quarter in range(4):
+        if not verdict.held:
+            break
+        stage.push(body, settings.lean * scale**3, use.heading + quarter * np.pi / 2, PUSHED, RATE)
+        stage.steps(CALM, RATE)
+        verdict = looked_at(stage, body, use, scale)
+    p.removeBody(body, **stage.engine)
+    return verdict
+
+
+def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
+    """Return how a person sits now."""
+    p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
     speed, _ = p.getBaseVelocity(body, stage.client)
     touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
-    p.removeBody(body, **stage.engine)
     up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
     moved = np.array(place) - CENTER * scale * up - use.position
     tilt = tilt_of(turned)
