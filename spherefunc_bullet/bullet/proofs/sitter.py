@@ -17,7 +17,8 @@ RATE = 120.0  # steps in a second
 HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
 STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
 PUSHED, CALM = 0.2, 0.2  # seconds of each push on the trunk, and after it
-TIPPED_DEG, SUNK, SLID, STILL = 15.0, 0.08, 0.08, 0.25  # degrees, metres, metres, metres in a second
+TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # leaning ahead and aside, and back against a back
+SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres in a second
 
 
 def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
@@ -49,8 +50,11 @@ def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
     touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
     up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
     moved = np.array(place) - CENTER * scale * up - use.position
+    ahead = np.array([np.cos(use.heading), np.sin(use.heading)])
+    reclined = bool(up[:2] @ ahead < 0 and abs(up[:2] @ ahead) > 0.9 * np.linalg.norm(up[:2]))
     tilt = tilt_of(turned)
-    why = why_not(moved, tilt, float(np.linalg.norm(speed)), touched, scale)
+    tipped = tilt > (RECLINED_DEG if reclined else TIPPED_DEG)
+    why = why_not(moved, tipped, float(np.linalg.norm(speed)), touched, scale)
     return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
 
 
@@ -73,11 +77,11 @@ def hold(stage: Stage, body: int, scale: float):
         )
 
 
-def why_not(moved: np.ndarray, tilt: float, speed: float, touched: set[int], scale: float) -> str:
+def why_not(moved: np.ndarray, tipped: bool, speed: float, touched: set[int], scale: float) -> str:
     """Return why a person does not sit there, nothing where one does."""
     if moved[2] < -SUNK * scale:
         return "sank"
-    if tilt > TIPPED_DEG:
+    if tipped:
         return "tipped"
     if np.linalg.norm(moved[:2]) > SLID * scale:
         return "slid"
