@@ -1,6 +1,6 @@
 """Examine places, and print what came out as JSON.
 
-python -m spherefunc_bullet.compare.places put|seats|capacity|scans FOLDER [--headings FILE] [--every N]
+python -m spherefunc_bullet.compare.places put|seats|capacity|scans|proofs FOLDER [--headings FILE] [--every N]
 """
 
 from __future__ import annotations
@@ -77,7 +77,14 @@ def scans(options: argparse.Namespace) -> dict[str, object]:
     return {"places": found, "supported and free": round(good / max(1, found), 3), "rows": rows}
 
 
-EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans}
+def proofs(options: argparse.Namespace) -> dict[str, object]:
+    """Say what proofs of seats buy across sources, and on copies on which nobody can sit."""
+    from .proofs import proofs_examined
+
+    return proofs_examined(options.folder, options.every)
+
+
+EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans, "proofs": proofs}
 
 if __name__ == "__main__":
     main()
