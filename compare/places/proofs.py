@@ -1,9 +1,9 @@
-"""What do proofs of seats buy? Objects of sources that were not learnt, and impaired copies of seats."""
+"""What do proofs buy? Objects of sources that were not learnt, and copies of seats on which nobody can sit."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from spherefunc_bullet.commands.options import dropping
 from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.places.finding import NO_SEAT, places_of
+from spherefunc_bullet.places.place import FUNCTION, KINDS
 from spherefunc_bullet.places.proving import proven
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.scenes.impairment.kinds import Impairment
@@ -36,15 +37,15 @@ FOLDED = 0.1  # metres, how thick a folded chair is
 
 
 @dataclass(frozen=True, kw_only=True)
-class Seat:
-    """What became of the places to sit of one object."""
+class Tried:
+    """What became of the places of one kind of one object."""
 
     name: str
     group: str
-    true: bool  # whether it is a seat
+    true: bool  # whether it has the function
     score: float  # of the function, from what has learnt other sources
     places: int
-    best: bool  # whether the best place held a sitter
+    best: bool  # whether the best place held
     held: int  # places that did
     finding: float  # seconds
     proving: float
@@ -74,67 +75,76 @@ def useless_seats() -> list[Impairment]:
     return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
 
 
-def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], np.ndarray]:
-    """Return a folder's objects, and how surely each is a seat, from what has learnt the other sources."""
+def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict[str, np.ndarray]]:
+    """Return a folder's objects, and of each function their scores, from what has learnt the other sources."""
     how = dropping("fast", None, None, 0, "z", "m")
     simulated = simulate_dataset(open_dataset(str(folder)), how, failed=lambda error: say(str(error)))
     labels = labels_of(simulated)
     trial = spheres_profiled(simulated, labels, how.radii).trial(leave_one_group_out(labels.groups))
-    scores = np.empty(len(labels))
-    scores[trial.rows] = trial.scores[:, labels.functions.index(SEAT)]
-    return simulated.objects, scores
+    scores = trial.scores[np.argsort(trial.rows)]
+    return simulated.objects, dict(zip(labels.functions, scores.T, strict=True))
 
 
-def seat_tried(cloud: Cloud, item: DatasetObject, score: float, known: Mapping[str, float]) -> Seat:
-    """Return what becomes of an object's places to sit."""
+def tried(cloud: Cloud, item: DatasetObject, kind: str, score: float, known: Mapping[str, float]) -> Tried:
+    """Return what becomes of an object's places of one kind: all places to sit, the best of the other kinds."""
     started = time.perf_counter()
-    places = [place for place in places_of(cloud, scores=known) if place.kind == "sit"]
+    places = [place for place in places_of(cloud, scores=known) if place.kind == kind]
     found = time.perf_counter()
-    tried = {
-        place.position.tobytes(): place.proven.holds
-        for place in proven(cloud, places, make_simulator("bullet"), ProofSettings())
-    }
-    return Seat(
+    asked = places if kind == "sit" else places[:1]
+    after = proven(cloud, asked, make_simulator("bullet"), ProofSettings())
+    best = [place.proven.holds for place in after if place.position is places[0].position]
+    return Tried(
         name=item.path.name,
         group=item.group,
-        true=SEAT in item.functions,
+        true=FUNCTION[kind] in item.functions,
         score=float(score),
         places=len(places),
-        best=bool(places) and tried[places[0].position.tobytes()],
-        held=sum(tried.values()),
+        best=any(best),
+        held=sum(place.proven.holds for place in after),
         finding=found - started,
         proving=time.perf_counter() - found,
     )
 
 
-def objects_tried(objects: Sequence[DatasetObject], scores: np.ndarray) -> Iterator[Seat]:
-    """Yield what becomes of each object that may be a seat, but for those that are one besides."""
-    rows = [row for row, item in enumerate(objects) if SEAT not in item.also - item.functions]
-    for row in progress(rows, len(rows), "sitting on objects"):
-        if scores[row] >= NO_SEAT or SEAT in objects[row].functions:
-            yield seat_tried(load_cloud(objects[row].path), objects[row], scores[row], {SEAT: scores[row]})
+def objects_tried(objects: Sequence[DatasetObject], scores: Mapping[str, np.ndarray], kind: str) -> list[Tried]:
+    """Return what becomes of each object that has, or may have, a kind's function, but for those that have it also."""
+    function = FUNCTION[kind]
+    may = [
+        row
+        for row, item in enumerate(objects)
+        if function in item.functions or (scores[function][row] >= NO_SEAT and function not in item.also)
+    ]
+    return [
+        tried(load_cloud(objects[row].path), objects[row], kind, scores[function][row], known_of(scores, row))
+        for row in progress(may, len(may), f"{kind}: using objects")
+    ]
+
+
+def known_of(scores: Mapping[str, np.ndarray], row: int) -> dict[str, float]:
+    """Return the scores of one object."""
+    return {function: float(of_all[row]) for function, of_all in scores.items()}
 
 
 def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict[str, float]]:
     """Return for each kind of copies of seats the share with a place to sit, and on which a sitter held."""
-    rows: dict[str, list[Seat]] = {}
+    rows: dict[str, list[Tried]] = {}
     seats = [item for item in objects if SEAT in item.functions][::every]
     for item in progress(seats, len(seats), "sitting on copies"):
         specimen = Specimen(load_cloud(item.path), SEAT)
-        rows.setdefault("whole", []).append(seat_tried(specimen.cloud, item, 1.0, SURE))
+        rows.setdefault("whole", []).append(tried(specimen.cloud, item, "sit", 1.0, SURE))
         for kind in useless_seats():
             copy = kind.applied(specimen, item.path.name, 0)
             if copy is not None:
-                tried = seat_tried(cloud_from_mesh(*copy.mesh(), kind.kind), item, 1.0, SURE)
-                rows.setdefault(kind.kind, []).append(tried)
+                cloud = cloud_from_mesh(*copy.mesh(), kind.kind)
+                rows.setdefault(kind.kind, []).append(tried(cloud, item, "sit", 1.0, SURE))
     return {
         kind: {
-            "copies": len(tried),
-            "proposed": share([one.places > 0 for one in tried]),
-            "held": share([one.held > 0 for one in tried]),
-            "best held": share([one.best for one in tried]),
+            "copies": len(of_kind),
+            "proposed": share([one.places > 0 for one in of_kind]),
+            "held": share([one.held > 0 for one in of_kind]),
+            "best held": share([one.best for one in of_kind]),
         }
-        for kind, tried in rows.items()
+        for kind, of_kind in rows.items()
     }
 
 
@@ -143,46 +153,53 @@ def share(which: Sequence[bool]) -> float | None:
     return round(float(np.mean(which)), 3) if len(which) else None
 
 
-def quality(seats: Sequence[Seat], said: Sequence[bool]) -> dict[str, float]:
-    """Return precision, recall and F-measure of what is said to be a seat."""
-    right = sum(one.true and yes for one, yes in zip(seats, said, strict=True))
-    precision, recall = right / max(1, sum(said)), right / max(1, sum(one.true for one in seats))
+def quality(rows: Sequence[Tried], said: Sequence[bool]) -> dict[str, float]:
+    """Return precision, recall and F-measure of what is said to have the function."""
+    right = sum(one.true and yes for one, yes in zip(rows, said, strict=True))
+    precision, recall = right / max(1, sum(said)), right / max(1, sum(one.true for one in rows))
     both = 2 * precision * recall / max(precision + recall, 1e-9)
     return {"precision": round(precision, 3), "recall": round(recall, 3), "f_measure": round(both, 3)}
 
 
 def proofs_examined(folder: Path, every: int) -> dict[str, object]:
-    """Return what spheres, places and proofs say of objects and of copies, and what share of each verdict is a seat."""
+    """Return what spheres, places and proofs say of objects and of copies, and what the verdicts are worth."""
     objects, scores = scores_across_sources(folder)
-    seats = list(objects_tried(objects, scores))
-    called = [one.score > CLAIMED for one in seats]
-    placed = [yes and one.places > 0 for one, yes in zip(seats, called, strict=True)]
-    held = [yes and one.best for one, yes in zip(seats, placed, strict=True)]
-    asked = [one for one in seats if one.score >= NO_SEAT and one.places]
+    rows = {kind: bought(objects_tried(objects, scores, kind)) for kind in KINDS}
+    return rows | {"copies of seats": copies_tried(objects, every)}
+
+
+def bought(rows: Sequence[Tried]) -> dict[str, object]:
+    """Return what places and proofs of one kind add to the spheres' scores, and the shares that have the function."""
+    called = [one.score > CLAIMED for one in rows]
+    placed = [yes and one.places > 0 for one, yes in zip(rows, called, strict=True)]
+    held = [yes and one.best for one, yes in zip(rows, placed, strict=True)]
+    claims = [one for one, yes in zip(rows, placed, strict=True) if yes]
+    asked = [one for one in rows if one.score >= NO_SEAT and one.places]
     return {
-        "spheres": quality(seats, called),
-        "and a place": quality(seats, placed) | {"seconds": mean(one.finding for one in seats)},
-        "and its proof": quality(seats, held) | {"seconds": mean(one.proving for one in seats if one.places)},
-        "false claims": {one.name: one.best for one, yes in zip(seats, placed, strict=True) if yes and not one.true},
-        "true claims lost": [one.name for one, yes in zip(seats, placed, strict=True) if yes and one.true > one.best],
-        "less sure": {one.name: one.best for one in asked if one.score <= CLAIMED and not one.true},
-        "shares that are seats": shares(asked),
-        "without a source": {
-            group: shares([one for one in asked if one.group != group]) for group in sorted({s.group for s in asked})
+        "spheres": quality(rows, called),
+        "and a place": quality(rows, placed) | {"seconds": mean(one.finding for one in rows)},
+        "and its proof": quality(rows, held) | {"seconds": mean(one.proving for one in rows if one.places)},
+        "false claims, whether they held": {one.name: one.best for one in claims if not one.true},
+        "true claims": sum(one.true for one in claims),
+        "true claims lost": [one.name for one in claims if one.true and not one.best],
+        "less sure, false": {one.name: one.best for one in asked if one.score <= CLAIMED and not one.true},
+        "shares": shares(asked),
+        "shares without a source": {
+            group: shares([one for one in asked if one.group != group])
+            for group in sorted({row.group for row in asked})
         },
-        "copies": copies_tried(objects, every),
     }
 
 
-def shares(seats: Sequence[Seat]) -> dict[str, float | None]:
-    """Return what share are seats of all, of those whose best place held a sitter, and of those whose did not."""
+def shares(rows: Sequence[Tried]) -> dict[str, float | None]:
+    """Return what share has the function: of all, of those whose best place held, and of those whose did not."""
     return {
-        "all": share([one.true for one in seats]),
-        "held": share([one.true for one in seats if one.best]),
-        "failed": share([one.true for one in seats if not one.best]),
+        "all": share([one.true for one in rows]),
+        "held": share([one.true for one in rows if one.best]),
+        "failed": share([one.true for one in rows if not one.best]),
     }
 
 
-def mean(seconds: Iterator[float]) -> float:
+def mean(seconds: Iterable[float]) -> float:
     """Return a mean to a millisecond."""
     return round(float(np.mean(list(seconds))), 3)

@@ -19,9 +19,7 @@ def missing(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return None if impaired is None or still_serves(impaired, level) else impaired
 
 
-def tilted(
-    surface: Surface, specimen: Specimen, downhill: np.ndarray, degrees: float = TILT_DEG
-) -> Surface | None:
+def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray, degrees: float = TILT_DEG) -> Surface | None:
     """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
     level, rest = specimen.level, cut_away(surface, specimen.level)
     if rest is None:

@@ -16,7 +16,7 @@ from ..clouds.cloud import Cloud
 from .mechanics import require_amount
 
 HELD = ""  # why it did not hold: nothing
-REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "spilled")
+REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 
 @dataclass(frozen=True, kw_only=True)

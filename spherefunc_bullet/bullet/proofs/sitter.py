@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.resources import as_file, files
 
 import numpy as np
@@ -18,6 +19,7 @@ HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitt
 STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
 PUSHED, CALM = 0.2, 0.2  # seconds of each push on the trunk, and after it
 TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # leaning ahead and aside, and back against a back
+BREADTH = 0.08  # metres, a hand's: what carries on less is no seat
 SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres in a second
 
 
@@ -47,14 +49,14 @@ def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
     p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
     speed, _ = p.getBaseVelocity(body, stage.client)
-    touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
+    spread = spread_of(p.getContactPoints(body, stage.object, **stage.engine))
     up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
     moved = np.array(place) - CENTER * scale * up - use.position
     ahead = np.array([np.cos(use.heading), np.sin(use.heading)])
     reclined = bool(up[:2] @ ahead < 0 and abs(up[:2] @ ahead) > 0.9 * np.linalg.norm(up[:2]))
     tilt = tilt_of(turned)
     tipped = tilt > (RECLINED_DEG if reclined else TIPPED_DEG)
-    why = why_not(moved, tipped, float(np.linalg.norm(speed)), touched, scale)
+    why = why_not(moved, tipped, float(np.linalg.norm(speed)), spread, scale)
     return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
 
 
@@ -77,7 +79,7 @@ def hold(stage: Stage, body: int, scale: float):
         )
 
 
-def why_not(moved: np.ndarray, tipped: bool, speed: float, touched: set[int], scale: float) -> str:
+def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale: float) -> str:
     """Return why a person does not sit there, nothing where one does."""
     if moved[2] < -SUNK * scale:
         return "sank"
@@ -87,4 +89,15 @@ def why_not(moved: np.ndarray, tipped: bool, speed: float, touched: set[int], sc
         return "slid"
     if moved[2] > SUNK * scale:
         return "knees hit"
-    return "slid" if speed > STILL or not touched else HELD
+    if speed > STILL:
+        return "slid"
+    return "sharp" if spread < BREADTH * scale else HELD
+
+
+def spread_of(contacts: Sequence[tuple]) -> float:
+    """Return the breadth over which contacts carry, metres: of their forces, twice the deviation along the widest way."""
+    forces = np.array([contact[9] for contact in contacts])
+    if forces.sum() <= 0:
+        return 0.0
+    places = np.array([contact[6][:2] for contact in contacts])
+    return 2 * float(np.sqrt(np.linalg.eigvalsh(np.cov(places.T, aweights=forces, ddof=0))[-1]))
