@@ -117,6 +117,26 @@ def test_poses_keep_off_edges_and_off_what_stands_there():
     assert (np.abs(on_table[:, :2]).max(axis=1) >= 0.14).all()
 
 
+@pytest.mark.parametrize("walls, ways", [("lr", (90, 270)), ("blr", (270,)), ("bflr", ())])
+def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
+    """30 cm below a top of 60 x 30 cm; what is higher does not stand there; the way in is where there is no wall."""
+    sides = {
+        "b": (-0.3, 0.14, 0, 0.3, 0.15, 0.7),
+        "f": (-0.3, -0.15, 0, 0.3, -0.14, 0.7),
+        "l": (-0.3, -0.15, 0, -0.29, 0.15, 0.7),
+        "r": (0.29, -0.15, 0, 0.3, 0.15, 0.7),
+    }
+    boards = [(-0.3, -0.15, z, 0.3, 0.15, z + 0.02) for z in (0.38, 0.7)]
+    cupboard = cloud_from_mesh(*boxes(*boards, *[sides[wall] for wall in walls]))
+    under = [place for place in places_of(cupboard) if place.kind == "put" and place.height < 0.5]
+    assert len(under) == bool(ways)
+    for place in under:
+        assert place.height == pytest.approx(0.4, abs=0.005) and place.clearance == pytest.approx(0.3, abs=0.02)
+        assert place.heading_deg in ways
+    tall = cloud_from_mesh(*boxes((-0.03, -0.03, 0, 0.03, 0.03, 0.35)))
+    assert all(place.height > 0.5 for place in places_of(cupboard, put=tall) if place.kind == "put")
+
+
 def test_a_region_has_a_hole_where_something_stands():
     """Its outline is the table's, the hole the box's."""
     laid = cloud_from_mesh(*boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9)))

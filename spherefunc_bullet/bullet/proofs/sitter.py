@@ -95,7 +95,7 @@ def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale:
 
 
 def spread_of(contacts: Sequence[tuple]) -> float:
-    """Return the breadth over which contacts carry, metres: of their forces, twice the deviation along the widest way."""
+    """Return the breadth over which contacts carry, metres: twice the deviation of their forces, the widest way."""
     forces = np.array([contact[9] for contact in contacts])
     if forces.sum() <= 0:
         return 0.0
