@@ -16,9 +16,10 @@ from ..simulator.mechanics import require_ability
 from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
 from .place import Place, Proof
 
-# What a proof that failed leaves of a score: the share of objects that have the kind's function where the best place
-# did not hold, by that share of all that have a place, from `python -m spherefunc_bullet.compare.places proofs`.
-LEFT = {"sit": 0.43, "put": 0.3, "pour": 0.3}
+# What a proof that failed leaves of a score: the share of objects that are seats where the best place to sit did not
+# hold, by that share of all that have one (`python -m spherefunc_bullet.compare.places proofs`; of places to put and to
+# pour none failed there).
+LEFT = 0.36
 TRIED_POSES = 3  # of a region
 TRIED_HEADINGS = 4  # where all headings are as good
 DISC = 0.04, 0.08  # metres: radius and height of what is put down where no object is given
@@ -54,7 +55,7 @@ def proven(
     results = []
     for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
         failed = sum(not proofs[one].holds for one in {row, best[place.kind]})
-        results.append(replace(place, proven=proof, score=place.score * LEFT[place.kind] ** failed))
+        results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
     return sorted(results, key=lambda place: -place.score)
 
 
