@@ -20,7 +20,6 @@ from spherefunc_bullet.places.place import FUNCTION, KINDS
 from spherefunc_bullet.places.proving import proven
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.scenes.impairment.kinds import Impairment
-from spherefunc_bullet.scenes.impairment.levels import still_serves
 from spherefunc_bullet.scenes.impairment.seats import tilted_seat
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
@@ -51,12 +50,6 @@ class Tried:
     proving: float
 
 
-def spiked(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-    """Cover a seat with spikes of 10 to 20 cm; where most of it stays free of them, there is no copy."""
-    copy = spikes_on_top(specimen, rng)
-    return None if copy is None or still_serves(copy, specimen.level) else copy
-
-
 def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     """Press a seat flat from its back to its front."""
     if specimen.level is None:
@@ -70,7 +63,7 @@ def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
 
 def useless_seats() -> list[Impairment]:
     """Return the kinds of copies on which nobody can sit."""
-    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spiked, "folded": folded}
+    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
     named = [Impairment(kind=kind, functions=(SEAT,), works=False, change=change) for kind, change in more.items()]
     return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
 
@@ -126,13 +119,16 @@ def known_of(scores: Mapping[str, np.ndarray], row: int) -> dict[str, float]:
 
 
 def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict[str, float]]:
-    """Return for each kind of copies of seats the share with a place to sit, and on which a sitter held."""
+    """Return for each kind of copies of seats the share with a place to sit, and on which a sitter held.
+
+    Where what would be impaired is not what one sits on, such as an ottoman beside its armchair, there are no copies.
+    """
     rows: dict[str, list[Tried]] = {}
     seats = [item for item in objects if SEAT in item.functions][::every]
     for item in progress(seats, len(seats), "sitting on copies"):
         specimen = Specimen(load_cloud(item.path), SEAT)
         rows.setdefault("whole", []).append(tried(specimen.cloud, item, "sit", 1.0, SURE))
-        for kind in useless_seats():
+        for kind in useless_seats() if impairs_seat(specimen) else ():
             copy = kind.applied(specimen, item.path.name, 0)
             if copy is not None:
                 cloud = cloud_from_mesh(*copy.mesh(), kind.kind)
@@ -146,6 +142,12 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict
         }
         for kind, of_kind in rows.items()
     }
+
+
+def impairs_seat(specimen: Specimen) -> bool:
+    """Return whether the level that is impaired is that of the best place to sit."""
+    places = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"]
+    return bool(places and specimen.level is not None and specimen.level.over(places[0].position[None])[0])
 
 
 def share(which: Sequence[bool]) -> float | None:
