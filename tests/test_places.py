@@ -219,8 +219,10 @@ def test_the_command_prints_what_the_contract_names(tmp_path):
     trimesh.Trimesh(*CUP).export(tmp_path / "cup.ply")
     (tmp_path / "bad.ply").write_text("nothing")
     command = [Path(sys.executable).with_name("spherefunc"), "places", tmp_path / "cup.ply", tmp_path / "bad.ply"]
-    answer = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
+    page = tmp_path / "places.html"
+    answer = subprocess.run([*command, "--json", "--page", page], capture_output=True, text=True, check=False)
     assert answer.returncode == 2
+    assert "1 of 1 places to pour" in page.read_text()
     (row,) = json.loads(answer.stdout)
     pour = next(place for place in row["places"] if place["kind"] == "pour")
     assert {
