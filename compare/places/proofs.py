@@ -33,6 +33,7 @@ from ..evaluation.protocol import labels_of, leave_one_group_out
 SEAT = "sittable"
 SURE, CLAIMED = {SEAT: 1.0}, 0.5
 FOLDED = 0.1  # metres, how thick a folded chair is
+APART = 0.1  # metres in height: another level
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,8 +147,11 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict
 
 def impairs_seat(specimen: Specimen) -> bool:
     """Return whether the level that is impaired is that of the best place to sit."""
-    places = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"]
-    return bool(places and specimen.level is not None and specimen.level.over(places[0].position[None])[0])
+    places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
+    if not places or level is None:
+        return False
+    on_it = level.flat[level.grid.cells_of(places[0].position[None])][0]
+    return bool(on_it and abs(places[0].height - level.height) < APART)
 
 
 def share(which: Sequence[bool]) -> float | None:
