@@ -36,6 +36,7 @@ def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: floa
         What is lower is the ground.
     """
     footprint = None if put is None else footprint_of(put)
+    least = DISC if footprint is None else 0.01
     needed = GAP if footprint is None else footprint.height + OVER
     if cloud.size[2] <= needed:
         return []
@@ -43,11 +44,11 @@ def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: floa
     shelves, gaps = np.full((MOST, *surface.heights.shape), -np.inf), np.zeros((MOST, *surface.heights.shape))
     find_shelves(layers.highest, layers.bottom, layers.side, needed, lowest, shelves, gaps)
     for heights, free in zip(shelves, gaps, strict=True):
-        if not np.isfinite(heights).any():
-            break
+        if np.isfinite(heights).sum() * surface.cell**2 < np.pi * least**2:
+            break  # the next ones are smaller still
         shelf = replace(surface, heights=heights)
         around = replace(surface, heights=np.where(np.isfinite(heights), heights, surface.heights))
-        for region in level_regions(shelf, DISC if footprint is None else 0.01, lowest):
+        for region in level_regions(shelf, least, lowest):
             place, clearance = put_place(around, region, footprint), float(free[region.cells].min())
             way = None if place is None else way_in(layers, shelf, place.position, clearance)
             if way is not None:
