@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,6 +119,26 @@ def test_poses_keep_off_edges_and_off_what_stands_there():
     assert (np.abs(on_table[:, :2]).max(axis=1) >= 0.14).all()
 
 
+@pytest.mark.parametrize("walls, ways", [("lr", (90, 270)), ("blr", (270,)), ("bflr", ())])
+def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
+    """30 cm below a top of 60 x 30 cm; what is higher does not stand there; the way in is where there is no wall."""
+    sides = {
+        "b": (-0.3, 0.14, 0, 0.3, 0.15, 0.7),
+        "f": (-0.3, -0.15, 0, 0.3, -0.14, 0.7),
+        "l": (-0.3, -0.15, 0, -0.29, 0.15, 0.7),
+        "r": (0.29, -0.15, 0, 0.3, 0.15, 0.7),
+    }
+    boards = [(-0.3, -0.15, z, 0.3, 0.15, z + 0.02) for z in (0.38, 0.7)]
+    cupboard = cloud_from_mesh(*boxes(*boards, *[sides[wall] for wall in walls]))
+    under = [place for place in places_of(cupboard) if place.kind == "put" and place.height < 0.5]
+    assert len(under) == bool(ways)
+    for place in under:
+        assert place.height == pytest.approx(0.4, abs=0.005) and place.clearance == pytest.approx(0.3, abs=0.02)
+        assert place.heading_deg in ways
+    tall = cloud_from_mesh(*boxes((-0.03, -0.03, 0, 0.03, 0.03, 0.35)))
+    assert all(place.height > 0.5 for place in places_of(cupboard, put=tall) if place.kind == "put")
+
+
 def test_a_region_has_a_hole_where_something_stands():
     """Its outline is the table's, the hole the box's."""
     laid = cloud_from_mesh(*boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9)))
@@ -197,8 +219,10 @@ def test_the_command_prints_what_the_contract_names(tmp_path):
     trimesh.Trimesh(*CUP).export(tmp_path / "cup.ply")
     (tmp_path / "bad.ply").write_text("nothing")
     command = [Path(sys.executable).with_name("spherefunc"), "places", tmp_path / "cup.ply", tmp_path / "bad.ply"]
-    answer = subprocess.run([*command, "--json"], capture_output=True, text=True, check=False)
+    page = tmp_path / "places.html"
+    answer = subprocess.run([*command, "--json", "--page", page], capture_output=True, text=True, check=False)
     assert answer.returncode == 2
+    assert "1 of 1 places to pour" in page.read_text()
     (row,) = json.loads(answer.stdout)
     pour = next(place for place in row["places"] if place["kind"] == "pour")
     assert {
@@ -213,3 +237,46 @@ def test_the_command_prints_what_the_contract_names(tmp_path):
         "score",
         "proven",
     } <= set(pour)
+
+
+def example(name: str):
+    """Return a script of the examples as a module."""
+    path = Path(__file__).resolve().parents[1] / "examples" / "places" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_receptacles_for_habitat_are_the_top_without_what_stands_on_it(tmp_path):
+    """As large as the region, level, in the object's frame with y up; what was in the configuration stays."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("shapely"), pytest.importorskip("mapbox_earcut")
+    laid = boxes(
+        (-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9), (-0.05, -0.05, 0, 0.05, 0.05, 0.7)
+    )
+    trimesh.Trimesh(laid[0][:, [1, 2, 0]], laid[1]).export(tmp_path / "table.glb")
+    config = tmp_path / "table.object_config.json"
+    config.write_text(json.dumps({"render_asset": "table.glb", "mass": 20, "user_defined": {"note": "ours"}}))
+    count = example("habitat_receptacles").add_receptacles(tmp_path / "table.glb", config)
+    written = json.loads(config.read_text())
+    assert written["mass"] == 20 and len(written["user_defined"]) == 1 + count == 3
+    top = written["user_defined"]["receptacle_mesh_table_0"]
+    mesh = trimesh.load(tmp_path / top["mesh_filepath"], force="mesh")
+    assert top["up"] == [0, 1, 0] and np.ptp(mesh.vertices[:, 1]) < 0.005
+    assert mesh.vertices[:, 1].mean() == pytest.approx(0.73, abs=0.005)
+    assert mesh.area == pytest.approx(1.2 * 0.8 - 0.2 * 0.2, rel=0.08)  # edges are kept off
+
+
+def test_the_sampler_for_blenderproc_sets_down_at_each_pose_once(tmp_path, monkeypatch):
+    """Poses come from the command's JSON."""
+    rows = [
+        {"file": "table.ply", "places": [{"kind": "put", "poses": [np.diag([k, 1, 1, 1]).tolist() for k in (1, 2, 3)]}]}
+    ]
+    (tmp_path / "places.json").write_text(json.dumps(rows))
+    monkeypatch.setitem(sys.modules, "blenderproc", SimpleNamespace())
+    script, seen = example("blenderproc_sampler"), []
+    set_down = script.sampler(script.read_poses(tmp_path / "places.json"))
+    for _ in range(3):
+        set_down(SimpleNamespace(set_local2world_mat=seen.append))
+    assert sorted(pose[0, 0] for pose in seen) == [1, 2, 3]

@@ -1,6 +1,6 @@
 """A table while it is being laid: a table still, object by object, until nothing more has room.
 
-    python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
+python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Examine places, and print what came out as JSON.
 
-python -m spherefunc_bullet.compare.places put|seats|capacity|scans FOLDER [--headings FILE] [--every N]
+python -m spherefunc_bullet.compare.places put|seats|capacity|scans|proofs FOLDER
+    [--headings FILE] [--every N] [--category NAME]
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("--headings", type=Path, default=Path("tests/seat_headings.csv"))
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--category", help="put: objects of this category of the manifest in place of tables")
     options = parser.parse_args()
     print_json(EXAMS[options.exam](options))
 
@@ -29,7 +31,10 @@ def main():
 def files_of(options: argparse.Namespace, label: str) -> list[Path]:
     """Return the files of one label, each so-and-so-many-th."""
     with (options.folder / "manifest.csv").open() as rows:
-        return [options.folder / row["file"] for row in csv.DictReader(rows) if row["label"] == label][:: options.every]
+        asked = ("label", label) if options.category is None else ("category", options.category)
+        return [options.folder / row["file"] for row in csv.DictReader(rows) if row[asked[0]] == asked[1]][
+            :: options.every
+        ]
 
 
 def put(options: argparse.Namespace) -> dict[str, object]:
@@ -77,7 +82,14 @@ def scans(options: argparse.Namespace) -> dict[str, object]:
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
-EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans}
+def proofs(options: argparse.Namespace) -> dict[str, object]:
+    """Say what proofs of seats buy across sources, and on copies on which nobody can sit."""
+    from .proofs import proofs_examined
+
+    return proofs_examined(options.folder, options.every)
+
+
+EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans, "proofs": proofs}
 
 if __name__ == "__main__":
     main()

@@ -33,6 +33,7 @@ def places(
     units: Units = "m",
     package_path: PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object with its places.")] = None,
+    page: Annotated[Path | None, typer.Option(metavar="HTML", help="Write an interactive page of them.")] = None,
     json: Json = False,
 ):
     """Say where and how each object can be used: places to sit, to put and to pour."""
@@ -47,8 +48,8 @@ def places(
     failures, how = Failures(), (put, prove, parse_length(person), up, units, seed)
     results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [row_of(file, *found) for file, found in results]
-    if picture is not None and results:
-        draw([(file, found) for file, (found, _) in results], picture, up, units)
+    if results and (picture is not None or page is not None):
+        draw([(file, found) for file, (found, _) in results], picture, page, up, units)
     print_json(rows) if json else print_places(rows)
     failures.exit()
 
@@ -70,16 +71,19 @@ def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
     return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
 
 
-def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path, up: str, units: str):
+def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, page: Path | None, up: str, units: str):
     """Draw objects with their places, as they stand."""
     from spherefunc_bullet.places.finding import cloud_and_frame
-    from spherefunc_bullet.viewer.place_pictures import write_places_picture
+    from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture
 
     shown = []
     for file, places in found:
         cloud, to_input = cloud_and_frame(file, up=up, units=units)
-        shown.append((file.name, cloud.points, [place.moved(to_input.inverse()) for place in places]))
-    write_places_picture(shown, picture)
+        shown.append((cloud, [place.moved(to_input.inverse()) for place in places]))
+    if picture is not None:
+        write_places_picture([(cloud.name, cloud.points, places) for cloud, places in shown], picture)
+    if page is not None:
+        write_places_page(shown, page)
 
 
 def print_places(rows: Sequence[Row]):

@@ -9,7 +9,7 @@ from .levels import cut_away, still_serves
 from .poses import laid, level_direction
 from .specimen import Specimen
 from .surfaces import Surface
-from .tops import tilted
+from .tops import TILT_DEG, tilted
 
 GAP = 0.3  # metres, wider than a person's thighs are deep
 LEAST_GAP = 0.2  # metres, on small stools
@@ -37,12 +37,12 @@ def gaps_in_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     return cut_away(specimen.surface, seat, between_bars)
 
 
-def tilted_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+def tilted_seat(specimen: Specimen, rng: np.random.Generator, degrees: float = TILT_DEG) -> Surface | None:
     """Let the seat slope away from the back, or any way where there is no back."""
     if specimen.level is None:
         return None
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
-    return tilted(specimen.surface, specimen, anywhere if specimen.back is None else -specimen.back)
+    return tilted(specimen.surface, specimen, anywhere if specimen.back is None else -specimen.back, degrees)
 
 
 def box_on_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:

@@ -19,14 +19,14 @@ def missing(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return None if impaired is None or still_serves(impaired, level) else impaired
 
 
-def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray) -> Surface | None:
+def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray, degrees: float = TILT_DEG) -> Surface | None:
     """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
     level, rest = specimen.level, cut_away(surface, specimen.level)
     if rest is None:
         return None
     height = surface.centres[:, 2]
     slab = level.over(surface.centres) & (height >= 0.85 * level.height) & (height <= level.upper + 0.012)
-    slope, middle = np.tan(np.radians(TILT_DEG)), level.box.mean(axis=0)
+    slope, middle = np.tan(np.radians(degrees)), level.box.mean(axis=0)
 
     def sloped(points: np.ndarray) -> np.ndarray:
         rise = -slope * ((points[:, :2] - middle) @ downhill)

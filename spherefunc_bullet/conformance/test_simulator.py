@@ -178,9 +178,7 @@ def test_nothing_inside_another_sphere(simulator: Simulator, name: str):
 def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
     """Every settled sphere touches the object or another sphere."""
     result = dropped(simulator.name, name)
-    touches = touches_cloud(to_cloud(result, name), name) | (
-        to_spheres(result) <= (2 + TOUCH) * radius_of(name)
-    )
+    touches = touches_cloud(to_cloud(result, name), name) | (to_spheres(result) <= (2 + TOUCH) * radius_of(name))
     # A floor at ground level is met at the ground, also between its points.
     touches |= result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
     assert touches.all()
@@ -200,9 +198,7 @@ def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: st
     """Who is said to rest on the object touches it, and nobody else is."""
     result = dropped(simulator.name, name)
     distances = to_cloud(result, name)
-    near = touches_cloud(distances, name) | (
-        result.centers[:, 2] <= (1 + TOUCH) * radius_of(name)
-    )
+    near = touches_cloud(distances, name) | (result.centers[:, 2] <= (1 + TOUCH) * radius_of(name))
     assert np.all(near[result.on_object])
     # Not touching, but within a thousandth of the radius, would be a contradiction.
     assert np.all(distances[~result.on_object] > 0.999 * radius_of(name))

@@ -13,7 +13,8 @@ from ..clouds.conversion import Anything, geometry_of, warn
 from ..formats.units import BY_FILE
 from .place import IDENTITY, Place, Similarity, similarity_between
 from .pouring import pour_places
-from .putting import put_places
+from .putting import LOWEST, put_places
+from .shelves import shelf_places
 from .sitting import sit_places
 from .surface import surface_of
 
@@ -43,6 +44,7 @@ def places_of(
     found = [
         *(sit_places(coarse, person, sittable) if sittable >= NO_SEAT else []),
         *put_places(surface, put),
+        *shelf_places(cloud, surface, put, LOWEST),
         *pour_places(cloud),
     ]
     weighed = [replace(place, score=weighed_score(place, known)) for place in found]

@@ -18,7 +18,7 @@ class Proof:
     backend: str
     trials: int
     held: int
-    why: tuple[str, ...]  # of each trial that did not hold: slid, tipped, sank, knees hit, spilled
+    why: tuple[str, ...]  # of trials that did not hold, see `simulator.proofs.REASONS`
 
     @property
     def holds(self) -> bool:

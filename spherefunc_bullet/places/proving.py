@@ -13,10 +13,13 @@ import numpy as np
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..simulator import Simulator
 from ..simulator.mechanics import require_ability
-from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use
+from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
 from .place import Place, Proof
 
-FAILED = 0.3  # what a place that did not hold keeps of its score
+# What a proof that failed leaves of a score: the share of objects that are seats where the best place to sit did not
+# hold, by that share of all that have one (`python -m spherefunc_bullet.compare.places proofs`; of places to put and to
+# pour none failed there).
+LEFT = 0.36
 TRIED_POSES = 3  # of a region
 TRIED_HEADINGS = 4  # where all headings are as good
 DISC = 0.04, 0.08  # metres: radius and height of what is put down where no object is given
@@ -32,6 +35,13 @@ def proven(
 ) -> list[Place]:
     """Return places, in the cloud's frame, with what became of them when they were used; the best first.
 
+    Where the best place of a kind did not hold, that tells against the object's function, so all of that kind lose.
+
+    Parameters
+    ----------
+    places : sequence of Place
+        The best first.
+
     Raises
     ------
     InputError
@@ -40,19 +50,20 @@ def proven(
     able = require_ability(simulator, "prove")
     uses = [uses_of(place, put) for place in places]
     verdicts = iter(able.prove(cloud, [use for of_one in uses for use in of_one], settings, seed))
-    results = [
-        with_proof(place, able.name, [next(verdicts) for _ in of_one])
-        for place, of_one in zip(places, uses, strict=True)
-    ]
+    proofs = [proof_of(able.name, [next(verdicts) for _ in of_one]) for of_one in uses]
+    best = {place.kind: row for row, place in reversed(list(enumerate(places)))}
+    results = []
+    for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
+        failed = sum(not proofs[one].holds for one in {row, best[place.kind]})
+        results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
     return sorted(results, key=lambda place: -place.score)
 
 
-def with_proof(place: Place, backend: str, verdicts: Sequence) -> Place:
-    """Return a place with its proof, and the score that this leaves."""
+def proof_of(backend: str, verdicts: Sequence[Verdict]) -> Proof:
+    """Return the proof of one place."""
     held = sum(verdict.held for verdict in verdicts)
     why = tuple(reason for reason, _ in Counter(verdict.why for verdict in verdicts if not verdict.held).most_common())
-    proof = Proof(backend=backend, trials=len(verdicts), held=held, why=why)
-    return replace(place, proven=proof, score=place.score * (1.0 if proof.holds else FAILED))
+    return Proof(backend=backend, trials=len(verdicts), held=held, why=why)
 
 
 def uses_of(place: Place, put: Cloud | None) -> list[Use]:

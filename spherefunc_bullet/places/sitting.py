@@ -14,9 +14,9 @@ from .regions import plane_through, rings_of
 from .surface import Surface
 
 TALL = 1.75  # metres: whom the template fits
-SEAT_HEIGHTS = 0.22, 0.66  # metres above the ground, of that person
-HIGH_SEAT = 0.92  # of objects that are known as seats: bar stools
-NARROW = 0.85  # metres, with the cells around it: no bar stool is wider
+SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air
+HIGH_SEAT = 0.82  # of objects that are known as seats: bar stools
+NARROW = 0.72  # metres, with the cells around it: no bar stool is wider
 HEADINGS = 24
 # Zones of the template: ahead (from, to) and aside (from, to) of the pelvis' middle, metres, of a person 1.75 m tall.
 CORE, THIGHS, TRUNK, BACK, FRONT, FEET, ARMS = range(7)
@@ -36,7 +36,7 @@ STEP = 0.025  # metres between samples of a zone
 OF_WHOLE = 0.3  # of a heading's worth that all cells of seat height decide together
 SMOOTHED = 3  # headings to either side that a score is averaged with: the middle of those that are as good wins
 APART = 0.55  # metres between persons
-LEAST = 0.3  # a place that is worth less is none
+LEAST = 0.25  # a place that is worth less is none
 GOOD = 0.75  # of the best place's worth: others on the same seat
 STRAIGHT = 0.015  # metres that a back may be off a line for its direction to say how one faces
 BACKED = 0.4  # of the width behind the sitter: from here on there is a back

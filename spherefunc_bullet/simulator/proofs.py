@@ -16,7 +16,7 @@ from ..clouds.cloud import Cloud
 from .mechanics import require_amount
 
 HELD = ""  # why it did not hold: nothing
-REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "spilled")
+REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,8 @@ class ProofSettings:
     """How places are used."""
 
     person: float = 1.75  # metres, how tall a sitter is
-    sitting_time: float = 1.5  # seconds after which a sitter is looked at
+    sitting_time: float = 1.0  # seconds after which a sitter is looked at
+    lean: float = 40.0  # newtons, by which a sitter 1.75 m tall is then pushed from each side
     friction: float = 0.6  # cloth on wood; a mug on wood
     put_time: float = 1.0  # seconds after which what was put down is looked at, and as long after the push
     push: float = 1.0  # newtons
@@ -34,6 +35,7 @@ class ProofSettings:
     def __post_init__(self):
         require_amount("person", self.person, least=0.6, most=2.5)
         require_amount("sitting_time", self.sitting_time, above=0.0)
+        require_amount("lean", self.lean)
         require_amount("friction", self.friction)
         require_amount("put_time", self.put_time, above=0.0)
         require_amount("push", self.push)

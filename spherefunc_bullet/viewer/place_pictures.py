@@ -1,23 +1,26 @@
-"""Pictures of places: regions drawn on the object, a person drawn sitting, a stream drawn pouring."""
+"""Pictures and pages of places: regions drawn on the object, a person drawn sitting, a stream drawn pouring."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..clouds.cloud import corners_of
-from ..formats.writing import write_bytes
+from ..clouds.cloud import Cloud, corners_of
+from ..formats.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
 
     from ..places.place import Place
+    from .data import Panel
 
 MOST_POINTS = 6000
 DRAWN = 0.25  # the least score of a place that is drawn
+BEAD = 0.008  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
 # Joints of a sitter 1.75 m tall, ahead and up from the seat, metres: head, neck, hip, knee, foot, toes.
 JOINTS = np.array([[-0.02, 0.86], [0.0, 0.60], [0.0, 0.08], [0.42, 0.10], [0.44, -0.36], [0.60, -0.38]])
@@ -73,23 +76,100 @@ def draw_place(axes: Axes3D, place: Place):
     for ring in place.region:
         axes.plot(*np.vstack([ring, ring[:1]]).T, c=colour, lw=1.5, zorder=3)
     if place.kind == "sit":
-        draw_person(axes, place)
+        joints = joints_of(place)
+        axes.plot(*joints[1:].T, c="black", lw=4, solid_capstyle="round", zorder=5)
+        axes.scatter(*joints[0], c="black", s=160, zorder=5)
     elif place.kind == "pour":
-        top = place.position + [0, 0, 3 * (place.depth or 0.05) / 2]
-        axes.plot(*np.array([top, [*place.position[:2], place.height]]).T, c=colour, lw=4, zorder=4)
+        axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
     for pose in place.poses[:20]:
         axes.scatter(*pose[:3, 3], c=colour, s=12, marker="x", zorder=4)
 
 
-def draw_person(axes: Axes3D, place: Place):
-    """Draw a person who sits there as sticks."""
+def joints_of(place: Place) -> np.ndarray:
+    """Return the joints (6, 3) of a person who sits there."""
     angle = np.radians(0.0 if place.heading_deg is None else place.heading_deg)
     ahead = np.array([np.cos(angle), np.sin(angle), 0.0])
-    joints = place.position + JOINTS[:, :1] * ahead + JOINTS[:, 1:] * [0, 0, 1]
-    axes.plot(*joints[1:].T, c="black", lw=4, solid_capstyle="round", zorder=5)
-    axes.scatter(*joints[0], c="black", s=160, zorder=5)
+    return place.position + JOINTS[:, :1] * ahead + JOINTS[:, 1:] * [0, 0, 1]
+
+
+def stream_of(place: Place) -> np.ndarray:
+    """Return the ends (2, 3) of the stream that is poured there."""
+    return np.array([place.position + [0, 0, 3 * (place.depth or 0.05) / 2], [*place.position[:2], place.height]])
 
 
 def write_places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], path: Path):
     """Write the picture of objects and their places."""
     write_bytes(path, places_picture(shown))
+
+
+def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path):
+    """Write an interactive page of objects and their places, which are in the frames of the clouds, metres.
+
+    Outlines, persons and streams are chains of small spheres, each kind of place in a panel of its own.
+    """
+    from .data import display
+    from .page import display_html, display_page
+    from .still import still_picture
+
+    parts = []
+    for cloud, places in shown:
+        panels = [panel_of(cloud, kind, [one for one in places if one.kind == kind]) for kind in COLOURS]
+        some = [panel for panel in panels if len(panel.layers[0].centers)]
+        parts.append(f"<h1>{escape(cloud.name)}</h1>")
+        parts.append(display_html(display(cloud, some), still_picture(cloud, some)) if some else "<p>No place.</p>")
+    write_text(path, display_page("Places", parts))
+
+
+def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
+    """Return the panel of one kind of places."""
+    from ..learning.reasons.cubes import Cubes
+    from .data import Layer, Panel
+    from .page import table_html
+
+    radius = float(np.clip(BEAD * cloud.size.max(), 0.0005, 0.02))
+    bar = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf is no table, and yet has places
+    drawn = [one for one in places if one.score >= bar]
+    lines = [line for place in drawn for line in lines_of(place)]
+    beads = np.vstack([*(beads_on(line, radius) for line in lines), np.empty((0, 3))])
+    head = ["height / m", "faces", "score", "free above / m", "proof"]
+    rows = [
+        [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance), proof_text(one)]
+        for one in drawn
+    ]
+    none = Cubes(side=1.0, corners=np.empty((0, 3)), counts=np.empty(0))
+    note = f"{len(drawn)} of {len(places)} places to {kind}"
+    layer = Layer(radius=radius, centers=beads, cubes=none, note=note, details=table_html(head, rows))
+    return Panel(title=kind, layers=[layer])
+
+
+def lines_of(place: Place) -> list[np.ndarray]:
+    """Return the lines (K, 3) that show a place."""
+    rings = [np.vstack([ring, ring[:1]]) for ring in place.region]
+    use = {"sit": joints_of, "pour": stream_of}.get(place.kind)
+    return rings if use is None else [*rings, use(place)]
+
+
+def beads_on(line: np.ndarray, radius: float) -> np.ndarray:
+    """Return points along a line (K, 3), so near that spheres about them touch."""
+    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    along = np.append(0.0, np.cumsum(steps))
+    at = np.linspace(0.0, along[-1], 2 + int(along[-1] / (1.5 * radius)))
+    return np.column_stack([np.interp(at, along, line[:, axis]) for axis in range(3)])
+
+
+def degrees(angle: float | None) -> str:
+    """Return a heading as a table shows it."""
+    return "any" if angle is None else f"{angle:.0f}°"
+
+
+def metres(length: float | None) -> str:
+    """Return a free height as a table shows it."""
+    return "open" if length is None else f"{length:.2f}"
+
+
+def proof_text(place: Place) -> str:
+    """Return what became of a proof."""
+    proof = place.proven
+    if proof is None:
+        return ""
+    return f"held {proof.held} of {proof.trials}" + (f" ({', '.join(proof.why)})" if proof.why else "")

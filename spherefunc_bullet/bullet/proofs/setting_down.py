@@ -31,7 +31,7 @@ def put_down(stage: Stage, use: PutUse, settings: ProofSettings) -> Verdict:
     stage.rub(body)
     moved, tilt = looked_at(stage, body, start, turn, settings.put_time)
     if moved <= MOVED and tilt <= TILTED_DEG:
-        push(stage, body, min(settings.push, LIGHT * free.mass * G))
+        stage.push(body, min(settings.push, LIGHT * free.mass * G), 0.0, PUSHED, RATE)
         moved, tilt = looked_at(stage, body, start, turn, settings.put_time / 2)
     p.removeBody(body, **stage.engine)
     why = "tipped" if tilt > TILTED_DEG else "slid" if moved > MOVED else HELD
@@ -49,12 +49,3 @@ def looked_at(stage: Stage, body: int, start: np.ndarray, turn: Rotation, second
     place, turned = pybullet().getBasePositionAndOrientation(body, stage.client)
     up = (Rotation.from_quat(turned) * turn.inv()).apply([0.0, 0.0, 1.0])
     return float(np.linalg.norm(np.array(place) - start)), float(np.degrees(np.arccos(np.clip(up[2], -1, 1))))
-
-
-def push(stage: Stage, body: int, newtons: float):
-    """Push a body along x for a moment, where its weight acts."""
-    p = pybullet()
-    for _ in range(round(PUSHED * RATE)):
-        place, _ = p.getBasePositionAndOrientation(body, stage.client)
-        p.applyExternalForce(body, -1, [newtons, 0, 0], place, p.WORLD_FRAME, **stage.engine)
-        p.stepSimulation(stage.client)

@@ -1,7 +1,8 @@
-"""A person sits down: an articulated body is let down on the place, holds itself upright, and is looked at."""
+"""A person sits down: an articulated body is let down on the place, holds itself upright, is pushed, and looked at."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib.resources import as_file, files
 
 import numpy as np
@@ -16,11 +17,14 @@ CENTER = 0.30  # metres from the seat to where the trunk's weight acts, which th
 RATE = 120.0  # steps in a second
 HIP, KNEE = 60.0, 15.0  # newton metres at most, by which joints go back to sitting
 STRETCHED = -1.3  # radians: knees are stretched at first, and the shanks come down
-TIPPED_DEG, SUNK, SLID, STILL = 25.0, 0.08, 0.12, 0.25  # degrees, metres, metres, metres in a second
+PUSHED, CALM = 0.2, 0.2  # seconds of each push on the trunk, and after it
+TIPPED_DEG, RECLINED_DEG = 15.0, 30.0  # leaning ahead and aside, and back against a back
+BREADTH = 0.08  # metres, a hand's: what carries on less is no seat
+SUNK, SLID, STILL = 0.08, 0.08, 0.25  # metres, metres, metres in a second
 
 
 def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
-    """Return what becomes of a person who sits down."""
+    """Return what becomes of a person who sits down, and is then pushed from behind, the sides and the front."""
     p, scale = pybullet(), settings.person / TALL
     start = np.array(use.position) + [0, 0, ABOVE]
     turn = p.getQuaternionFromEuler([0, 0, use.heading])
@@ -29,14 +33,30 @@ def sat_down(stage: Stage, use: SitUse, settings: ProofSettings) -> Verdict:
     stage.rub(body)
     hold(stage, body, scale)
     stage.steps(settings.sitting_time, RATE)
+    verdict = looked_at(stage, body, use, scale)
+    for quarter in range(4):
+        if not verdict.held:
+            break
+        stage.push(body, settings.lean * scale**3, use.heading + quarter * np.pi / 2, PUSHED, RATE)
+        stage.steps(CALM, RATE)
+        verdict = looked_at(stage, body, use, scale)
+    p.removeBody(body, **stage.engine)
+    return verdict
+
+
+def looked_at(stage: Stage, body: int, use: SitUse, scale: float) -> Verdict:
+    """Return how a person sits now."""
+    p = pybullet()
     place, turned = p.getBasePositionAndOrientation(body, stage.client)
     speed, _ = p.getBaseVelocity(body, stage.client)
-    touched = {contact[3] for contact in p.getContactPoints(body, stage.object, **stage.engine)}
-    p.removeBody(body, **stage.engine)
+    spread = spread_of(p.getContactPoints(body, stage.object, **stage.engine))
     up = np.array(p.getMatrixFromQuaternion(turned)).reshape(3, 3)[:, 2]
     moved = np.array(place) - CENTER * scale * up - use.position
+    ahead = np.array([np.cos(use.heading), np.sin(use.heading)])
+    reclined = bool(up[:2] @ ahead < 0 and abs(up[:2] @ ahead) > 0.9 * np.linalg.norm(up[:2]))
     tilt = tilt_of(turned)
-    why = why_not(moved, tilt, float(np.linalg.norm(speed)), touched, scale)
+    tipped = tilt > (RECLINED_DEG if reclined else TIPPED_DEG)
+    why = why_not(moved, tipped, float(np.linalg.norm(speed)), spread, scale)
     return Verdict(held=why == HELD, why=why, moved=float(np.linalg.norm(moved[:2])), tilt_deg=tilt)
 
 
@@ -59,14 +79,25 @@ def hold(stage: Stage, body: int, scale: float):
         )
 
 
-def why_not(moved: np.ndarray, tilt: float, speed: float, touched: set[int], scale: float) -> str:
+def why_not(moved: np.ndarray, tipped: bool, speed: float, spread: float, scale: float) -> str:
     """Return why a person does not sit there, nothing where one does."""
     if moved[2] < -SUNK * scale:
         return "sank"
-    if tilt > TIPPED_DEG:
+    if tipped:
         return "tipped"
     if np.linalg.norm(moved[:2]) > SLID * scale:
         return "slid"
     if moved[2] > SUNK * scale:
         return "knees hit"
-    return "slid" if speed > STILL or not touched else HELD
+    if speed > STILL:
+        return "slid"
+    return "sharp" if spread < BREADTH * scale else HELD
+
+
+def spread_of(contacts: Sequence[tuple]) -> float:
+    """Return the breadth over which contacts carry, metres: twice the deviation of their forces, the widest way."""
+    forces = np.array([contact[9] for contact in contacts])
+    if forces.sum() <= 0:
+        return 0.0
+    places = np.array([contact[6][:2] for contact in contacts])
+    return 2 * float(np.sqrt(np.linalg.eigvalsh(np.cov(places.T, aweights=forces, ddof=0))[-1]))

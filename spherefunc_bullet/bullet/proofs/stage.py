@@ -52,6 +52,14 @@ class Stage:
         for _ in range(round(seconds * rate)):
             pybullet().stepSimulation(self.client)
 
+    def push(self, body: int, newtons: float, heading: float, seconds: float, rate: float):
+        """Push a body along a level heading, radians, where the weight of its base acts."""
+        p, force = pybullet(), [newtons * np.cos(heading), newtons * np.sin(heading), 0.0]
+        for _ in range(round(seconds * rate)):
+            place, _ = p.getBasePositionAndOrientation(body, self.client)
+            p.applyExternalForce(body, -1, force, place, p.WORLD_FRAME, **self.engine)
+            p.stepSimulation(self.client)
+
 
 def shape_of(cloud: Cloud) -> CollisionShape:
     """Return a cloud's mesh, or the surface spanned between its points, in metres."""

@@ -184,8 +184,7 @@ class ProfileModel(FunctionModel):
             self._forest_batch = forests, forest_batch(forests)
         own = iter(self._forest_batch[1].votes(profiles) if forests else ())
         return [
-            next(own) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1]
-            for one in self.forests_
+            next(own) if isinstance(one, Forest) else one and one.predict_proba(profiles)[:, 1] for one in self.forests_
         ]
 
     def chosen_radii(self) -> list[float]:

@@ -64,7 +64,7 @@ QUANTITIES = (
     quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
     quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
     quantity("walled_in", "share", "spheres with the object on every side"),
-    quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # 0 on what is flat, centimetres on spikes
+    quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes
     quantity("middle_gap", "m", "gap under the middle one of these spheres"),
     quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
 )
@@ -78,9 +78,7 @@ def profiles_at(dropped: Iterable[Drops], radius: float) -> np.ndarray:
     return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
 
-def profiles_over(
-    dropped: Sequence[DropsByRadius], radii: Sequence[float], names: Sequence[str] = NAMES
-) -> np.ndarray:
+def profiles_over(dropped: Sequence[DropsByRadius], radii: Sequence[float], names: Sequence[str] = NAMES) -> np.ndarray:
     """Return some quantities (N, R * Q) of objects, radius by radius; all 0 where no sphere was dropped."""
     rows = []
     for drops in dropped:

@@ -1,0 +1,120 @@
+"""Levels below other levels: shelves, lower boards of tables. In a column of points, each is below a gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..clouds.cloud import Cloud
+from ..processes.compilation import njit
+from .place import Place
+from .putting import DISC, footprint_of, put_place
+from .regions import level_regions
+from .surface import Surface
+
+GAP = 0.12  # metres of free height above a shelf, at least
+OVER = 0.03  # metres of it that stay free above what is put there
+HAND = 0.06  # metres to either side of the way on which one reaches in
+REACHED = 0.25  # metres above the shelf at most that this way is high
+WAYS = 8  # that are tried
+MOST = 6  # shelves above each other
+MOST_CELLS = 4_000_000
+
+
+def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: float) -> list[Place]:
+    """Return places to put on levels below others that one reaches from a side, which their heading tells.
+
+    Parameters
+    ----------
+    cloud : Cloud
+    surface : Surface
+        What is seen of it from above.
+    put : Cloud, optional
+        An object, as it stands, for which poses are looked for.
+    lowest : float, metres
+        What is lower is the ground.
+    """
+    footprint = None if put is None else footprint_of(put)
+    least = DISC if footprint is None else 0.01
+    needed = GAP if footprint is None else footprint.height + OVER
+    if cloud.size[2] <= needed:
+        return []
+    layers, found = layers_of(cloud, surface), []
+    shelves, gaps = np.full((MOST, *surface.heights.shape), -np.inf), np.zeros((MOST, *surface.heights.shape))
+    find_shelves(layers.highest, layers.bottom, layers.side, needed, lowest, shelves, gaps)
+    for heights, free in zip(shelves, gaps, strict=True):
+        if np.isfinite(heights).sum() * surface.cell**2 < np.pi * least**2:
+            break  # the next ones are smaller still
+        shelf = replace(surface, heights=heights)
+        around = replace(surface, heights=np.where(np.isfinite(heights), heights, surface.heights))
+        for region in level_regions(shelf, least, lowest):
+            place, clearance = put_place(around, region, footprint), float(free[region.cells].min())
+            way = None if place is None else way_in(layers, shelf, place.position, clearance)
+            if way is not None:
+                found.append(replace(place, clearance=clearance, heading_deg=way))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """Cells of a surface, divided by height."""
+
+    highest: np.ndarray  # (X, Y, Z) the highest point in each, metres; -inf where there is none
+    bottom: float  # metres
+    side: float  # metres, how high one is
+
+
+def layers_of(cloud: Cloud, surface: Surface) -> Layers:
+    """Return the layers of a cloud's points."""
+    most = MOST_CELLS // surface.heights.size
+    side = max(surface.cell, float(cloud.size[2]) / max(8, most))
+    bottom = float(cloud.bounds[0, 2])
+    highest = np.full((*surface.heights.shape, int(cloud.size[2] / side) + 1), -np.inf, np.float32)
+    raise_layers(cloud.points, surface.origin, surface.cell, bottom, side, highest)
+    return Layers(highest, bottom, side)
+
+
+def way_in(layers: Layers, shelf: Surface, position: np.ndarray, clearance: float) -> float | None:
+    """Return the side in degrees from which one reaches a position (3,) on the shortest way, None where it is shut."""
+    above = position[2] + 3 * shelf.rough + 0.01
+    first = int(np.ceil((above - layers.bottom) / layers.side))
+    last = int((position[2] + min(clearance, REACHED) - layers.bottom) / layers.side)
+    walls = np.argwhere(np.isfinite(layers.highest[:, :, first:last]).any(axis=2))
+    near, far = (
+        shelf.middles(cells) - position[:2]
+        for cells in (walls, np.argwhere(np.abs(shelf.heights - position[2]) < 0.02))
+    )
+    open_ways = []
+    for angle in np.arange(WAYS) * 2 * np.pi / WAYS:
+        ahead, aside = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+        if not ((near @ ahead > 0) & (np.abs(near @ aside) <= HAND)).any():
+            ends = far[np.abs(far @ aside) <= HAND] @ ahead
+            open_ways.append((float(ends.max(initial=0.0)), float(np.degrees(angle))))
+    return min(open_ways)[1] if open_ways else None
+
+
+@njit(cache=True, error_model="numpy")
+def raise_layers(points, origin, cell, bottom, side, highest):
+    """Raise the height of each cell (X, Y, Z) to its highest point."""
+    for n in range(len(points)):
+        i, j = int((points[n, 0] - origin[0]) / cell), int((points[n, 1] - origin[1]) / cell)
+        k = min(int((points[n, 2] - bottom) / side), highest.shape[2] - 1)
+        if points[n, 2] > highest[i, j, k]:
+            highest[i, j, k] = points[n, 2]
+
+
+@njit(cache=True, error_model="numpy")
+def find_shelves(highest, bottom, side, needed, lowest, shelves, gaps):
+    """Write the levels below gaps of each column, from the highest down, and how high those gaps are, (MOST, X, Y)."""
+    for i in range(highest.shape[0]):
+        for j in range(highest.shape[1]):
+            above, count = -1, 0
+            for k in range(highest.shape[2] - 1, -1, -1):
+                if highest[i, j, k] == -np.inf:
+                    continue
+                gap = bottom + above * side - highest[i, j, k]
+                if above >= 0 and gap >= needed and highest[i, j, k] > lowest and count < len(shelves):
+                    shelves[count, i, j], gaps[count, i, j] = highest[i, j, k], gap
+                    count += 1
+                above = k
