@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -168,3 +169,24 @@ def test_python_by_example_runs_as_it_stands(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("frozenset({'cup'})") and done.stdout.count("frozenset({'table'})") >= 2
+
+
+def test_an_answer_is_what_the_command_prints(tmp_path):
+    path = tmp_path / "mug.npz"
+    np.savez(path, points=clouds.mug().points)
+    answer = sf.classify(path)
+    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--explain", "--json"]
+    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    assert answer.to_dict(explain=True) | {"seconds": 0} == row | {"seconds": 0}
+    assert set(row) - set(answer.to_dict()) == {"quantities", "nearest"}
+    for reason, decided in zip(answer.deciding["cup"], row["quantities"]["cup"], strict=True):
+        assert (reason.function, reason.quantity, reason.value) == ("cup", decided["quantity"], decided["value"])
+        assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
+
+
+def test_an_answer_shows_itself_in_a_notebook():
+    answer = sf.classify(clouds.mug())
+    (axes,) = answer.plot().axes
+    assert axes.get_title() == "cup" and len(axes.collections) == 2  # the object and its spheres
+    shown = answer._repr_html_()
+    assert shown.startswith("<img") and "cup 1.00" in shown and len(shown) < 100_000
