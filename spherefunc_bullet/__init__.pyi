@@ -1,4 +1,7 @@
 # The public names: imported when first used (`__init__.py`), and what type checkers see.
+from .answer import Answer as Answer
+from .answer import Reason as Reason
+from .answer import classify as classify
 from .clouds.cloud import Cloud as Cloud
 from .clouds.cloud import cloud_from_mesh as cloud_from_mesh
 from .clouds.cloud import cloud_from_points as cloud_from_points
@@ -17,8 +20,6 @@ from .learning.inverse_distance import InverseDistanceClassifier as InverseDista
 from .learning.model_file import load_model as load_model
 from .learning.model_file import save_model as save_model
 from .learning.model_file import shipped_model as shipped_model
-from .learning.reasons.answer import Answer as Answer
-from .learning.reasons.answer import classify as classify
 from .learning.resting_profile import RestingProfile as RestingProfile
 from .places.place import Place as Place
 from .scenes.arrangements.placing import Placement as Placement

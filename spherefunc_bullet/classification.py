@@ -6,8 +6,8 @@ The command line, `classify` in Python, estimators, viewer, arrangements and ben
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -85,6 +85,17 @@ class Decision:
     def doubts(self) -> list[str]:
         """Return sentences that say why the answer is unsure; none if it is sure."""
         return [*doubts(self), *self.more_doubts]
+
+    def row(self, file: str, seconds: float, explain: bool = True) -> dict[str, Any]:
+        """Return what the commands print of the object with ``--json``."""
+        doubts = self.doubts()
+        return {
+            "file": file,
+            "functions": {name: asdict(one) for name, one in self.memberships.items()},
+            "unsure": bool(doubts),
+            "reasons": [*self.reasons(explain), *doubts],
+            "seconds": seconds,
+        }
 
 
 def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], FunctionModel]) -> Decision:

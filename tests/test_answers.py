@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -133,6 +134,22 @@ def test_objects_of_a_table_top_are_found():
         # The scan is thinned to voxels of 1 cm, and a box may lose one at its edge.
         assert abs(target.box.center[0] - x) < 0.02 and abs(target.points[:, 0].mean() - x) < 0.02
         assert target.corners.shape == (8, 3)
+        assert target.reasons[0].startswith("cup") and not target.unsure and not target.inferred
+
+
+def test_a_depth_image_is_a_scan(tmp_path):
+    camera = sf.Intrinsics(width=160, height=120, fx=130, fy=130, cx=79.5, cy=59.5)
+    depth = np.full((120, 160), 1000, np.uint16)  # a level top, seen from a metre above, and a box on it
+    depth[40:80, 60:100] = 800
+    path = tmp_path / "depth.npy"
+    np.save(path, depth)
+    matrix = [[130, 0, 79.5], [0, 130, 59.5], [0, 0, 1]]
+    seen = [sf.find_objects(each, intrinsics=camera, up="-z") for each in (path, depth)]
+    seen.append(sf.find_objects(depth / 1000, intrinsics=matrix, up="-z", inferred=True))
+    corners = [[each.corners for each in found] for found in seen]
+    assert corners[0] and np.allclose(corners[0], corners[1]) and np.allclose(corners[0], corners[2])
+    with pytest.raises(sf.InputError, match="expected a camera of 160 x 100"):
+        sf.find_objects(depth[:100], intrinsics=camera)
 
 
 def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
@@ -168,3 +185,24 @@ def test_python_by_example_runs_as_it_stands(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("frozenset({'cup'})") and done.stdout.count("frozenset({'table'})") >= 2
+
+
+def test_an_answer_is_what_the_command_prints(tmp_path):
+    path = tmp_path / "mug.npz"
+    np.savez(path, points=clouds.mug().points)
+    answer = sf.classify(path)
+    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--explain", "--json"]
+    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    assert answer.to_dict(explain=True) | {"seconds": 0} == row | {"seconds": 0}
+    assert set(row) - set(answer.to_dict()) == {"quantities", "nearest"}
+    for reason, decided in zip(answer.deciding["cup"], row["quantities"]["cup"], strict=True):
+        assert (reason.function, reason.quantity, reason.value) == ("cup", decided["quantity"], decided["value"])
+        assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
+
+
+def test_an_answer_shows_itself_in_a_notebook():
+    answer = sf.classify(clouds.mug())
+    (axes,) = answer.plot().axes
+    assert axes.get_title() == "cup" and len(axes.collections) == 2  # the object and its spheres
+    shown = answer._repr_html_()
+    assert shown.startswith("<img") and "cup 1.00" in shown and len(shown) < 100_000

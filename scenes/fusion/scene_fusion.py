@@ -17,7 +17,7 @@ from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from ..recognition.completion import DEFAULT
 from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
-from ..scans.depth_image import Intrinsics
+from ..scans.depth_image import Intrinsics, checked_camera
 from ..scans.scan import Scan, scan_from_points
 from ..segmentation.box import Box
 from ..segmentation.segmentation import Segmentation
@@ -219,20 +219,6 @@ def checked_depth(depth: ArrayLike, name: str) -> np.ndarray:
     if not np.isfinite(depth).any():
         raise InputError(f"{name}: expected depth in metres, got an image without any")
     return depth
-
-
-def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
-    """Return the camera of a depth image (H, W)."""
-    height, width = depth.shape
-    if not isinstance(intrinsics, Intrinsics):
-        K = np.asarray(intrinsics, float)
-        if K.shape != (3, 3) or not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
-            raise InputError(f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels, got shape {K.shape}")
-        intrinsics = Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
-    if (intrinsics.width, intrinsics.height) != (width, height):
-        wanted = f"a depth image of {intrinsics.width} x {intrinsics.height} as the camera's"
-        raise InputError(f"{name}: expected {wanted}, got {width} x {height}")
-    return intrinsics
 
 
 def checked_pose(pose: ArrayLike, name: str) -> np.ndarray:

@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
+from ..scans.depth_image import IMAGES, Intrinsics, load_depth_image
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
 from ..segmentation.box import Box
 from ..segmentation.segmentation import Segmentation
-from .recognition import Room, SceneObject, recognise
+from .recognition import recognise
+from .room import Inferred, Room, SceneObject
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
@@ -29,6 +32,9 @@ class FoundObject:
     box: Box  # upright; in the scan's frame, if that is level
     corners: np.ndarray = field(repr=False)  # (8, 3) of the box, metres, the scan's frame, level or not
     points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
+    unsure: bool = False  # the last reasons say why
+    reasons: tuple[str, ...] = ()  # sentences
+    inferred: bool = False  # not seen, but it has its place: it has no points and no scores
 
 
 def find_objects(
@@ -39,6 +45,10 @@ def find_objects(
     model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
     settings: Segmentation | None = None,
+    intrinsics: str | Path | Intrinsics | ArrayLike | None = None,
+    color: str | Path | None = None,
+    depth_scale: float = 1000.0,
+    inferred: bool = False,
 ) -> list[FoundObject]:
     """Find the objects of a scanned room or table top, and say what each is for (paper, §IV-C).
 
@@ -54,6 +64,14 @@ def find_objects(
     backend : str, optional
         The simulator that the model must be for; by default ``fast`` where no model is given.
     settings : Segmentation, optional
+    intrinsics : path, Intrinsics, or (3, 3) array_like in pixels, optional
+        The camera of a depth image, which ``scan`` then is: a path (PNG, TIFF, NPY), or an array (H, W).
+    color : path, optional
+        The colour image of a depth image.
+    depth_scale : float
+        Depth values per metre, for depth images of integers.
+    inferred : bool
+        Whether to add, after all others, objects that are not seen but have their place, such as a chair at a table.
 
     Returns
     -------
@@ -66,9 +84,24 @@ def find_objects(
         If the scan or the model cannot be used.
     """
     shipped = shipped_model(backend or "fast", scans=True) if model is None else model
-    whole = as_scan(scan, units)
+    if is_depth_image(scan, intrinsics):
+        image, camera, colors = (
+            Path(one).expanduser() if isinstance(one, str) else one for one in (scan, intrinsics, color)
+        )
+        whole = load_depth_image(image, intrinsics=camera, color=colors, depth_scale=depth_scale, report=warn)
+    else:
+        whole = as_scan(scan, units)
     room = recognise(whole, inference_model(shipped, backend), up=up, settings=settings)
-    return [found_object(item, room, whole) for item in room.objects]
+    found = [found_object(item, room, whole) for item in room.objects]
+    return found + [inferred_object(item, room) for item in room.inferred] if inferred else found
+
+
+def is_depth_image(anything: Anything, intrinsics: object) -> bool:
+    """Return whether a scan is a depth image: a file of such, or an array (H, W) that comes with its camera."""
+    if isinstance(anything, str | Path):
+        suffix = Path(anything).suffix.lower()
+        return suffix in IMAGES and (suffix != ".npy" or intrinsics is not None)
+    return intrinsics is not None
 
 
 def as_scan(anything: Anything, units: str = "auto") -> Scan:
@@ -82,12 +115,29 @@ def as_scan(anything: Anything, units: str = "auto") -> Scan:
     return scan_from_points(points, units=units, report=warn)
 
 
+def inferred_object(item: Inferred, room: Room) -> FoundObject:
+    """Return what was not seen, in the frame of the scan."""
+    return FoundObject(
+        functions=frozenset([item.function]),
+        scores={},
+        box=room.box_in_scan(item.box),
+        corners=room.levelling.to_scan(item.box.corners),
+        points=np.empty((0, 3)),
+        unsure=True,
+        reasons=(item.reason,),
+        inferred=True,
+    )
+
+
 def found_object(item: SceneObject, room: Room, scan: Scan) -> FoundObject:
     """Return one object in the frame of the scan."""
+    doubts = room.doubts(item)
     return FoundObject(
         functions=item.members,
         scores={name: membership.score for name, membership in item.functions.items()},
         box=room.box_in_scan(item.box),
         corners=room.levelling.to_scan(item.box.corners),
         points=scan.points[room.labels == item.id],
+        unsure=bool(doubts),
+        reasons=(*room.reasons(item), *doubts),
     )

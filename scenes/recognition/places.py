@@ -96,7 +96,7 @@ def places_in_room(
 
 def scores_of(cloud: Cloud) -> dict[str, float]:
     """Return what the model that ships says of an object."""
-    from spherefunc_bullet.learning.reasons.answer import classify
+    from spherefunc_bullet.answer import classify
 
     return classify(cloud, explain=False).scores
 

@@ -14,6 +14,9 @@ from ..segmentation.box import Box
 from .choosing import Bar
 from .proposals import CLUSTERS
 
+FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"
+ASSUMED = "neither floor nor table top is seen: heights are over the lowest point"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneObject:
@@ -71,6 +74,22 @@ class Room:
     def bar(self, item: SceneObject, function: str) -> float:
         """Return the score that an object had to pass to have a function."""
         return THRESHOLD if self.bars is None else self.bars[item.proposed_by].of(function)
+
+    def reasons(self, item: SceneObject) -> list[str]:
+        """Return a sentence for each function that an object has."""
+        return [
+            f"{name} {one.score:.2f}: above the {self.bar(item, name):.2f} asked of what {item.proposed_by} propose"
+            for name, one in item.functions.items()
+            if one.member
+        ]
+
+    def doubts(self, item: SceneObject) -> list[str]:
+        """Return why the answer about an object is unsure, each a sentence; none if it is sure."""
+        doubts = [FRAGMENT] if item.fragment else []
+        below = [name for name in item.members if item.functions[name].score <= THRESHOLD]
+        if below:
+            doubts.append(f"as likely as not no {' or '.join(sorted(below))}: claimed with a score of at most 0.5")
+        return [*doubts, ASSUMED] if self.levelling.source == "assumed" else doubts
 
     def box_in_scan(self, box: Box) -> Box:
         """Return a box of the level frame in the scan's, where that is level too; else its corners tell more."""

@@ -68,6 +68,7 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
     """Return one object for JSON."""
     box = room.box_in_scan(item.box)
     axes = item.box.axes @ room.levelling.T_level_scan[:3, :3]
+    doubts = room.doubts(item)
     return {
         "id": item.id,
         "points": points,
@@ -85,6 +86,8 @@ def object_json(item: SceneObject, room: Room, points: int) -> dict[str, object]
         "functions": {
             name: asdict(membership) | {"bar": room.bar(item, name)} for name, membership in item.functions.items()
         },
+        "unsure": bool(doubts),
+        "reasons": [*room.reasons(item), *doubts],
     }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.limits import require_file
@@ -68,9 +69,9 @@ def kinect_like(width: int, height: int) -> Intrinsics:
 
 
 def load_depth_image(
-    path: Path,
+    image: Path | np.ndarray,
     *,
-    intrinsics: Path | None = None,
+    intrinsics: Path | Intrinsics | ArrayLike | None = None,
     color: Path | None = None,
     depth_scale: float = 1000.0,
     report: Report | None = None,
@@ -79,9 +80,9 @@ def load_depth_image(
 
     Parameters
     ----------
-    path : Path
+    image : Path, or (H, W) array
         PNG, TIFF or NPY. Whole numbers are divided by ``depth_scale``; others are metres. 0 and NaN are unseen.
-    intrinsics : Path, optional
+    intrinsics : Path, Intrinsics, or (3, 3) array_like in pixels, optional
         The camera; without it a first Kinect's is taken, and that is reported.
     color : Path, optional
         An image of the same size, registered to the depth.
@@ -95,21 +96,33 @@ def load_depth_image(
     InputError
         If a file cannot be used, or the sizes differ.
     """
-    name = one_line(path.name)
+    name = one_line(image.name) if isinstance(image, Path) else "depth"
     if not (np.isfinite(depth_scale) and depth_scale > 0):
         raise InputError(f'depth_scale="{depth_scale:g}": expected more than zero steps to the metre')
-    depth = read_depth(path)
+    depth = read_depth(image) if isinstance(image, Path) else require_depth(np.asarray(image), name)
     depth = depth / depth_scale if depth.dtype.kind in "iu" else depth.astype(np.float64)
     if intrinsics is not None:
-        camera = read_intrinsics(intrinsics)
+        camera = read_intrinsics(intrinsics) if isinstance(intrinsics, Path) else intrinsics
+        camera = checked_camera(camera, depth, name)
     else:
         camera = kinect_like(depth.shape[1], depth.shape[0])
         if report:
             report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
-    require_same_size(name, (camera.width, camera.height), depth, "a camera")
     points = np.where((depth > 0) & (depth < _FARTHEST), depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
+
+
+def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
+    """Return the camera of a depth image (H, W)."""
+    height, width = depth.shape
+    if not isinstance(intrinsics, Intrinsics):
+        K = np.asarray(intrinsics, float)
+        if K.shape != (3, 3) or not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+            raise InputError(f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels, got shape {K.shape}")
+        intrinsics = Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+    require_same_size(name, (intrinsics.width, intrinsics.height), depth, "a camera")
+    return intrinsics
 
 
 def require_same_size(name: str, size: tuple[int, int], depth: np.ndarray, what: str):
@@ -136,6 +149,11 @@ def read_depth(path: Path) -> np.ndarray:
     if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
         came = f"got one of mode {mode}; is it the colour image?"
         raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {came}")
+    return require_depth(depth, name)
+
+
+def require_depth(depth: np.ndarray, name: str) -> np.ndarray:
+    """Return a depth image (H, W) of numbers, or raise InputError."""
     if depth.ndim != 2 or depth.dtype.kind not in "iuf":
         raise InputError(f"{name}: expected a depth image (height, width), got an array of shape {depth.shape}")
     return depth

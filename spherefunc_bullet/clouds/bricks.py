@@ -159,7 +159,7 @@ def top_in_bricks(points, per_metre, low, bricks, contents, top):
         Receives them.
     """
     used, count = ONE, np.uint32(0)
-    top[0] = np.inf, 0.0, 0.0
+    top[0, 0], top[0, 1], top[0, 2] = np.inf, 0.0, 0.0  # a row at once would load numba's functions of arrays
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         i = np.uint32(int(math.floor(x * per_metre)) - low[0])
@@ -170,7 +170,7 @@ def top_in_bricks(points, per_metre, low, bricks, contents, top):
         row = np.uint32(count if is_new else contents[place] - ONE)
         contents[place] = row + ONE
         count += np.uint32(is_new)
-        top[count] = np.inf, 0.0, 0.0
+        top[count, 0], top[count, 1], top[count, 2] = np.inf, 0.0, 0.0
         tx, ty, tz = top[row, 0], top[row, 1], top[row, 2]
         is_over = stands_above((x, y, z), (tx, ty, tz), per_metre)
         top[row, 0] = x if is_over else tx

@@ -206,9 +206,11 @@ def _candidates(triangles, cover, corners, out, front, normals, ends):
             front, back = _lattice_points(triangle, cover, corners, out, front, back)
             x, y, z = _normal(triangle)
             area = math.sqrt(x * x + y * y + z * z)
-            normals[1 + t] = normals[1 + count + t] = x / area, y / area, z / area
+            for row in (1 + t, 1 + count + t):  # number by number: a kernel with array expressions loads slowly
+                normals[row, 0], normals[row, 1], normals[row, 2] = x / area, y / area, z / area
         ends[1 + t], ends[1 + count + t] = front, len(out) - 1 - back
-    ends[1 + count :] += front
+    for row in range(1 + count, len(ends)):
+        ends[row] += front
     return front, back
 
 

@@ -81,8 +81,19 @@ def print_reasons(row: Row):
     show(f"\n{Path(row['file']).name}")
     for reason in row["reasons"]:
         show(f"  {reason}")
-    near = [f"{near['name']} ({', '.join(near['functions']) or 'none'})" for near in row["nearest"]]
-    show(f"  nearest training objects: {', '.join(near)}")
+    if rejected := [f"{name} {one['score']:.2f}" for name, one in row["functions"].items() if not one["member"]]:
+        show(f"  not {', '.join(rejected)}")
+    if near := named_neighbors(row):
+        show(f"  nearest training objects: {', '.join(near)}")
+
+
+def named_neighbors(row: Row) -> list[str]:
+    """Return the nearest training objects with their functions: agreeing ones, or all if unsure."""
+    return [
+        f"{near['name']} ({', '.join(near['functions']) or 'none'})"
+        for near in row.get("nearest", [])
+        if row["unsure"] or set(near["functions"]) == set(members_of(row))
+    ]
 
 
 def print_quantities(row: Row, name: str):

@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,11 +18,9 @@ from .answer_tables import Row, members_of, print_functions
 from .options import BY_FILE, Json, PackagePath, Units, Up
 
 if TYPE_CHECKING:
-    from ..classification import Decision
     from ..function_model import FunctionModel
     from ..settling.records import Loading
 
-CUBES = 3  # that speak for a function, and as many that speak against it
 STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
 
 
@@ -122,11 +119,12 @@ def classified_file(
 
     started = time.perf_counter()
     decision = decision_about(KeptFile(file, model.dropping(loading), report=say), model, view_model)
-    functions, doubts = {name: asdict(one) for name, one in decision.memberships.items()}, decision.doubts()
-    row = {"file": str(file), "functions": functions}
-    row |= {"unsure": bool(doubts), "reasons": [*decision.reasons(reasons), *doubts]}
-    row["seconds"] = round(time.perf_counter() - started, 3)
-    return row | evidence(decision) if explain else row
+    row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
+    if not explain:
+        return row
+    from ..answer import evidence
+
+    return row | evidence(decision)
 
 
 def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
@@ -142,21 +140,3 @@ def write_rows(rows: Sequence[Row], functions: Sequence[str], path: Path):
         label = label_text(members_of(row)) if memberships else ""
         table.append([row["file"], label, *scores, row.get("unsure", ""), row.get("error", "")])
     write_csv(path, columns, table)
-
-
-def evidence(decision: Decision) -> Row:
-    """Return what decided about each function: quantities, or training objects and cubes of space."""
-    reading, model = decision.reading, decision.reading.model
-    names = model.functions_
-    if reading.profile is None:
-        from ..learning.reasons.cubes import strongest_cubes
-
-        return {
-            "neighbors": {name: model.neighbors(reading.drops, name) for name in names},
-            "cubes": {name: strongest_cubes(model, reading.drops, name, CUBES) for name in names},
-        }
-    from ..learning.profiles.words import deciding, nearest
-
-    falls = decision.fails_stability_check
-    quantities = {name: [] if falls else deciding(reading, name) for name in names}
-    return {"quantities": quantities, "nearest": nearest(reading)}

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..answer import classify
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from ..learning.reasons.answer import classify
 from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
 from .rows import Functions, Kept, Row, Truth

@@ -12,6 +12,7 @@ from ..clouds.cloud import Cloud
 from .data import Panel
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
 POINTS, SPHERES = 6_000, 3_000  # drawn at most
@@ -26,17 +27,30 @@ def still_picture(cloud: Cloud, panels: Sequence[Panel], radius: float | None = 
     radius : float, optional
         Of the layers that are drawn, metres; the first panel's first without it.
     """
+    radius = panels[0].layers[0].radius if radius is None else radius
+    settled = []
+    for panel in panels:
+        centers = [layer.centers for layer in panel.layers if layer.radius == radius]
+        settled.append((panel.title, centers[0] if centers else np.empty((0, 3))))
+    return png_of_figure(still_figure(cloud, settled))
+
+
+def still_figure(cloud: Cloud, settled: Sequence[tuple[str, np.ndarray]]) -> Figure:
+    """Return a figure with a panel for each title and its settled centres (S, 3), metres."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    radius = panels[0].layers[0].radius if radius is None else radius
-    figure = Figure(figsize=(INCHES * len(panels), INCHES), dpi=DOTS, facecolor="white")
+    figure = Figure(figsize=(INCHES * len(settled), INCHES), dpi=DOTS, facecolor="white")
     FigureCanvasAgg(figure)
-    for place, panel in enumerate(panels, 1):
-        axes = figure.add_subplot(1, len(panels), place, projection="3d")
-        centers = [layer.centers for layer in panel.layers if layer.radius == radius]
-        draw_panel(axes, cloud, centers[0] if centers else np.empty((0, 3)))
-        axes.set_title(panel.title)
+    for number, (title, centers) in enumerate(settled, 1):
+        axes = figure.add_subplot(1, len(settled), number, projection="3d")
+        draw_panel(axes, cloud, centers)
+        axes.set_title(title)
+    return figure
+
+
+def png_of_figure(figure: Figure) -> bytes:
+    """Return a figure as a PNG file."""
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()

@@ -2,23 +2,49 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
-from ...classification import Decision
-from ...classification import classify as decision_about
-from ...clouds.cloud import Cloud
-from ...clouds.conversion import Anything, as_cloud, holds_several
-from ...formats.units import BY_FILE
-from ...settling.kept_object import CloudObject
-from ..model_file import inference_model, model_for_views
+from .classification import Decision
+from .classification import classify as decision_about
+from .clouds.cloud import Cloud
+from .clouds.conversion import Anything, as_cloud, holds_several
+from .formats.units import BY_FILE
+from .learning.model_file import inference_model, model_for_views
+from .settling.kept_object import CloudObject
 
 if TYPE_CHECKING:
-    from ...places.place import Place
-    from ..classifier import CloudClassifier
+    from matplotlib.figure import Figure
+
+    from .learning.classifier import CloudClassifier
+    from .places.place import Place
+
+CUBES = 3  # that speak for a function, and as many that speak against it
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reason:
+    """One quantity of an object that decided about a function."""
+
+    function: str
+    quantity: str
+    meaning: str  # of the quantity
+    radius: float  # of the spheres, metres
+    value: float  # in `unit`
+    unit: str  # "m", "m2", "share" (0 to 1), or "" for a number
+    median: float  # of the training objects
+    effect: float  # what the score loses when the quantity is set to that median; below 0 it speaks against
+
+    def __str__(self) -> str:
+        from .learning.profiles.words import with_unit
+
+        here, usual = (with_unit(value, self.unit) for value in (self.value, self.median))
+        return f"{self.function} {self.effect:+.2f}: {self.meaning} {here} (median {usual})"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,18 +56,51 @@ class Answer:
     scores: dict[str, float]  # of each function, 0 to 1; above 0.5 the object has it
     unsure: bool  # the last reasons say why
     reasons: tuple[str, ...]  # sentences; none from models that count cubes
+    seconds: float = field(default=0.0, compare=False)
     cloud: Cloud | None = field(default=None, repr=False, compare=False)  # that was asked about, metres, z up
     source: tuple[Anything, str, str] | None = field(default=None, repr=False, compare=False)  # with units and up
+    decision: Decision | None = field(default=None, repr=False, compare=False)  # with the drops it is based on
 
     @cached_property
     def places(self) -> list[Place]:
         """Where it can be used, in the coordinates and units of the input; looked for when it is first asked."""
-        from ...places.finding import places_in_input
+        from .places.finding import places_in_input
 
         if self.source is None:
             return []
         anything, units, up = self.source
         return places_in_input(anything, scores=self.scores, units=units, up=up)
+
+    @cached_property
+    def deciding(self) -> dict[str, list[Reason]]:
+        """The quantities that decided about each function, the strongest first; none from models that count cubes."""
+        return {} if self.decision is None else reasons_by_function(self.decision)
+
+    def to_dict(self, explain: bool = False) -> dict[str, Any]:
+        """Return what ``spherefunc classify --json`` prints of the object, with ``explain`` what decided as well."""
+        source = None if self.source is None else self.source[0]
+        file = str(source) if isinstance(source, str | Path) else self.name
+        row = self.decision.row(file, self.seconds) | {"reasons": list(self.reasons)}
+        return row | evidence(self.decision) if explain else row
+
+    def plot(self) -> Figure:
+        """Return a Matplotlib figure of the object and the spheres that settled on it."""
+        from .viewer.still import still_figure
+
+        drops, radii = self.decision.reading.drops, self.decision.model.radius_
+        counting = drops.get(radii[max(self.scores, key=self.scores.get)])
+        shown = max(drops.values(), key=lambda one: len(one.rests)) if counting is None else counting
+        title = (", ".join(sorted(self.functions)) or "none") + ", unsure" * self.unsure
+        return still_figure(self.cloud, [(title, shown.rests)])
+
+    def _repr_html_(self) -> str:
+        """Return the picture, the scores and the reasons, for notebooks."""
+        from .viewer.page import image_html
+        from .viewer.still import png_of_figure
+
+        scores = ", ".join(f"{name} {score:.2f}" for name, score in self.scores.items())
+        lines = "<br>".join(escape(line) for line in (scores, *self.reasons))
+        return f"{image_html(escape(self.name), png_of_figure(self.plot()))}<p>{lines}</p>"
 
 
 @overload
@@ -149,11 +208,12 @@ def classify(
         as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
         for number, item in enumerate(items)
     ]
-    objects = [CloudObject(own=cloud, dropping=asked.dropping(), cache=cache) for cloud in clouds]
-    answers = [
-        replace(answer_of(each.own, decision_about(each, asked, view_model), explain), source=(item, units, up))
-        for each, item in zip(objects, items, strict=True)
-    ]
+    answers = []
+    for cloud, item in zip(clouds, items, strict=True):
+        started = time.perf_counter()
+        decision = decision_about(CloudObject(own=cloud, dropping=asked.dropping(), cache=cache), asked, view_model)
+        answer = answer_of(cloud, decision, explain)
+        answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
     if isinstance(anything, Mapping):
         return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]
@@ -169,7 +229,48 @@ def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:
         unsure=bool(doubts),
         reasons=(*decision.reasons(explain), *doubts),
         cloud=cloud,
+        decision=decision,
     )
+
+
+def evidence(decision: Decision) -> dict[str, Any]:
+    """Return what decided about each function: quantities, or training objects and cubes of space."""
+    reading, model = decision.reading, decision.reading.model
+    names = model.functions_
+    if reading.profile is None:
+        from .learning.reasons.cubes import strongest_cubes
+
+        return {
+            "neighbors": {name: model.neighbors(reading.drops, name) for name in names},
+            "cubes": {name: strongest_cubes(model, reading.drops, name, CUBES) for name in names},
+        }
+    from .learning.profiles.words import deciding, nearest
+
+    falls = decision.fails_stability_check
+    quantities = {name: [] if falls else deciding(reading, name) for name in names}
+    return {"quantities": quantities, "nearest": nearest(reading)}
+
+
+def reasons_by_function(decision: Decision) -> dict[str, list[Reason]]:
+    """Return the quantities that decided about each function."""
+    from .learning.profiles.words import unit_of
+
+    return {
+        name: [
+            Reason(
+                function=name,
+                quantity=one["quantity"],
+                meaning=one["meaning"],
+                radius=one["radius"],
+                value=one["value"],
+                unit=unit_of(one["quantity"]),
+                median=one["median"],
+                effect=one["share"],
+            )
+            for one in decided
+        ]
+        for name, decided in evidence(decision).get("quantities", {}).items()
+    }
 
 
 def each_of(anything: Iterable[Anything] | Mapping[str, Anything]) -> list[Anything]:
