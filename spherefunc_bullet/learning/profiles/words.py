@@ -5,7 +5,8 @@ What a person would say of a chair: a level 46 cm above the ground, on which sph
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypedDict
+from collections.abc import Sequence
+from typing import TypedDict
 
 import numpy as np
 
@@ -13,9 +14,6 @@ from ...formats.units import format_length
 from ...function_model import THRESHOLD, Reading
 from ...settling.drops import settled_count
 from .quantities import QUANTITIES, Profile, Quantity
-
-if TYPE_CHECKING:
-    from .profile_model import ProfileModel
 
 DECIDING = 4  # quantities that are named
 NEAREST = 3  # training objects that are named
@@ -77,8 +75,8 @@ def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Decidin
     order = np.argsort(-np.abs(shares), kind="stable")[:count]
     return [
         {
-            "quantity": quantity_of(model, i).name,
-            "meaning": quantity_of(model, i).meaning,
+            "quantity": quantity_of(model.quantities, i).name,
+            "meaning": quantity_of(model.quantities, i).meaning,
             "radius": model.radii[i // len(model.quantities)],
             "value": round(float(profile[i]), 4),
             "median": round(float(medians[i]), 4),
@@ -111,9 +109,9 @@ def profile_at(reading: Reading, radius: float) -> Profile:
     return dict(zip(names, reading.profile[start : start + len(names)].tolist(), strict=True))
 
 
-def quantity_of(model: ProfileModel, column: int) -> Quantity:
-    """Return which quantity a column of a model's profiles is."""
-    name = model.quantities[column % len(model.quantities)]
+def quantity_of(names: Sequence[str], column: int) -> Quantity:
+    """Return which quantity a column of profiles is that have these at each radius."""
+    name = names[column % len(names)]
     return next(quantity for quantity in QUANTITIES if quantity.name == name)
 
 
