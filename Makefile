@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test lint fuzz mutants bench scans tables site figures model scan-model clean
+.PHONY: setup tools demo test quick lint fuzz mutants bench scans tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -13,6 +13,9 @@ tools:  ## what tests, style and documents need beside what runs
 
 test: tools lint  ## everything that CI runs
 	@$(BIN)/python -m pytest -n 2 --dist loadfile
+
+quick: tools  ## the tests that are not marked as slow
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
 
 lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .

@@ -35,6 +35,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.settling.records import Dropping, simulate_objects
 from spherefunc_bullet.simulator import make_simulator
 
+pytestmark = pytest.mark.slow
+
 BY_CUBES = ("--method", "cubes", "--radii", "1cm,2cm")
 RADII = (0.01, 0.02)
 OBJECTS = 8

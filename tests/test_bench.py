@@ -16,6 +16,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
 
+pytestmark = pytest.mark.slow
+
 
 def test_an_answer_s_steps_are_printed_for_a_mug_a_chair_and_a_sofa(capsys):
     answers.print_answers(repeats=1)

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import trimesh
 
+pytestmark = pytest.mark.slow
+
 COMMAND = Path(sys.executable).with_name("spherefunc")
 needs_engine = pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
 # What a machine without PyBullet looks like to Python: no metadata and no module of that name.

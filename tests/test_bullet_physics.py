@@ -21,6 +21,8 @@ from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.world import World
 
+pytestmark = pytest.mark.slow
+
 RADII = (0.005, 0.01, 0.02)
 CONTACT = 0.02  # radii: the engine's slop, by which contacts may overlap or stand off
 OVERLAP = 0.05  # of the radius, promised of every settled sphere

@@ -15,6 +15,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, able_backends, require_ability
 
+pytestmark = pytest.mark.slow
+
 RADIUS = 0.01  # metres, of the spheres
 STEP = 2.5  # degrees between the angles that are tried; with the 5 degrees allowed, theory is between two of them
 

@@ -26,6 +26,8 @@ from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_data
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.settling.records import Dropping
 
+pytestmark = pytest.mark.slow
+
 RADII = (0.01, 0.02)
 OBJECTS = 24
 DASK = Path(sys.executable).with_name("dask")

@@ -22,6 +22,8 @@ from spherefunc_bullet.compare.comparison.recommendation import (
 )
 from spherefunc_bullet.compare.comparison.significance import about_labels
 
+pytestmark = pytest.mark.slow
+
 STEADY, HIGHER, ASTRAY = [0.80, 0.81, 0.79, 0.80, 0.80], [0.90, 0.91, 0.89, 0.90, 0.91], [0.70, 0.92, 0.75, 0.85, 0.80]
 BYTES = 8_000_000  # that a report may have
 # Complains if laying out and programs took long: the aim is two seconds, a busy machine without a GPU has more.

@@ -21,6 +21,8 @@ from packaging.requirements import Requirement
 
 import spherefunc_bullet
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = {
     "spherefunc_bullet": "spherefunc_bullet",

@@ -85,7 +85,7 @@ def labels(item: ObjectReport) -> str:
 
 
 def listing(differ: Sequence[Disagreement], report: Report) -> Table:
-    """Return the objects of which simulators say different things."""
+    """Return the objects that simulators label differently."""
 
     def said(scores: dict[str, float]) -> str:
         return f"{predicted(scores)} ({', '.join(f'{name} {score:.2f}' for name, score in scores.items())})"

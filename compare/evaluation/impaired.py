@@ -214,14 +214,9 @@ def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
 
 def make_copies(dataset: Dataset, folder: Path, dropping: Dropping, failed: Failed):
     """Make a data set's copies in a folder."""
+    how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
     impair_dataset(
-        dataset,
-        folder,
-        seed=dropping.seed,
-        up=dropping.loading.up,
-        units=dropping.loading.units,
-        failed=failed,
-        progress=lambda objects: progress(objects, len(objects), "making copies"),
+        dataset, folder, **how, failed=failed, progress=lambda items: progress(items, len(items), "making copies")
     )
 
 

@@ -32,7 +32,10 @@ class PlainForest(ExtraTreesClassifier):
         self.n_outputs_, self.n_classes_, self.n_features_in_ = 1, len(self.classes_), X.shape[1]
         seeds = check_random_state(self.random_state).randint(SEEDS, size=self.n_estimators)
         chance, data = np.random.RandomState(0), (X, np.ascontiguousarray(places.reshape(-1, 1), float), weights)
-        self.estimators_ = [SimpleNamespace(tree_=self._tree(chance, seed, *data)) for seed in seeds]
+        try:
+            self.estimators_ = [SimpleNamespace(tree_=self._tree(chance, seed, *data)) for seed in seeds]
+        except (ImportError, AttributeError, TypeError):  # another version of scikit-learn builds trees in another way
+            return super().fit(X, y, sample_weight)
         return self
 
     def _tree(
