@@ -100,8 +100,14 @@ def grown():
     return X, ExtraTreesClassifier(30, random_state=0).fit(X, X[:, 0] + X[:, 3] * X[:, 5] > 0.3)
 
 
+def builder_of_another_version(*arguments):
+    raise TypeError
+
+
+@pytest.mark.parametrize("builder", [PlainForest._tree, builder_of_another_version])
 @pytest.mark.parametrize("copied", [False, True])
-def test_plain_trees_grow_as_scikit_learn_grows_them(copied):
+def test_plain_trees_grow_as_scikit_learn_grows_them(monkeypatch, builder, copied):
+    monkeypatch.setattr(PlainForest, "_tree", builder)
     rng = np.random.default_rng(0)
     X, weights = rng.normal(size=(60, 7)), rng.uniform(0.1, 1, 60)
     members = X[:, 0] > X[:, 3]
