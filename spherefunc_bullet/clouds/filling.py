@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .cloud import Cloud, placed
 from .corners import corners_of
 from .thinning import one_per_cell
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 PITCH = 0.004  # metres between points that fill: as far apart as a mesh's samples
 SPARSE = 0.0075  # metres to the sixth neighbour: of a mesh's samples it is 4 to 6 mm away

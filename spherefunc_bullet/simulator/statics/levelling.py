@@ -8,7 +8,6 @@ they do as it stands, so that what is level already stays as it is, bit for bit.
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from ...clouds.cloud import Cloud, Mesh, centre_on_ground
 
@@ -58,6 +57,8 @@ def upright_rotation(cloud: Cloud) -> np.ndarray | None:
 
 def resting_direction(cloud: Cloud) -> np.ndarray | None:
     """Return the direction (3,) that points up when an object has come to rest; None beyond ten degrees."""
+    from scipy.spatial import ConvexHull, QhullError  # takes longer to load than most answers
+
     low = lowest_of_columns(cloud)
     middle = cloud.points[:: max(1, len(cloud) // SOME)].mean(axis=0)
     try:
