@@ -149,3 +149,11 @@ def test_errors_number_the_object():
         sf.load_model().predict([clouds.mug(), np.zeros((3, 3))])
     with pytest.raises(sf.InputError, match="in a list"):
         sf.load_model().predict(clouds.mug())
+
+
+@pytest.mark.parametrize("kind", [sf.FunctionClassifier, sf.CubeClassifier, sf.SphereHistogram, sf.RestingProfile])
+def test_backend_is_the_same_as_simulator(kind):
+    named = kind(backend="bullet")
+    assert named.get_params() == kind(simulator="bullet").get_params() == clone(named).get_params()
+    with pytest.raises(TypeError, match="engine"):
+        kind(engine="bullet")

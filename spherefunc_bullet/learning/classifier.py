@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
+from typing import TypedDict
 
 import numpy as np
 from sklearn.base import BaseEstimator, ClassifierMixin
@@ -21,7 +22,19 @@ from ..settling.drops import DropsByRadius
 from ..settling.kept_object import CloudObject
 from ..settling.records import settle_kept
 from ..settling.settling import settle
+from ..simulator import Simulator
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of
+
+
+class Alias(TypedDict, total=False):
+    """Other names of estimators' parameters."""
+
+    backend: str | Simulator  # the same as ``simulator``
+
+
+def simulator_named(simulator: str | Simulator, *, backend: str | Simulator | None = None) -> str | Simulator:
+    """Return the simulator that an estimator was given by one of the two names."""
+    return simulator if backend is None else backend
 
 
 class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):

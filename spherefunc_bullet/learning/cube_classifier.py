@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from typing import Unpack
 
 import numpy as np
 from sklearn.utils.validation import check_is_fitted
 
 from ..settling.drops import NO_DROPS, DropsByRadius, RunLimit, typed_drops
 from ..simulator import Simulator
-from .classifier import CloudClassifier, require_alike
+from .classifier import Alias, CloudClassifier, require_alike, simulator_named
 from .histogram import quarter_turns, widened
 from .inverse_distance import SAME
 from .labels import Label, as_sets, memberships, more_members
@@ -24,7 +25,7 @@ class CubeClassifier(CloudClassifier):
     Parameters
     ----------
     simulator : str or Simulator
-        A registered backend's name, or a simulator.
+        A registered backend's name, or a simulator; ``backend=`` is the same.
     radii : sequence of float
         Sphere radii to choose from, metres.
     method : {'cubes', 'paper'} or Method
@@ -57,8 +58,9 @@ class CubeClassifier(CloudClassifier):
         seed: int = 0,
         random_state: int = 0,
         cache: bool = True,
+        **alias: Unpack[Alias],
     ):
-        self.simulator = simulator
+        self.simulator = simulator_named(simulator, **alias)
         self.radii = radii
         self.method = method
         self.seed = seed

@@ -6,7 +6,7 @@ Which classifier, and what it was measured against, docs/method.md says.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from sklearn.base import ClassifierMixin, clone
@@ -16,7 +16,7 @@ from ..errors import warn_renamed
 from ..function_model import THRESHOLD
 from ..settling.drops import DROPS, EARLY_DROPS, DropsByRadius, first_drops, typed_drops
 from ..simulator import Simulator
-from .classifier import CloudClassifier, require_alike
+from .classifier import Alias, CloudClassifier, require_alike, simulator_named
 from .labels import Label, as_sets, memberships, more_members
 from .method import PROFILE_RADII
 from .profiles.calibration import (
@@ -51,7 +51,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     Parameters
     ----------
     simulator : str or Simulator
-        A registered backend's name, or a simulator.
+        A registered backend's name, or a simulator; ``backend=`` is the same.
     radii : sequence of float
         Of the spheres, metres; the quantities of all of them count together.
     drops : int
@@ -101,8 +101,9 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         seed: int = 0,
         random_state: int = 0,
         cache: bool = True,
+        **alias: Unpack[Alias],
     ):
-        self.simulator = simulator
+        self.simulator = simulator_named(simulator, **alias)
         self.radii = radii
         self.drops = drops
         self.early_drops = early_drops

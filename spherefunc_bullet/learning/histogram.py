@@ -7,6 +7,7 @@ the matrix is sparse, and has a column for every cube in which a training object
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Unpack
 
 import numpy as np
 from scipy import sparse
@@ -15,6 +16,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from ..clouds.conversion import Anything, as_clouds
 from ..simulator import Simulator
+from .classifier import Alias, simulator_named
 
 DIAMETERS = 3.5  # side of a cube in sphere diameters
 Counts = tuple[np.ndarray, np.ndarray]  # keys (V,) int64 of cubes, ascending, and what each holds (V,) float
@@ -159,7 +161,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
     Parameters
     ----------
     simulator : str or Simulator
-        A registered backend's name (``fast``, ``bullet``) or a simulator.
+        A registered backend's name (``fast``, ``bullet``) or a simulator; ``backend=`` is the same.
     radius : float
         Of the spheres, metres.
     seed : int
@@ -188,8 +190,9 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         seed: int = 0,
         diameters: float = DIAMETERS,
         cache: bool = True,
+        **alias: Unpack[Alias],
     ):
-        self.simulator = simulator
+        self.simulator = simulator_named(simulator, **alias)
         self.radius = radius
         self.seed = seed
         self.diameters = diameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Unpack
 
 import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
@@ -12,6 +13,7 @@ from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
 from ..settling.records import settle_kept
 from ..settling.settling import settle
 from ..simulator import Simulator
+from .classifier import Alias, simulator_named
 from .profiles.quantities import NAMES, profiles_at
 
 
@@ -37,9 +39,10 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         drops: int = DROPS,
         seed: int = 0,
         cache: bool = True,
+        **alias: Unpack[Alias],
     ):
         self.radius = radius
-        self.simulator = simulator
+        self.simulator = simulator_named(simulator, **alias)
         self.drops = drops
         self.seed = seed
         self.cache = cache
