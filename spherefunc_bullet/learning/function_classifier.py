@@ -239,7 +239,8 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def _know(self) -> FunctionClassifier:
         """See how far training objects are from one another."""
-        distances = rank_distances(self.profiles_, self.profiles_)
+        learnt = self.profiles_[self.compared]
+        distances = rank_distances(learnt, learnt)
         np.fill_diagonal(distances, np.inf)
         nearest = distances.min(axis=1)
         self.familiar_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf

@@ -31,12 +31,12 @@ def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.nda
 
 def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return what is kept of what was learnt from runs of one length."""
-    arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
+    arrays = {"profiles": model.profiles_.astype(np.float32), "lines": np.array(model.lines_, float)}
     arrays |= {"weights": model.copy_groups_.weights, "groups": model.copy_groups_.groups}
     for one in model.forests_:
         if one is not None and not isinstance(one, Forest):
             raise InputError(f"expected forests, which can be kept as arrays, got {type(one).__name__}")
-    arrays |= kept_forests(model.forests_)
+    arrays |= kept_forests([one and one.to_float32() for one in model.forests_])
     about = {"name": PROFILE, "drops": model.drops, "quantities": list(model.quantities)}
     radii = [model.radius_[name] for name in model.functions_]
     kept = {"method": about, "familiar": model.familiar_, "radius": radii}

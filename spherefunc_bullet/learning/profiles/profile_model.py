@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
 
 PROFILE = "profile"  # the method's name
+COMPARED_COPIES = 5  # one in so many copies is compared with: thousands would take longer than to drop spheres
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
@@ -59,7 +60,7 @@ class ProfileModel(FunctionModel):
     in_scenes_: SceneForests | None = None
     checks_stability = True
     # What was learnt in the order in which it is searched, made when it is first needed.
-    _ranks: Ranks | None = None
+    _ranks: tuple[np.ndarray, CopyGroups, Ranks] | None = None
     _forest_batch: tuple[list[Forest], ForestBatch] | None = None
 
     def __init__(self, simulator: str | Simulator, *, radii: Sequence[float], drops: int, seed: int):
@@ -116,11 +117,17 @@ class ProfileModel(FunctionModel):
         scores = reading.scores
         return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(reading)
 
+    @property
+    def compared(self) -> np.ndarray:
+        """The training objects (C,) that others are compared with: all that are no copies, and every fifth copy."""
+        copies = self.copy_groups_.weights < 1
+        return np.flatnonzero(~copies | (np.cumsum(copies) % COMPARED_COPIES == 1))
+
     def distances(self, profiles: np.ndarray) -> np.ndarray:
-        """Return how far objects (A, R * Q) are from the training objects, (A, N): the mean difference of ranks."""
-        if self._ranks is None or self._ranks.learnt is not self.profiles_:
-            self._ranks = Ranks(self.profiles_)
-        return self._ranks.distances(profiles)
+        """Return how far objects (A, R * Q) are from those in `compared`, (A, C): the mean difference of ranks."""
+        if self._ranks is None or self._ranks[0] is not self.profiles_ or self._ranks[1] is not self.copy_groups_:
+            self._ranks = self.profiles_, self.copy_groups_, Ranks(self.profiles_[self.compared])
+        return self._ranks[2].distances(profiles)
 
     def sentences(self, reading: Reading) -> list[str]:
         """Return a sentence for each function that an object has, or for the likeliest where it has none."""

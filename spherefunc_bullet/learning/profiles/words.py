@@ -89,13 +89,13 @@ def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Decidin
 
 def nearest(reading: Reading, count: int = NEAREST) -> list[Near]:
     """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
-    model = reading.model
+    model, rows = reading.model, reading.model.compared
     distances = model.distances(reading.profile[None])[0]
-    distances[model.copy_groups_.weights < 1] = np.inf
+    distances[model.copy_groups_.weights[rows] < 1] = np.inf
     return [
         {
-            "name": model.names_[i],
-            "functions": [name for name, has in zip(model.functions_, model.members_[i], strict=True) if has],
+            "name": model.names_[rows[i]],
+            "functions": [name for name, has in zip(model.functions_, model.members_[rows[i]], strict=True) if has],
             "distance": round(float(distances[i]), 4),
         }
         for i in np.argsort(distances, kind="stable")[:count].tolist()
