@@ -77,6 +77,7 @@ def html() -> str:
         classified=[classified("mug <02>", ["cup"], predicted=["cup"]), classified("vase", predicted=["cup"])] * 4,
         figure=PICTURE,
         impaired=PICTURE,
+        laid=PICTURE,
         comparison=comparison(),
         configuration={"backend": "fast, version 1"},
         seconds={"drawing": 12.34},

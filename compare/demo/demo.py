@@ -48,6 +48,7 @@ from ..evaluation.tables import About, print_results
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
 from .gallery import write_gallery, write_png
+from .laid_table import draw_laid_table
 from .page import ClassifiedObject, Summary, page
 
 DATA = "household"
@@ -111,6 +112,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "drawing"):
         cards = list(drawn_objects(unseen, rows, model, out / "pictures"))
         impaired = draw_impaired(shares, out / "pictures" / "impaired.png")
+        laid = draw_laid_table("fast")
+        write_png(laid, out / "pictures" / "laid_table.png")
         gallery = write_gallery(out / "pictures", backend)
     write_text(out / "evaluation.json", json.dumps(about | {"results": results, "impaired": shares}, indent=2))
     summary = Summary(
@@ -121,6 +124,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         classified=cards,
         figure=Image.open(gallery[-1]).convert("RGB"),
         impaired=Image.open(impaired).convert("RGB"),
+        laid=laid.convert("RGB"),
         comparison=comparison,
         configuration=configuration(dropping.simulator, simulated),
         seconds=watch.seconds,

@@ -73,6 +73,7 @@ class Summary:
     classified: Sequence[ClassifiedObject]
     figure: Image  # the gallery
     impaired: Image  # which impaired copies are still called by their function
+    laid: Image  # a table with more and more objects on it
     comparison: Report  # of simulators, as `spherefunc compare` reports it, in comparison/report.html
     configuration: dict[str, str]
     seconds: dict[str, float]  # what was done, and how long it took
