@@ -8,6 +8,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 
 import clouds
@@ -25,8 +26,10 @@ from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, strongest_cubes
 from spherefunc_bullet.settling.drops import DropsByRadius, resting_drops
+from spherefunc_bullet.simulator import DropSettings, make_simulator
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
 from spherefunc_bullet.viewer.page import display_html, display_page
+from spherefunc_bullet.viewer.recording import settled_drops
 
 RADIUS = 0.02
 # What a user might do, all of it at once; an error in any of it reaches the console.
@@ -204,6 +207,28 @@ def test_a_broken_file_and_a_missing_backend_cost_only_themselves(call, tmp_path
     code, out, err = call("broken.ply", "mug.xyz", "--backend", "fast,nosuch", "--radius", "1cm", "--json")
     assert code == 2 and json.loads(out) == ["mug.html"]
     assert [name in line for name, line in zip(("nosuch", "broken.ply"), err.splitlines(), strict=True)] == [True] * 2
+
+
+def test_a_recording_needs_its_package_and_costs_no_page(call, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    code, out, err = call("mug.xyz", "--radius", "1cm", "--rerun", "mug.rrd", "--json")
+    assert code == 2 and json.loads(out) == ["mug.html"]
+    assert "spherefunc-bullet[rerun]" in err and not (tmp_path / "mug.rrd").exists()
+
+
+def test_a_recording_of_drops_is_written(call, tmp_path):
+    pytest.importorskip("rerun")
+    code, _, err = call("mug.xyz", "--radius", "1cm", "--rerun", "mug.rrd")
+    assert code == 0 and "mug.rrd" in err and (tmp_path / "mug.rrd").stat().st_size > 10_000
+
+
+def test_spheres_of_a_recording_appear_at_the_drops_that_settled():
+    result = make_simulator("fast").drop(clouds.mug(), DropSettings(radius=0.01), seed=0)
+    numbers = settled_drops(result)
+    assert len(numbers) == len(result.centers) and (np.diff(numbers) > 0).all()
+    assert 1 <= numbers[0] and numbers[-1] <= result.drops
+    unknown = replace(result, columns=np.empty((0, 2)), outcomes=np.empty(0, np.int8))
+    assert settled_drops(unknown).tolist() == list(range(1, len(result.centers) + 1))
 
 
 @pytest.mark.parametrize(

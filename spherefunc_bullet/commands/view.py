@@ -54,6 +54,9 @@ def view(
     out: Annotated[
         Path | None, typer.Option(help="An .html file for all objects, or a folder. Default: FILE.html.")
     ] = None,
+    rerun: Annotated[
+        Path | None, typer.Option(metavar="FILE.rrd", help="Also write a recording of the drops for Rerun's viewer.")
+    ] = None,
     open: Annotated[bool | None, typer.Option(help="Open the page in a browser. Default: only on a terminal.")] = None,
     shape: Shape = None,
     seed: Seed = 0,
@@ -67,6 +70,8 @@ def view(
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     check_place(out)
+    if rerun is not None:
+        require_place(rerun)
     classifier = explaining_model(model, names) if explain else None
     failures = Failures()
     simulators = usable_simulators(names, shape, failures)
@@ -75,7 +80,10 @@ def view(
         drop_on_all(objects, simulator, max_spheres, seed, failures)
     if classifier is not None:
         settle_on_all(objects, classifier, failures)
-    pages = write_pages([viewed for viewed in objects if viewed.results], out, classifier, failures)
+    shown = [viewed for viewed in objects if viewed.results]
+    pages = write_pages(shown, out, classifier, failures)
+    if rerun is not None:
+        record(shown, rerun, failures)
     if json:
         print_json([str(page) for page in pages])
     else:
@@ -198,6 +206,16 @@ def write_pages(
         except InputError as error:
             failures.add(error)
     return written
+
+
+def record(objects: Sequence[Viewed], path: Path, failures: Failures):
+    """Write the drops on all objects for Rerun's viewer, and say where."""
+    from ..viewer.recording import write_recording
+
+    try:
+        say(f"wrote {write_recording([(viewed.file.stem, viewed.cloud, viewed.results) for viewed in objects], path)}")
+    except InputError as error:
+        failures.add(error)
 
 
 def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str]:
