@@ -17,7 +17,7 @@ from ..formats.geometry import Geometry
 from ..formats.units import BY_FILE
 from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of
-from .best import best_shape
+from .best import STRICT, best_shape
 from .candidates import candidates, made
 from .comparison import Subject, row_of
 from .files import write_shape
@@ -58,6 +58,7 @@ class Shapes:
     rows: tuple[Row, ...]
     frame: Frame
     kept: Kept
+    keep: float | None  # what was asked for; None: `best` keeps what `STRICT` says
 
     def __iter__(self):
         return iter(self.rows)
@@ -68,7 +69,7 @@ class Shapes:
     @cached_property
     def best(self) -> BestShape:
         """The cheapest that keeps everything, found when it is asked for; that takes up to a minute."""
-        solid, row = best_shape(self.subject, self.kept)
+        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT)
         return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
 
     def as_dict(self, file: str) -> dict[str, Any]:
@@ -107,7 +108,7 @@ def compare_shapes(
     *,
     shapes: bool = True,
     coacd: tuple[float, ...] = (),
-    keep: float = 0.9,
+    keep: float | None = None,
     units: str = "m",
     up: str = BY_FILE,
     report: Report = quiet,
@@ -125,16 +126,17 @@ def compare_shapes(
     coacd : floats
         Thresholds of CoACD, which takes minutes.
     keep : float
-        The share of capacity, level and places that has to be kept, 0 to 1.
+        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, and of the best shape the
+        capacity within 5 % and places within 2 mm.
 
     Raises
     ------
     InputError
         If something cannot be used, the object is no mesh, or the collision is of another size.
     """
-    if not 0 < keep <= 1:
+    if keep is not None and not 0 < keep <= 1:
         raise InputError(f"keep {keep}: expected more than 0 and at most 1")
-    cloud, kept = as_cloud(anything, units=units, up=up, report=report), Kept(share=keep)
+    cloud, kept = as_cloud(anything, units=units, up=up, report=report), Kept() if keep is None else Kept(share=keep)
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
     subject.mesh  # noqa: B018 - points alone are refused before anything is measured
     others = named_collision(anything, collision)
@@ -142,7 +144,7 @@ def compare_shapes(
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
     rows = [row_of(subject, solid, kept) for solid in solids]
     rows += [row_of(subject, made(name, make), kept) for name, make in makes.items()]
-    return Shapes(subject=subject, rows=tuple(rows), frame=frame, kept=kept)
+    return Shapes(subject=subject, rows=tuple(rows), frame=frame, kept=kept, keep=keep)
 
 
 def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:

@@ -27,7 +27,7 @@ class Exposed:
     """Places of a surface that a sphere can come to, each with the way out into the free space."""
 
     places: np.ndarray  # (S, 3) metres
-    outward: np.ndarray  # (S, 3) unit vectors
+    outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
 
     def excess(self, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
@@ -43,6 +43,7 @@ class Exposed:
         speed = self.outward[which] @ planes[:, :3].T
         with np.errstate(divide="ignore", invalid="ignore"):
             way = np.where(speed > 1e-6, -height / speed, np.inf).min(axis=1, initial=np.inf)
+        way = np.where(np.isfinite(way), way, -height.max(axis=1))
         covered = way / self.tolerance[which]
         over = covered > 1
         return which[over], covered[over]
@@ -127,6 +128,7 @@ def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
 def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float]]:
     """Yield planes to cut a part by: along the surface where its hull covers it most, and through its middle."""
     order = np.argsort(-part.covered)
+    order = order[exposed.outward[part.which[order]].any(axis=1)]
     seen: list[np.ndarray] = []
     for n in order[: min(len(order), 400)]:
         normal, place = exposed.outward[part.which[n]], exposed.places[part.which[n]]
