@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
 RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
 FINEST = 0.0008  # metres
 OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
 FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
@@ -38,7 +39,8 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     return Exposed(
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
-        tolerance=np.maximum(FINEST, scale * subject.extent * np.append(share, np.full(len(room), OTHER))),
+        tolerance=np.append(np.maximum(FINEST, scale * share * subject.extent), np.full(len(room), GRAZED * subject.extent)),
+        reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * GRAZED * subject.extent)),
     )
 
 

@@ -29,15 +29,18 @@ class Exposed:
     places: np.ndarray  # (S, 3) metres
     outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
+    reach: np.ndarray  # (S,) metres around them that count as they do
 
     def excess(self, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
         """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
-        near = ((self.places > corners.min(axis=0)) & (self.places < corners.max(axis=0))).all(axis=1)
+        reach = self.reach[:, None]
+        near = (self.places > corners.min(axis=0) - reach) & (self.places < corners.max(axis=0) + reach)
+        near = near.all(axis=1)
         which = np.flatnonzero(near)
         if not len(which):
             return which, np.empty(0)
         planes = equations(corners)
-        height = self.places[which] @ planes[:, :3].T + planes[:, 3]
+        height = self.places[which] @ planes[:, :3].T + planes[:, 3] - reach[which]
         inside = (height < 1e-9).all(axis=1)
         which, height = which[inside], height[inside]
         speed = self.outward[which] @ planes[:, :3].T
