@@ -179,7 +179,7 @@ def main():
         for (group, label), items in chosen.items():
             for item in items[:: max(1, len(items) // arguments.each)][: arguments.each]:
                 rows.append(checked(Path(item.path), label, group, Path(folder)))
-                say(" ".join(f"{k}={v:.3g}" if isinstance(v, float) else f"{k}={v}" for k, v in asdict(rows[-1]).items()))
+                say(str(rows[-1]))
     report(rows)
     print_json([asdict(row) for row in rows])
 

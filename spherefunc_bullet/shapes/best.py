@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SCALES = (2.0, 1.2, 0.8)  # of the tolerances, the coarsest first
 HULLS = (8, 32)  # of V-HACD, at most
-BUDGET = 40.0  # seconds of the processor, so that a busy machine finds the same, after which no further candidate is made
+BUDGET = 40.0  # seconds of the processor (a busy machine finds the same), after which nothing more is made
 STRICT = Kept(capacity=0.95, moved=0.002)
 Tried = tuple["Solid", Row]
 

@@ -166,5 +166,3 @@ def frame_of(anything: Anything, cloud: Cloud, up: str, units: str) -> Frame:
     used = np.unique(geometry.faces)
     own = to_metres(to_z_up(Geometry(geometry.vertices[used]), up, path, quiet), units, path.name, quiet)
     return Frame(up=up, units=units, shift=cloud.mesh.vertices.min(axis=0) - own.min(axis=0))
-
-

@@ -35,12 +35,13 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
     share[outward[:, 2] > UPWARD] = RESTED
-    room = free_places(subject)
+    room, grazed = free_places(subject), GRAZED * subject.extent
+    followed = np.maximum(FINEST, scale * share * subject.extent)
     return Exposed(
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
-        tolerance=np.append(np.maximum(FINEST, scale * share * subject.extent), np.full(len(room), GRAZED * subject.extent)),
-        reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * GRAZED * subject.extent)),
+        tolerance=np.append(followed, np.full(len(room), grazed)),
+        reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * grazed)),
     )
 
 
