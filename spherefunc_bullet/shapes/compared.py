@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +24,7 @@ from .comparison import Subject, row_of
 from .files import write_shape
 from .loaded import Frame, loaded, quiet
 from .rows import Kept, Row
-from .solid import Solid
+from .solid import Solid, of_pieces, surface
 
 SAYS_COLLISION = (".urdf", ".sdf", ".xml")
 
@@ -140,11 +141,32 @@ def compare_shapes(
     subject, frame = Subject(cloud), frame_of(anything, cloud, up, units)
     subject.mesh  # noqa: B018 - points alone are refused before anything is measured
     others = named_collision(anything, collision)
-    solids = [solid for path in others for solid in loaded(path, frame)]
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
-    rows = [row_of(subject, solid, kept) for solid in solids]
+    rows = [row for path in others for row in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
     rows += [row_of(subject, made(name, make), kept) for name, make in makes.items()]
     return Shapes(subject=subject, rows=tuple(rows), frame=frame, kept=kept, keep=keep)
+
+
+def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Report) -> Iterator[Row]:
+    """Yield the row of one link, or of several those of all together and of each that is as large as what is seen."""
+    if len(links) == 1:
+        yield row_of(subject, links[0], kept)
+        return
+    yield row_of(subject, together(links), kept)
+    for link in links:
+        try:
+            yield row_of(subject, link, kept)
+        except InputError as error:
+            report(f"link {one_line(link.name)}: {error}")
+
+
+def together(links: list[Solid]) -> Solid:
+    """Return what several links hold; as a surface where one of them is one."""
+    if all(link.pieces is not None for link in links):
+        return of_pieces("all links", [piece for link in links for piece in link.pieces or ()])
+    starts = np.cumsum([0] + [len(link.vertices) for link in links])
+    faces = np.concatenate([link.faces + start for link, start in zip(links, starts, strict=False)])
+    return surface("all links", np.concatenate([link.vertices for link in links]), faces)
 
 
 def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:
