@@ -482,3 +482,12 @@ def test_code_is_warm_before_the_first_run_is_timed(data):
     files = sorted(data.glob("mug*.npz"))[:2]
     list(simulate_objects(files, Dropping(simulator=Recorder(name="recorder"), radii=(0.02,)), jobs=1))
     assert dropped == ["plate", "mug_0.npz", "mug_1.npz"]
+
+
+def test_a_backend_with_a_shape_is_a_candidate_of_its_own():
+    pytest.importorskip("pybullet")
+    found = candidates(Experiment(data="household", backends=("fast", "bullet:mesh", "bullet:voxel")))
+    assert [one.name for one in found] == ["fast", "bullet:mesh", "bullet:voxel"]
+    assert [one.simulator.options()["shape"] for one in found[1:]] == ["mesh", "voxel"]
+    with pytest.raises(InputError, match="expected one of"):
+        candidates(Experiment(data="household", backends=("bullet:foam",)))

@@ -160,3 +160,39 @@ def test_the_command_prints_its_contract(tmp_path):
     expected = {"name", "pieces", "faces", "build_seconds", "step_us", "settled_kept", "capacity_kept", "level_kept"}
     assert expected | {"moved_mm", "functions", "keeps", "verdict"} <= row.keys()
     assert answer["functions"]["cup"]["member"] and row["keeps"] is False
+
+
+def test_free_space_is_not_bridged_by_thin_pieces(subject):
+    from spherefunc_bullet.shapes.exposure import of_fitting
+
+    row = row_of(subject, of_fitting(subject, 1.2), Kept())
+    assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
+
+
+def test_fewer_corners_stay_within_the_hull():
+    from spherefunc_bullet.shapes.solid import MOST_CORNERS, capped, hull_of
+
+    points = trimesh.creation.icosphere(subdivisions=3).vertices
+    corners = capped(points)
+    assert len(corners) <= MOST_CORNERS
+    hull, faces = hull_of(corners)
+    assert trimesh.Trimesh(hull, faces).volume > 0.75 * 4 / 3 * np.pi  # 32 corners of a sphere hold 0.8 of it
+
+
+SDF = """<sdf version="1.6"><model name="m"><link name="a"><pose>0 0 1 0 0 0</pose><collision name="c">
+<pose>1 0 0 0 0 1.5707963</pose><geometry><box><size>0.4 0.2 0.1</size></box></geometry></collision></link>
+<link name="b"><collision name="c"><geometry><cylinder><radius>0.1</radius><length>0.5</length></cylinder></geometry>
+</collision></link></model></sdf>"""
+MJCF = """<mujoco><worldbody><body name="a" pos="1 0 1" euler="0 0 90"><geom type="box" size="0.2 0.1 0.05"/></body>
+<body name="b"><geom type="cylinder" size="0.1 0.25"/></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("name, text", [("m.sdf", SDF), ("m.xml", MJCF)])
+def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
+    if name.endswith("xml"):
+        pytest.importorskip("mujoco")
+    (tmp_path / name).write_text(text)
+    first, second = loaded(tmp_path / name, Frame(up="z", units="m", shift=np.zeros(3)))
+    assert (first.name, second.name) == ("a", "b")
+    assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
+    assert second.vertices[:, 2].max() == pytest.approx(0.25)

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 def compare(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder, a catalogue's name, or an experiment.toml.")],
-    backends: Annotated[str | None, typer.Option(help="Default: fast,bullet, those that are installed.")] = None,
+    backends: Annotated[
+        str | None, typer.Option(help="Such as fast,bullet:mesh,bullet:voxel. Default: fast,bullet, those installed.")
+    ] = None,
     shapes: Annotated[str | None, typer.Option(help="Collision shapes, such as voxel,compound.")] = None,
     radii: Annotated[
         list[str] | None,

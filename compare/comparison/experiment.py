@@ -87,7 +87,8 @@ def candidates(experiment: Experiment) -> list[Candidate]:
 
 
 def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
-    """Return a backend with each shape, or once where it has no shapes."""
+    """Return a backend with each shape, with the one that is said (``bullet:mesh``), or once where it has no shapes."""
+    given, (backend, _, own_shape) = backend, backend.partition(":")
     options = experiment.options.get(backend, {})
     usual = PROFILE_RADII if PROFILE in experiment.methods else CUBES_RADII
     radii = {ALL: usual} | dict(experiment.radii)
@@ -97,6 +98,8 @@ def shapes_of(experiment: Experiment, backend: str) -> list[Candidate]:
         simulator, own = make_simulator(backend, **options | shape), radii.get(name) or radii.get(backend) or radii[ALL]
         return Candidate(name=name, backend=backend, simulator=simulator, radii=own, **how)
 
+    if own_shape:
+        return [named(given, shape=own_shape)]
     plain = named(backend)
     if not experiment.shapes or "shape" not in plain.simulator.options():
         return [plain]

@@ -25,7 +25,10 @@ def shapes(
     best: Annotated[bool, typer.Option("--best", help="Find and write the cheapest that keeps everything.")] = False,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where --best writes.")] = Path("."),
     form: Annotated[str, typer.Option("--format", help="Of what --best writes: urdf, sdf or mjcf.")] = "urdf",
-    keep: Annotated[float, typer.Option(help="Share of capacity, level, places to be kept.")] = 0.9,
+    keep: Annotated[
+        float | None,
+        typer.Option(help="Share of capacity, level, places to be kept. Default: 0.9; of --best see docs."),
+    ] = None,
     coacd: Annotated[str | None, typer.Option(help="CoACD's thresholds, such as 0.05,0.2; minutes.")] = None,
     only: Annotated[bool, typer.Option("--only-collision", help="Compare the collision geometry alone.")] = False,
     up: Up = BY_FILE,

@@ -20,7 +20,7 @@ from .solid import Solid, of_pieces, surface
 VOXELS = (1 / 3, 2 / 3, 4 / 3)  # of the spheres' radius
 VHACD = (8, 32, 64)  # hulls at most
 COACD = (0.05, 0.2)
-MISSING = "shape 'coacd' needs its package: pip install 'spherefunc-bullet[shapes]'"
+MISSING = "shape '{}' needs its package: pip install 'spherefunc-bullet[{}]'"
 Make = Callable[[], Solid]
 
 
@@ -74,14 +74,17 @@ def of_hull(cloud: Cloud) -> Solid:
     return of_pieces("hull", [of_mesh(cloud).vertices])
 
 
-def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
-    """Return V-HACD's pieces, at most so many."""
-    import vhacdx
-
+def of_vhacd(cloud: Cloud, hulls: int, corners: int = 64) -> Solid:
+    """Return V-HACD's pieces, at most so many, each of at most so many corners."""
+    try:
+        import vhacdx
+    except ImportError as error:
+        raise InputError(MISSING.format("vhacd", "shapes")) from error
     mesh = of_mesh(cloud)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
-    pieces = vhacdx.compute_vhacd(mesh.vertices, faces, maxConvexHulls=hulls, asyncACD=False)
-    return of_pieces("vhacd", [np.asarray(corners) for corners, _ in pieces])
+    limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": corners}
+    pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, **limits)
+    return of_pieces("vhacd", [np.asarray(points) for points, _ in pieces])
 
 
 def of_coacd(cloud: Cloud, threshold: float) -> Solid:
@@ -89,7 +92,7 @@ def of_coacd(cloud: Cloud, threshold: float) -> Solid:
     try:
         import coacd
     except ImportError as error:
-        raise InputError(MISSING) from error
+        raise InputError(MISSING.format("coacd", "coacd")) from error
     mesh = of_mesh(cloud)
     coacd.set_log_level("off")
     pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=threshold)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .fitting import Exposed, fitted_pieces
-from .solid import Solid, of_pieces
+from .solid import Solid, capped, of_pieces
 from .spaces import NARROW
 
 if TYPE_CHECKING:
@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
 RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
 FINEST = 0.0008  # metres
 OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
 FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
-SEEN = 4_000  # samples of the surface, about
+SEEN, ROOM = 4_000, 6_000  # samples of the surface, about, and of the free space around it
 
 
 def exposed_surface(subject: Subject, scale: float) -> Exposed:
@@ -34,7 +35,22 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
     share[outward[:, 2] > UPWARD] = RESTED
-    return Exposed(places=places, outward=outward, tolerance=np.maximum(FINEST, scale * share * subject.extent))
+    room, grazed = free_places(subject), GRAZED * subject.extent
+    followed = np.maximum(FINEST, scale * share * subject.extent)
+    return Exposed(
+        places=np.vstack([places, room]),
+        outward=np.vstack([outward, np.zeros_like(room)]),
+        tolerance=np.append(followed, np.full(len(room), grazed)),
+        reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * grazed)),
+    )
+
+
+def free_places(subject: Subject) -> np.ndarray:
+    """Return places (R, 3) all over the free space within an object's box, which a piece may not bridge."""
+    grid = subject.space.grid
+    places = grid.low + (np.argwhere(subject.space.reached(NARROW)) + 0.5) * grid.cell
+    places = places[((places > subject.low) & (places < subject.high)).all(axis=1)]
+    return np.random.default_rng(0).permutation(places)[:ROOM]
 
 
 def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +85,8 @@ def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 def of_fitting(subject: Subject, scale: float) -> Solid:
     """Return convex pieces that follow an object's exposed surface within tolerances that are scaled."""
-    return of_pieces("fitted", fitted_pieces(simplified(subject.mesh), exposed_surface(subject, scale)))
+    pieces = fitted_pieces(simplified(subject.mesh), exposed_surface(subject, scale))
+    return of_pieces("fitted", [capped(piece) for piece in pieces])
 
 
 def simplified(solid: Solid) -> np.ndarray:

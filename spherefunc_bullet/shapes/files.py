@@ -18,6 +18,7 @@ from ..simulator.statics.body import Body
 from .solid import Solid, hull_of
 
 FORMATS = ("urdf", "sdf", "mjcf")
+FIRM = {"solref": "0.004 1", "solmix": "1000"}  # MuJoCo's default contact gives way by more than a wall is thick
 
 
 def write_shape(path: Path, visual: Solid, shape: Solid, body: Body, form: str | None = None) -> Path:
@@ -109,5 +110,5 @@ def mjcf(name: str, seen: str, pieces: list[str], body: Body) -> Element:
     SubElement(free, "geom", type="mesh", mesh="visual", contype="0", conaffinity="0", group="2")
     for number, file in enumerate(pieces):
         SubElement(assets, "mesh", name=f"piece_{number}", file=file)
-        SubElement(free, "geom", type="mesh", mesh=f"piece_{number}", group="3")
+        SubElement(free, "geom", type="mesh", mesh=f"piece_{number}", group="3", **FIRM)
     return root

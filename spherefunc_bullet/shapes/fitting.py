@@ -27,22 +27,26 @@ class Exposed:
     """Places of a surface that a sphere can come to, each with the way out into the free space."""
 
     places: np.ndarray  # (S, 3) metres
-    outward: np.ndarray  # (S, 3) unit vectors
+    outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
+    reach: np.ndarray  # (S,) metres around them that count as they do
 
     def excess(self, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
         """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
-        near = ((self.places > corners.min(axis=0)) & (self.places < corners.max(axis=0))).all(axis=1)
+        reach = self.reach[:, None]
+        near = (self.places > corners.min(axis=0) - reach) & (self.places < corners.max(axis=0) + reach)
+        near = near.all(axis=1)
         which = np.flatnonzero(near)
         if not len(which):
             return which, np.empty(0)
         planes = equations(corners)
-        height = self.places[which] @ planes[:, :3].T + planes[:, 3]
+        height = self.places[which] @ planes[:, :3].T + planes[:, 3] - reach[which]
         inside = (height < 1e-9).all(axis=1)
         which, height = which[inside], height[inside]
         speed = self.outward[which] @ planes[:, :3].T
         with np.errstate(divide="ignore", invalid="ignore"):
             way = np.where(speed > 1e-6, -height / speed, np.inf).min(axis=1, initial=np.inf)
+        way = np.where(np.isfinite(way), way, -height.max(axis=1))
         covered = way / self.tolerance[which]
         over = covered > 1
         return which[over], covered[over]
@@ -127,6 +131,7 @@ def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
 def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float]]:
     """Yield planes to cut a part by: along the surface where its hull covers it most, and through its middle."""
     order = np.argsort(-part.covered)
+    order = order[exposed.outward[part.which[order]].any(axis=1)]
     seen: list[np.ndarray] = []
     for n in order[: min(len(order), 400)]:
         normal, place = exposed.outward[part.which[n]], exposed.places[part.which[n]]

@@ -79,7 +79,7 @@ def links_of(path: Path) -> dict[str, list[Placed]]:
     if path.suffix.lower() == ".urdf":
         return urdf_links(path)
     if path.suffix.lower() in (".sdf", ".xml", ".mjcf"):
-        return {path.stem: [(v, f, False) for v, f in parts_of_scene(path)]}
+        return sdf_links(path) if path.suffix.lower() == ".sdf" else mjcf_links(path)
     if path.suffix.lower() not in READERS:
         raise InputError(f"{one_line(path)}: expected a URDF, SDF, MJCF or mesh, got '{path.suffix}'")
     return {path.stem: [(vertices, faces, False) for vertices, faces in groups_of(path)]}
@@ -155,35 +155,99 @@ def obj_groups(text: str) -> list[tuple[np.ndarray, np.ndarray]]:
     return found
 
 
-def parts_of_scene(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the hulls of an MJCF's geoms as MuJoCo compiles them, or of an SDF's collision meshes."""
-    if path.suffix.lower() == ".sdf":
-        return sdf_parts(plain_xml(path.read_bytes()), path.parent)
+def mjcf_links(path: Path) -> dict[str, list[Placed]]:
+    """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, its planes left out."""
     try:
         import mujoco
     except ImportError as error:
         raise InputError(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco") from error
-    model = mujoco.MjModel.from_xml_path(str(path))
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as error:
+        raise InputError(f"{one_line(path.name)}: MuJoCo refuses it: {one_line(str(error))}") from error
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    parts = []
-    for geom in np.flatnonzero((model.geom_contype > 0) & (model.geom_type == mujoco.mjtGeom.mjGEOM_MESH)):
+    links: dict[str, list[Placed]] = {}
+    for geom in np.flatnonzero((model.geom_contype > 0) | (model.geom_conaffinity > 0)):
+        if (part := geom_part(model, geom)) is not None:
+            place = part[0] @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+            links.setdefault(model.body(model.geom_bodyid[geom]).name, []).append((place, part[1], False))
+    return links
+
+
+def geom_part(model: Any, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the triangles of a geom of MuJoCo's in its own frame, None for planes and height fields."""
+    import mujoco
+
+    kinds, kind, size = mujoco.mjtGeom, model.geom_type[geom], model.geom_size[geom]
+    if kind == kinds.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
-        turn = data.geom_xmat[geom].reshape(3, 3)
-        parts.append((model.mesh_vert[first : first + count] @ turn.T + data.geom_xpos[geom],
-                      model.mesh_face[face : face + faces].astype(np.int64)))
-    return parts
+        first, face = model.mesh_vertadr[mesh], model.mesh_faceadr[mesh]
+        vertices = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        return vertices, model.mesh_face[face : face + model.mesh_facenum[mesh]].astype(np.int64)
+    if kind == kinds.mjGEOM_BOX:
+        return primitive("box", extents=2 * size)
+    if kind == kinds.mjGEOM_CYLINDER:
+        return primitive("cylinder", radius=size[0], height=2 * size[1])
+    if kind == kinds.mjGEOM_CAPSULE:
+        return primitive("capsule", radius=size[0], height=2 * size[1])
+    if kind in (kinds.mjGEOM_SPHERE, kinds.mjGEOM_ELLIPSOID):
+        vertices, faces = primitive("icosphere", radius=1.0)
+        return vertices * (size if kind == kinds.mjGEOM_ELLIPSOID else size[0]), faces
+    return None
 
 
-def sdf_parts(tree: ElementTree.Element, folder: Path) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the collision meshes of an SDF; each is one hull, or its groups are."""
-    parts = []
-    for node in tree.findall(".//collision/geometry/mesh"):
-        target = find_mesh(node.findtext("uri", "").replace("model://", ""), folder)
-        if target is None:
-            raise InputError(f"collision mesh {node.findtext('uri', '')[:80]!r}: expected beside the file")
-        scale = np.array([float(word) for word in node.findtext("scale", "1 1 1").split()])
-        parts += [(vertices * scale, faces) for vertices, faces in groups_of(target)]
-    return parts
+def primitive(kind: str, **sizes: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices and faces of a primitive about its centre."""
+    import trimesh
+
+    mesh = getattr(trimesh.creation, kind)(**sizes)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+
+
+def sdf_links(path: Path) -> dict[str, list[Placed]]:
+    """Return the collision parts of each link of an SDF in the model's frame; a mesh is one hull, or its groups are."""
+    links: dict[str, list[Placed]] = {}
+    for model in plain_xml(path.read_bytes()).iter("model"):
+        for link in model.findall("link"):
+            for node in link.findall("collision"):
+                place = pose_of(link) @ pose_of(node)
+                for vertices, faces in sdf_parts(node.find("geometry"), path.parent):
+                    placed = vertices @ place[:3, :3].T + place[:3, 3]
+                    links.setdefault(link.get("name", path.stem), []).append((placed, faces, False))
+    return links
+
+
+def pose_of(node: ElementTree.Element) -> np.ndarray:
+    """Return the pose (4, 4) of an element of an SDF: a place, and roll, pitch and yaw."""
+    from trimesh.transformations import euler_matrix
+
+    values = [float(word) for word in node.findtext("pose", "").split()] or [0.0] * 6
+    matrix = euler_matrix(*values[3:6], axes="sxyz")
+    matrix[:3, 3] = values[:3]
+    return matrix
+
+
+def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the parts of one collision of an SDF in its own frame; none for planes."""
+    if geometry is None:
+        return []
+    sizes = {name: numbers_in(geometry, f".//{name}") for name in ("size", "radius", "length", "scale")}
+    if geometry.find("box") is not None:
+        return [primitive("box", extents=sizes["size"])]
+    if geometry.find("cylinder") is not None:
+        return [primitive("cylinder", radius=sizes["radius"][0], height=sizes["length"][0])]
+    if geometry.find("sphere") is not None:
+        return [primitive("icosphere", radius=sizes["radius"][0])]
+    if (name := geometry.findtext("mesh/uri")) is None:
+        return []
+    target = find_mesh(name.replace("model://", ""), folder)
+    if target is None:
+        raise InputError(f"collision mesh {name[:80]!r}: expected beside the file")
+    scale = np.array(sizes["scale"] or [1.0])
+    return [(vertices * scale, faces) for vertices, faces in groups_of(target)]
+
+
+def numbers_in(node: ElementTree.Element, name: str) -> list[float]:
+    """Return the numbers that an element's text is made of."""
+    return [float(word) for word in node.findtext(name, "").split()]

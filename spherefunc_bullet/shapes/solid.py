@@ -9,6 +9,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
+MOST_CORNERS = 32  # of a convex piece: an engine asks each of them in every contact
+OFF = 1e-3  # of a piece's extent: corners that lie no farther outside are not worth their cost
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
 
 
@@ -69,6 +71,27 @@ def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     faces = number[hull.simplices]
     faces[inward] = faces[inward][:, ::-1]
     return points[corners], faces
+
+
+def capped(points: np.ndarray, most: int = MOST_CORNERS) -> np.ndarray:
+    """Return at most so many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
+
+    The hull of fewer corners lies within that of all, so no free space is taken.
+    """
+    corners, _ = hull_of(points)
+    if len(corners) <= most:
+        return corners
+    span = np.vstack([np.eye(3), 1 - 2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])])
+    heights = corners @ span.T
+    chosen = set(heights.argmin(axis=0).tolist()) | set(heights.argmax(axis=0).tolist())
+    while len(chosen) < most:
+        equations = ConvexHull(corners[sorted(chosen)], qhull_options="QJ").equations
+        outside = (corners @ equations[:, :3].T + equations[:, 3]).max(axis=1)
+        outside[sorted(chosen)] = 0
+        if outside.max() <= OFF * np.ptp(corners, axis=0).max():
+            break
+        chosen.add(int(outside.argmax()))
+    return corners[sorted(chosen)]
 
 
 def thickened(points: np.ndarray) -> np.ndarray:
