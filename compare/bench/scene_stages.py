@@ -2,7 +2,7 @@
 
     python -m spherefunc_bullet.compare.bench.scene_stages ../shared/data/scenes [--points 300000] [--only NAME]
 
-The fastest of three turns of each scan counts, in seconds of one core that does nothing else.
+The fastest of three turns of each scan counts, in seconds by the clock: measure on a quiet machine.
 """
 
 from __future__ import annotations
