@@ -13,7 +13,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
-from spherefunc_bullet.learning.profiles.quantities import profiles_at
+from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_at
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
 from spherefunc_bullet.settling.drops import LIMITED, RunLimit
@@ -110,7 +110,8 @@ def test_the_transformer_reads_what_the_classifier_reads():
     objects, radii = [clouds.mug(), clouds.plate()], (0.01, 0.03)
     model = FunctionClassifier(radii=radii, drops=30, early_drops=0).fit(objects, ["cup", "none"])
     read = np.hstack([RestingProfile(radius, drops=30).transform(objects) for radius in radii])
-    assert np.array_equal(read, model.profiles_)
+    alone = np.tile([name not in ("gap", "middle_gap", "over_gaps") for name in NAMES], len(radii))  # of one radius
+    assert np.array_equal(read[:, alone], model.profiles_[:, alone])
     drops = [settling.settle(cloud, "fast", [0.01], 0, RunLimit(drops=30))[0.01] for cloud in objects]
     assert np.array_equal(profiles_at(drops, 0.01), read[:, : read.shape[1] // 2])
 

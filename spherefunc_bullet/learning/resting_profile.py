@@ -21,7 +21,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
     """Turn objects, or what became of drops on them, into named quantities at one radius.
 
     Turning the object about the vertical or moving it on the ground, with the drops, changes nothing but the last
-    digits.
+    digits. Gaps, which are seen by spheres of two radii, are 0 here.
 
     Parameters
     ----------
