@@ -55,9 +55,9 @@ QUANTITIES = (
     quantity("level_width", "m", "shorter side of the level's largest piece"),
     quantity("level_depth", "m", "mean depth of spheres over the level"),
     quantity("level_unevenness", "m", "unevenness of what rests on the level"),
-    quantity("level_range", "m", "between which heights eight tenths of what rests on the level lie"),
+    quantity("level_range", "m", "range of heights that holds eight tenths of what rests on the level"),
     quantity("level_tilt", "degrees", "slope of the level"),
-    quantity("level_roughness", "m", "distance of what rests on the level from a plane, of the middle one"),
+    quantity("level_roughness", "m", "median distance of what rests on the level from a plane"),
     quantity("stays", "share", "drops within the outline that stayed"),
     quantity("stays_early", "share", "the same until half of all that settled had settled"),
     quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
@@ -65,7 +65,7 @@ QUANTITIES = (
     quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
     quantity("walled_in", "share", "spheres with the object on every side"),
     quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes
-    quantity("middle_gap", "m", "gap under the middle one of these spheres"),
+    quantity("middle_gap", "m", "median gap under spheres into which smaller ones go"),
     quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
 )
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
