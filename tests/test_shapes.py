@@ -153,8 +153,9 @@ def test_the_command_prints_its_contract(tmp_path):
 
     file = str(tmp_path / "cup.obj")
     cup().export(file)
-    options = ["--collision", file, "--only-collision", "--json"]
-    done = CliRunner().invoke(application("shapes"), ["shapes", file, *options])
+    options = ["--collision", file, "--only-collision", "--json", "--csv", str(tmp_path / "shapes.csv")]
+    done = CliRunner().invoke(application("shapes"), ["shapes", str(tmp_path), *options])
+    assert len((tmp_path / "shapes.csv").read_text().splitlines()) == 2
     answer = json.loads(done.stdout)[0]
     row = answer["shapes"][0]
     expected = {"name", "pieces", "faces", "build_seconds", "step_us", "settled_kept", "capacity_kept", "level_kept"}

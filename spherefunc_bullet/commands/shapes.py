@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,11 +15,13 @@ from .options import BY_FILE, Json, PackagePath, Units, Up
 if TYPE_CHECKING:
     from ..shapes.compared import Shapes
 
+COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
+COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_closed", "keeps", "verdict"]
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 
 
 def shapes(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes or URDFs: what is seen.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, or folders of them.")],
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
@@ -31,6 +34,9 @@ def shapes(
     ] = None,
     coacd: Annotated[str | None, typer.Option(help="CoACD's thresholds, such as 0.05,0.2; minutes.")] = None,
     only: Annotated[bool, typer.Option("--only-collision", help="Compare the collision geometry alone.")] = False,
+    table: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write a row per shape, also for files that failed.")
+    ] = None,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
@@ -45,7 +51,7 @@ def shapes(
     prepare_folder(out if best else None)
     thresholds = thresholds_of(coacd)
     failures, results = Failures(), []
-    for file in files:
+    for file in objects_in(files):
         try:
             compared = compare_shapes(
                 file, collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up, report=say
@@ -57,6 +63,8 @@ def shapes(
             failures.add(error)
             row = {"file": str(file), "error": str(error)}
         results.append(row)
+    if table is not None:
+        write_table(table, results)
     if json:
         print_json(results)
     else:
@@ -64,6 +72,32 @@ def shapes(
             if "error" not in row:
                 print_shapes(row)
     failures.exit()
+
+
+def objects_in(files: list[Path]) -> Iterator[Path]:
+    """Yield files, and of folders those that are URDFs or, where there are none, meshes."""
+    from ..formats.reading import READERS
+
+    for file in files:
+        if not file.is_dir():
+            yield file
+            continue
+        inside = sorted(path for path in file.iterdir() if path.suffix.lower() in READERS)
+        found = [path for path in inside if path.suffix.lower() == ".urdf"] or inside
+        if not found:
+            raise InputError(f"{file}: expected URDFs or meshes in the folder, found none")
+        yield from found
+
+
+def write_table(path: Path, results: list[dict[str, Any]]):
+    """Write all shapes of all objects as CSV."""
+    from ..formats.writing import write_csv
+
+    rows = []
+    for result in results:
+        shown = [*result.get("shapes", []), *([result["best"]] if "best" in result else [])] or [{}]
+        rows += [[result["file"], *(row.get(name, "") for name in COLUMNS), result.get("error", "")] for row in shown]
+    write_csv(path, ["file", *COLUMNS, "error"], rows)
 
 
 def thresholds_of(text: str | None) -> tuple[float, ...]:
