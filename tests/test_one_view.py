@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,10 +14,11 @@ from clouds import mug
 from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.classification import COMPLETED, NOTHING, nothing_settled
+from spherefunc_bullet import classification
+from spherefunc_bullet.classification import COMPLETED, NOTHING, Decision, nothing_settled
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.clouds.one_view import looks_like_one_view
-from spherefunc_bullet.function_model import Reading
+from spherefunc_bullet.function_model import Membership, Reading
 from spherefunc_bullet.settling.drops import drops_from_rows
 
 
@@ -42,6 +44,21 @@ def test_hardly_a_sphere_is_as_good_as_none():
     for rows, nothing in ((few, True), (held, False)):
         drops = {0.01: drops_from_rows(0.01, lost), 0.03: drops_from_rows(0.03, rows)}
         assert nothing_settled(Reading(drops=drops, scores=np.zeros(1), model=None)) == nothing
+
+
+@pytest.mark.parametrize(("score", "doubtful"), [(0.3, True), (0.1, False)])
+def test_a_view_that_may_have_a_function_when_completed_is_unsure(monkeypatch, score, doubtful):
+    held = {0.01: drops_from_rows(0.01, np.zeros((200, 6), np.float32))}
+    first = Decision(model=None, reading=Reading(drops=held, scores=np.zeros(1), model=None))
+    completed = SimpleNamespace(
+        functions=frozenset(),
+        memberships={"cup": Membership(member=False, score=score, radius=0.01)},
+        reading=first.reading,
+    )
+    monkeypatch.setattr(classification, "completed_clouds", lambda cloud: [cloud])
+    monkeypatch.setattr(classification, "decide", lambda item, model: completed)
+    found = classification.reclassify_completed(mug(), first, SimpleNamespace(dropping=lambda: None))
+    assert bool(found.more_doubts) == doubtful and all("cup" in doubt for doubt in found.more_doubts)
 
 
 def test_whole_objects_are_told_as_before():
