@@ -64,6 +64,7 @@ class Plain:
         self.sphere, self.radius = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **self.at), radius
 
     def add(self, starts: np.ndarray) -> list[int]:
+        """Add spheres at places (S, 3), metres, that meet the object but not each other; return their numbers."""
         bodies = [p.createMultiBody(1e-2, self.sphere, basePosition=start, **self.at) for start in starts.tolist()]
         for body in bodies:
             p.setCollisionFilterGroupMask(body, -1, 4, 1 | 2, **self.at)
@@ -72,6 +73,7 @@ class Plain:
         return bodies
 
     def drop(self, starts: np.ndarray) -> np.ndarray:
+        """Return where spheres end (S, 3), metres, that are let go at places (S, 3)."""
         bodies = self.add(starts)
         for _ in range(round(SECONDS / STEP)):
             p.stepSimulation(**self.at)
