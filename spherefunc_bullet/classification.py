@@ -26,7 +26,7 @@ NOTHING = (
     "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
 )
-UNSEEN = "this looks like a single view of an object, and completed it may be a {functions}"
+UNSEEN = "this looks like a single view of an object; once completed, it may be classified as {functions}"
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
 
 
