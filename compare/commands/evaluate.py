@@ -74,7 +74,7 @@ def evaluate(
     from spherefunc_bullet.learning.method import find_method
 
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
-    from ..evaluation.impaired import impaired_shares
+    from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.robustness.corruptions import corruption_rates
@@ -113,9 +113,9 @@ def evaluate(
     about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
-        shares = impaired_shares(
-            learnt, dataset, dropping, chosen, copied=copied, unseen_kinds=True, jobs=jobs, failed=failures.add
-        )
+        how = {"copied": copied, "jobs": jobs, "failed": failures.add}
+        [copies] = impaired_copies([learnt], dataset, [dropping], **how)
+        shares = impaired_shares(copies, dropping, chosen, unseen_kinds=True)
         if picture is not None:
             draw_impaired(shares, picture)
     rates = None

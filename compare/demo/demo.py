@@ -39,7 +39,7 @@ from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion
-from ..evaluation.impaired import impaired_shares
+from ..evaluation.impaired import impaired_copies, impaired_shares
 from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
 from ..evaluation.results import Result, evaluate_features, results_of
@@ -96,7 +96,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         results, confusion = evaluated(simulated)
     with step(watch, "asking whether copies that look right still work"):
         how = {"copied": COPIED, "jobs": jobs, "failed": Failures().add}
-        shares = impaired_shares(simulated, open_dataset(DATA), dropping, METHOD, **how)
+        [copies] = impaired_copies([simulated], open_dataset(DATA), [dropping], **how)
+        shares = impaired_shares(copies, dropping, METHOD)
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
 from ..settling.drops import DropsByRadius
-from ..settling.records import Dropping, ObjectRecord, simulate_objects
+from ..settling.records import Dropping, ObjectRecord, simulate_by_several
 from .batch import known_failures
 
 
@@ -48,19 +48,57 @@ def simulate_dataset(
     InputError
         If no object is left, or there is no such run.
     """
-    known = {} if run is None else known_failures(run, dataset, dropping)
-    left = [index for index, item in enumerate(dataset.objects) if item.path not in known]
-    paths = [dataset.objects[index].path for index in left]
-    done = simulate_objects(paths, dropping, jobs=jobs, home=run)
-    records: dict[int, ObjectRecord] = {}
-    for error in known.values():
-        failed(error)
-    for position, outcome in progress(done, len(paths), f"dropping spheres on {dataset.name}"):
-        if isinstance(outcome, InputError):
-            failed(outcome)
-        else:
-            records[left[position]] = outcome
-    if not records:
-        raise InputError(f"{dataset.name}: expected at least one object that can be simulated, got none")
-    kept = sorted(records)
-    return Simulated(dataset.name, tuple(dataset.objects[i] for i in kept), tuple(records[i] for i in kept))
+    [simulated] = simulate_by_all(dataset, [dropping], jobs=jobs, run=run, failed=[failed])
+    return require_some(simulated)
+
+
+def simulate_by_all(
+    dataset: Dataset,
+    droppings: Sequence[Dropping],
+    *,
+    jobs: int = -1,
+    run: Path | None = None,
+    failed: Sequence[Callable[[InputError], None]],
+) -> list[Simulated]:
+    """Return what `simulate_dataset` does for each of several droppings, each file loaded once.
+
+    Of one that no object is left for, it has none; see `require_some`.
+
+    Parameters
+    ----------
+    failed : sequence of callable
+        For each dropping, what is given the error of each file.
+    """
+    known = [{} if run is None else known_failures(run, dataset, dropping) for dropping in droppings]
+    for own, tell in zip(known, failed, strict=True):
+        for error in own.values():
+            tell(error)
+    asked = [[way for way, own in enumerate(known) if item.path not in own] for item in dataset.objects]
+    left = [index for index, ways in enumerate(asked) if ways]
+    tasks = [(dataset.objects[index].path, [droppings[way] for way in asked[index]]) for index in left]
+    records: list[dict[int, ObjectRecord]] = [{} for _ in droppings]
+    done = simulate_by_several(tasks, jobs=jobs, home=run)
+    for position, outcomes in progress(done, len(tasks), f"dropping spheres on {dataset.name}"):
+        index = left[position]
+        for way, outcome in zip(asked[index], outcomes, strict=True):
+            if isinstance(outcome, InputError):
+                failed[way](outcome)
+            else:
+                records[way][index] = outcome
+    return [
+        Simulated(dataset.name, tuple(dataset.objects[i] for i in sorted(own)), tuple(own[i] for i in sorted(own)))
+        for own in records
+    ]
+
+
+def require_some(simulated: Simulated) -> Simulated:
+    """Return what was simulated if there is any.
+
+    Raises
+    ------
+    InputError
+        If no object is left.
+    """
+    if not simulated.records:
+        raise InputError(f"{simulated.name}: expected at least one object that can be simulated, got none")
+    return simulated
