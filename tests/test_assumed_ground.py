@@ -10,7 +10,7 @@ from clouds import mug
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.scenes.recognition.assumed_ground import holding_anywhere
+from spherefunc_bullet.scenes.recognition.judging import holding_anywhere
 
 
 def by_height(clouds: list[Cloud]) -> list[dict[str, Membership]]:

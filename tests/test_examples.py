@@ -8,8 +8,8 @@ from room_shapes import NAMES, room
 
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.scenes.recognition.examples import best_object, proposed_examples
-from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import furnish
+from spherefunc_bullet.scenes.virtual_rooms.scans import close_ups
 
 
 @pytest.fixture(scope="module")

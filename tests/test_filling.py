@@ -7,7 +7,7 @@ from clouds import level as sheet_at
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.scenes.scans.cells import cells
-from spherefunc_bullet.scenes.scans.filling import filled
+from spherefunc_bullet.scenes.scans.depth_image import filled
 from spherefunc_bullet.scenes.segmentation.segmentation import segment
 
 LEAF = 0.01

@@ -15,10 +15,17 @@ from spherefunc_bullet.clouds.cloud import Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.fusion.frames import open_frames
-from spherefunc_bullet.scenes.fusion.grid import DistanceGrid, FusionSettings, smoothed_depth
-from spherefunc_bullet.scenes.fusion.odometry import OdometryLost, motion
-from spherefunc_bullet.scenes.fusion.tracking import assigned
-from spherefunc_bullet.scenes.fusion.views import FREE, HIDDEN, PRESENT, UNKNOWN, view_of
+from spherefunc_bullet.scenes.fusion.grid import (
+    FREE,
+    HIDDEN,
+    PRESENT,
+    UNKNOWN,
+    DistanceGrid,
+    FusionSettings,
+    smoothed_depth,
+    view_of,
+)
+from spherefunc_bullet.scenes.fusion.tracking import OdometryLost, assigned, motion
 from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect, Surfaces, look_at, photograph
 

@@ -14,16 +14,15 @@ from spherefunc_bullet.clouds.heading import headed, turned_cloud
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
-from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.datasets.licenses import learnt_sources, sources_of
+from spherefunc_bullet.datasets.dataset import DatasetObject, learnt_sources, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
 from spherefunc_bullet.learning.profiles.on_top import objects_on_table
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, IN_USE
+from spherefunc_bullet.scenes.impairment.use.placing import upright_box
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
-from spherefunc_bullet.scenes.impairment.use.small_objects import upright_box
 from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.settling.settling import settle

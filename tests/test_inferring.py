@@ -12,11 +12,10 @@ from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.recognition.room import SceneObject
-from spherefunc_bullet.scenes.report.files import room_json
-from spherefunc_bullet.scenes.report.page import room_page
+from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.report.picture import inferred_marks
 from spherefunc_bullet.scenes.scans.scan import scan_from_points
-from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 
 TABLE = square_table(1.4, 0.8, 0.74)[::4]
 

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from spherefunc_bullet.compare.documents.blocks import blocks_of, outside_blocks, with_blocks
 from spherefunc_bullet.compare.documents.fingerprint import code_hash, imported_modules
 from spherefunc_bullet.compare.documents.main import due, measure, wanted, write_tables
 from spherefunc_bullet.compare.documents.registry import TABLES
 from spherefunc_bullet.compare.documents.saved import Measurement, quoted
-from spherefunc_bullet.compare.documents.tables import OLDER, Table, complaints
+from spherefunc_bullet.compare.documents.tables import OLDER, Table, blocks_of, complaints, outside_blocks, with_blocks
 from spherefunc_bullet.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -167,7 +166,7 @@ def test_blocks_need_both_markers_and_names_of_their_own():
 
 
 def test_what_only_type_checkers_import_and_what_never_decides_is_left_out():
-    labels = imported_modules(ROOT, ["compare/evaluation/results.py", "fast_sim/backend.py"])
+    labels = imported_modules(ROOT, ["compare/evaluation/tables.py", "fast_sim/backend.py"])
     assert "fast_sim/rolling.py" in labels and "spherefunc_bullet/learning/profiles/quantities.py" in labels
     beside = (
         "spherefunc_bullet/commands/",

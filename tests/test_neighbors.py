@@ -6,8 +6,7 @@ from scipy.spatial import ConvexHull, cKDTree
 
 from spherefunc_bullet.clouds.corners import well_within
 from spherefunc_bullet.learning.profiles.columns import outline_of
-from spherefunc_bullet.scenes.scans.cells import cells
-from spherefunc_bullet.scenes.scans.neighbors import NEIGHBORS, Near, crowded
+from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, Near, cells, crowded
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from spherefunc_bullet.scenes.recognition.partial_places import hollow_places, level_place
 from spherefunc_bullet.scenes.recognition.room import SceneObject
-from spherefunc_bullet.scenes.segmentation.box import bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
 SPACING = 0.004  # metres
 

@@ -20,7 +20,7 @@ KEPT = {
     "scenes/arrangements/together.py": {"things"},
     "spherefunc_bullet/learning/function_classifier.py": {"kin_"},
     "compare/evaluation/robustness/corruptions.py": {"told"},
-    "compare/figures/corruption_picture.py": {"told"},
+    "compare/figures/impaired_picture.py": {"told"},
     "tests/test_in_use.py": {"told"},
     "compare/mechanics/*": {"told", "things"},
     "compare/commands/mechanics.py": {"told", "things"},

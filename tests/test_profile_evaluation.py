@@ -12,7 +12,7 @@ from scipy.spatial.distance import pdist
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation import profile_choices, profiles, stopping
+from spherefunc_bullet.compare.evaluation import profiles, stopping
 from spherefunc_bullet.compare.evaluation.profiled import ACROSS, fused, points_as_drops, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, labels_of
 from spherefunc_bullet.compare.figures import budget
@@ -68,7 +68,7 @@ def splits(simulated):
 def small_forests(monkeypatch):
     """A few trees tell a plate from a block, in a hundredth of the time."""
     monkeypatch.setattr(function_classifier, "TREES", 5)
-    monkeypatch.setattr(profile_choices, "TREES", 2)
+    monkeypatch.setattr(profiles, "TREES", 2)
 
 
 def small() -> FunctionClassifier:
@@ -117,16 +117,16 @@ def test_fused_quantities_stand_side_by_side(simulated, splits):
 
 
 def test_ranking_names_every_quantity(simulated, splits, capsys):
-    profile_choices.print_ranking(simulated, RADII, splits, json=False)
+    profiles.print_ranking(simulated, RADII, splits, json=False)
     out = capsys.readouterr().out
-    assert all(name in out for name in profile_choices.NAMES)
+    assert all(name in out for name in profiles.NAMES)
 
 
 def test_log_loss_of_a_sure_truth_is_nothing(simulated, splits):
     evaluation = profiled(simulated.settled, labels_of(simulated), small()).evaluation(splits)
     trial, labels = evaluation.left_out[ACROSS], labels_of(simulated)
     sure = replace(trial, scores=labels.members[trial.rows].astype(float))
-    assert profile_choices.log_loss(sure, labels) == pytest.approx(-np.log(1 - profile_choices.SURE), abs=1e-5)
+    assert profiles.log_loss(sure, labels) == pytest.approx(-np.log(1 - profiles.SURE), abs=1e-5)
 
 
 def test_seeds_are_listed_with_their_mean_and_spread(capsys):

@@ -11,8 +11,13 @@ import pytest
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import features
 from spherefunc_bullet.compare.evaluation.alternatives import EVERY
-from spherefunc_bullet.compare.evaluation.confusion import confusion_report
-from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, evaluate, run_trial
+from spherefunc_bullet.compare.evaluation.evaluation import (
+    FunctionQuality,
+    Trial,
+    confusion_report,
+    evaluate,
+    run_trial,
+)
 from spherefunc_bullet.compare.evaluation.features import (
     Distances,
     baseline_distances,

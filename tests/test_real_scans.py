@@ -25,7 +25,7 @@ from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import scan_from_points
-from spherefunc_bullet.scenes.segmentation.box import Box
+from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 SCENES = Path(__file__).resolve().parents[2] / "shared" / "data" / "scenes"
 SIDE = 0.1  # metres, of the cubes that scans are made of below

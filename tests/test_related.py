@@ -13,8 +13,13 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_po
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
 from spherefunc_bullet.compare.evaluation.related.examiner import ball_bottoms, examined
 from spherefunc_bullet.compare.evaluation.related.fixed import RELATED, fixed, related
-from spherefunc_bullet.compare.evaluation.related.rules import functions_by_rules, water_depths
-from spherefunc_bullet.compare.evaluation.related.top_view import NOTHING, TopView, top_view
+from spherefunc_bullet.compare.evaluation.related.rules import (
+    NOTHING,
+    TopView,
+    functions_by_rules,
+    top_view,
+    water_depths,
+)
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord, shape_of
 
 RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a mug, metres

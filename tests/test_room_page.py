@@ -11,11 +11,10 @@ from browser import CHROMIUM, FLAGS, needs_browser
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
-from spherefunc_bullet.scenes.report.files import room_json
-from spherefunc_bullet.scenes.report.page import room_page
+from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan
-from spherefunc_bullet.scenes.segmentation.box import bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
 # Keeps where each text is written, without a look at how the page chooses that.
 RECORD = """<script>

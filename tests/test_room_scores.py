@@ -7,7 +7,7 @@ import ast
 import numpy as np
 import pytest
 
-from spherefunc_bullet.compare.rooms.scores import Counts, function_counts, match_parts, segmentation_counts
+from spherefunc_bullet.compare.rooms.matching import Counts, function_counts, match_parts, segmentation_counts
 from spherefunc_bullet.compare.rooms.sensitivity import names_read, numbers_of
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset

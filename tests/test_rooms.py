@@ -21,7 +21,7 @@ from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.depth_image import kinect_like, load_depth_image
 from spherefunc_bullet.scenes.scans.scan import load_scan, scan_from_points
-from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from spherefunc_bullet.scenes.ros.bag import is_bag, load_bag
 from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_marker
 from spherefunc_bullet.scenes.ros.frames import FrameTree
 from spherefunc_bullet.scenes.ros.point_cloud2 import colours_of, points_of
-from spherefunc_bullet.scenes.segmentation.box import Box
+from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 rosbags = pytest.importorskip("rosbags", reason="the extra `ros` is not installed")
 from rosbags.rosbag1 import Writer as Writer1  # noqa: E402

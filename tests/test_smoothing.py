@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.scenes.recognition.smoothing import smoothed
+from spherefunc_bullet.scenes.recognition.completion import smoothed
 
 
 def noisy_cylinder(radius: float, scatter: float) -> np.ndarray:

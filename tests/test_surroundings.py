@@ -8,7 +8,7 @@ from clouds import level, mug, sheet
 from room_shapes import box, moved, square_table
 
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES, Surroundings, alone
-from spherefunc_bullet.scenes.segmentation.box import bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
 STOOL = square_table(0.4, 0.4, 0.45)
 BACK = sheet([-0.2, 0.2, 0.45], [0.4, 0, 0], [0, 0, 0.45])

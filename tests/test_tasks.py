@@ -18,7 +18,7 @@ from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
-from spherefunc_bullet.scenes.impairment.holed import HEIGHTS, holed_copies
+from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, holed_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import make_simulator

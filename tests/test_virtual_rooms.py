@@ -20,8 +20,7 @@ from spherefunc_bullet.scenes.commands.dataset import app
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, GAP, WALL, furnish
 from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
-from spherefunc_bullet.scenes.virtual_rooms.partial_views import partial_views
-from spherefunc_bullet.scenes.virtual_rooms.scans import seen_scan, whole_scan
+from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, seen_scan, whole_scan
 
 
 @pytest.fixture(scope="module")

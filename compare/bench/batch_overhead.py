@@ -21,8 +21,7 @@ from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.batch.task import Task, settled_rows
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table, show
-from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
-from spherefunc_bullet.datasets.shards import parse_shard, shard_of
+from spherefunc_bullet.datasets.dataset import Dataset, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.formats.units import parse_lengths
 from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import drop_settings, warm_up

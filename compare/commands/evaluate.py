@@ -76,11 +76,9 @@ def evaluate(
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
     from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol
-    from ..evaluation.results import evaluate_features, results_of, transfer_result
     from ..evaluation.robustness.corruptions import corruption_rates
-    from ..evaluation.tables import About, print_results
-    from ..figures.corruption_picture import draw_corruptions
-    from ..figures.impaired_picture import draw_impaired
+    from ..evaluation.tables import About, evaluate_features, print_results, results_of, transfer_result
+    from ..figures.impaired_picture import draw_corruptions, draw_impaired
     from ..mechanics.measures import task_reports
     from .compare import asked_tasks
     from .mechanics import print_measured

@@ -84,10 +84,9 @@ def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
     """Write all figures, their captions, and how they were made; return the paths."""
     from spherefunc_bullet.formats.writing import write_text
 
-    from ..figures.confusion_matrices import confusion_matrices
+    from ..figures.confusion_matrices import confusion_matrices, learning_curve
     from ..figures.function_quality import function_quality
     from ..figures.histogram_slice import histogram_slice
-    from ..figures.learning_curve import learning_curve
     from ..figures.membership import membership
     from ..figures.typical_objects import typical_objects
     from ..pages.plates import write_plate

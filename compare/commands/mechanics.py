@@ -11,9 +11,8 @@ from spherefunc_bullet.commands.options import Json
 from spherefunc_bullet.console import print_json, print_table, say, show
 
 if TYPE_CHECKING:
-    from ..mechanics.keeping import KeepScore
     from ..mechanics.measures import Measured
-    from ..mechanics.poses import PoseScore
+    from ..mechanics.poses import KeepScore, PoseScore
     from ..mechanics.standing import Agreement, StandScore
     from ..mechanics.tasks import Verdict
 

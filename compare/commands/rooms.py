@@ -15,7 +15,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length, parse_lengths
 
 if TYPE_CHECKING:
-    from ..rooms.curves import ReportHead
+    from ..rooms.exam import ReportHead
     from ..rooms.trials import Condition, ConditionRow, RoomTrial
 
 
@@ -121,7 +121,7 @@ def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead
 def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | None, json: bool):
     """Print what was measured, and write the report."""
     if report is not None:
-        from ..rooms.curves import write_report
+        from ..rooms.exam import write_report
 
         write_report(report, about, measured)
     if json:

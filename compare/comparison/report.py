@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NotRequired, TypedDict
 
 from ..evaluation.impaired import Shares
-from ..evaluation.results import Qualities
+from ..evaluation.tables import Qualities
 
 
 class Difference(TypedDict):

@@ -38,13 +38,12 @@ from ..comparison.experiment import BACKENDS, Experiment, candidates
 from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
-from ..evaluation.confusion import Confusion, count_confusion
+from ..evaluation.evaluation import Confusion, count_confusion
 from ..evaluation.impaired import impaired_copies, impaired_shares
 from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
-from ..evaluation.results import Result, evaluate_features, results_of
 from ..evaluation.sizes import wanted_sizes
-from ..evaluation.tables import About, print_results
+from ..evaluation.tables import About, Result, evaluate_features, print_results, results_of
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
 from .gallery import write_gallery, write_png

@@ -19,9 +19,8 @@ from spherefunc_bullet.datasets.catalogue import make_catalogue
 from spherefunc_bullet.formats.units import parse_length
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
-from spherefunc_bullet.scenes.impairment.use.placing import Placed
-from spherefunc_bullet.scenes.impairment.use.small_objects import small_object
-from spherefunc_bullet.scenes.impairment.use.tables import full
+from spherefunc_bullet.scenes.impairment.use.cups import full
+from spherefunc_bullet.scenes.impairment.use.placing import Placed, small_object
 from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.viewer.pictures import View, object_picture

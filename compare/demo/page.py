@@ -16,10 +16,10 @@ from spherefunc_bullet.formats.units import format_duration, format_length
 from ..comparison.recommendation import recommendation_sentence, recommendation_table, recommendations
 from ..comparison.report import Report
 from ..comparison.tables import with_spread
-from ..evaluation.confusion import Confusion
+from ..evaluation.evaluation import Confusion
 from ..evaluation.features import SPHERES
 from ..evaluation.profiled import POINTS
-from ..evaluation.results import Qualities, Result
+from ..evaluation.tables import Qualities, Result
 from ..pages.html import filled_template, report_page
 
 NAMES = {

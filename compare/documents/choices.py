@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any
 
 import numpy as np
 
-from .labels import SPHERES, Evaluated, functions_of, result_of
-from .markdown import FUNCTIONS, figures, table
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows
+from .paper_figures import SPHERES, Evaluated, functions_of, result_of
+from .tables import FUNCTIONS, figures, table
 
 Figures = Mapping[str, float]  # function -> F-measure
 Ways = Mapping[str, Mapping[str, Figures]]  # what `spherefunc evaluate --alternatives --json` prints
@@ -175,4 +177,81 @@ def cells(result: Mapping[str, Any]) -> list[str]:
     return [
         f"{row['f_measure']:.3f} ({row['f_measure_fair']:.3f})"
         for row in (result["functions"][name] for name in FUNCTIONS)
+    ]
+
+
+BY_BULLET = f"{SPHERES} by `bullet`"
+LATER = (COPIES_LEARNT, COPIES_LEARNT + UNSEEN_KIND, HELD)  # behind the spheres, in this order
+
+
+def both_backends(fast: Evaluated, bullet: Evaluated) -> Shares:
+    """Return the shares of all features, the spheres of `bullet` after those of `fast`."""
+    return {
+        function: {
+            kind: row | {"share": joined(row["share"], shares_in(bullet, function, kind))}
+            for kind, row in kinds.items()
+        }
+        for function, kinds in fast["impaired"].items()
+    }
+
+
+def shares_in(evaluated: Evaluated, function: str, kind: str) -> Mapping[str, float]:
+    """Return what each feature says of one kind of copy."""
+    return evaluated["impaired"][function][kind]["share"]
+
+
+def joined(fast: Mapping[str, float], bullet: Mapping[str, float]) -> dict[str, float]:
+    """Return the shares of one kind: spheres first, by either backend, then all that needs none."""
+    own = {SPHERES + behind: SPHERES + behind for behind in ("", *LATER)}
+    other = {SPHERES + behind: BY_BULLET + behind for behind in ("", *LATER)}
+    shares = {new: fast[old] for old, new in own.items()} | {new: bullet[old] for old, new in other.items()}
+    return shares | {name: share for name, share in fast.items() if name not in shares}
+
+
+def means(fast: Evaluated, bullet: Evaluated) -> list[str]:
+    """Return a row for each feature: the share of useless and harmless copies that are still called by the function."""
+    shares, cells = both_backends(fast, bullet), {}
+    for function in FUNCTIONS:
+        features = list(next(iter(shares[function].values()))["share"])
+        rows = dict(mean_rows(shares[function], features))
+        for feature in features:
+            useless, harmless = (rows[which]["share"][feature] for which in (USELESS, HARMLESS))
+            cells.setdefault(feature, []).append(f"{useless:.2f} / {harmless:.2f}")
+    return table(["", *FUNCTIONS], [[name.replace("_", " "), *row] for name, row in cells.items()])
+
+
+def unseen_kinds(evaluated: Evaluated) -> list[str]:
+    """Return a row for each way to learn: useless copies still called useful, in the mean and of the worst kind."""
+    cells: dict[str, list[str]] = {}
+    for function in FUNCTIONS:
+        own = evaluated["impaired"][function].values()
+        for feature in (name for name in next(iter(own))["share"] if name.startswith((SPHERES, "points"))):
+            if feature.endswith(HELD):
+                continue
+            useless = [row["share"][feature] for row in own if not row["works"]]
+            harmless = [row["share"][feature] for row in own if row["works"]]
+            shares = fmean(useless), max(useless), fmean(harmless)
+            cells.setdefault(feature, []).append(" / ".join(f"{share:.2f}" for share in shares))
+    return table(["", *FUNCTIONS], [[name, *row] for name, row in cells.items()])
+
+
+def kinds(fast: Evaluated, bullet: Evaluated) -> list[str]:
+    """Return a row for each kind of copy."""
+    shares = both_backends(fast, bullet)
+    features = list(next(iter(next(iter(shares.values())).values()))["share"])
+    rows: list[list[str]] = []
+    for function, own in shares.items():
+        for kind, row in [*own.items(), *mean_rows(own, features)]:
+            rows.append(kind_row(f"{function}, {kind.replace('_', ' ')}", row, features))
+    return table(["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows)
+
+
+def kind_row(name: str, row: Mapping[str, Any], features: list[str]) -> list[str]:
+    """Return one row; means stand out."""
+    bold = f"**{name}**" if name.endswith("mean") else name
+    return [
+        bold,
+        "yes" if row["works"] else "no",
+        str(row["copies"]),
+        *(f"{row['share'][name]:.2f}" for name in features),
     ]

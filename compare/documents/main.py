@@ -17,10 +17,9 @@ import typer
 from spherefunc_bullet.console import fail, say
 from spherefunc_bullet.errors import InputError
 
-from .blocks import with_blocks
 from .registry import TABLES
 from .saved import Measurement
-from .tables import Table, complaints, read_blocks
+from .tables import Table, complaints, read_blocks, with_blocks
 
 
 def main(

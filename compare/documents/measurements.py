@@ -7,7 +7,7 @@ from .saved import Measurement
 MODELS, CUBES = "../shared/data/models", "--method cubes"
 SIX = "household build/impaired build/household-{1,2,3,4,5}"
 
-EVALUATION = ("compare/evaluation/results.py", "spherefunc_bullet/formats/ply.py")
+EVALUATION = ("compare/evaluation/tables.py", "spherefunc_bullet/formats/ply.py")
 COPIES = ("compare/evaluation/impaired.py",)
 HOUSEHOLD = ("scenes/household/household.py",)
 BACKENDS = {"fast": "fast_sim/backend.py", "bullet": "spherefunc_bullet/bullet/backend.py"}

@@ -2,10 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from .measurements import BACKENDS, EVALUATION, HOUSEHOLD, MODELS, script
-from .plain import part, whole
 from .saved import Measurement
-from .tables import Table
+from .tables import Table, fenced
+
+Printed = Sequence[str]  # the lines that a program printed
+
+
+def whole(*printed: Printed) -> list[str]:
+    """Return all that programs printed, an empty line between two."""
+    blocks = ["\n".join(lines).strip("\n") for lines in printed]
+    return fenced("\n\n".join(blocks).split("\n"))
+
+
+def part(first: str, before: str = "") -> Callable[[Printed], list[str]]:
+    """Return what shows the lines from one that begins with some words to before one that begins with others."""
+
+    def lines(printed: Printed) -> list[str]:
+        start = next(k for k, line in enumerate(printed) if line.startswith(first))
+        end = next((k for k, line in enumerate(printed) if k > start and before and line.startswith(before)), None)
+        return whole(printed[start:end])
+
+    return lines
+
 
 SPEED, SCENES, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "scenes", "rooms", "mechanics"))
 COMPARISON, BULLET, OTHERS = (f"docs/{name}.md" for name in ("comparison", "bullet", "backends"))
@@ -53,7 +74,12 @@ ON_SCANS = on_scans("scans", takes_time=True)
 PROPOSALS = tuple(on_scans(f"scans-{kind}", f" --proposals {kind}") for kind in ("clusters", "pools"))
 BASELINES = on_scans("scans-baselines", " --learnt household,build/scan-rooms")
 
-IN_ROOMS = ("compare/rooms/trials.py", "compare/rooms/scores.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py")
+IN_ROOMS = (
+    "compare/rooms/trials.py",
+    "compare/rooms/matching.py",
+    BACKENDS["fast"],
+    "spherefunc_bullet/formats/ply.py",
+)
 
 
 def rooms(name: str, options: str) -> Measurement:

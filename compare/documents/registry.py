@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from . import choices, copies, labels, measurements, paper_figures, programs
+from . import choices, measurements, paper_figures, programs
 from .saved import Measurement
 from .tables import Lines, Table
 
@@ -15,9 +15,9 @@ ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS[
 LEARNT = (measurements.ON_MODELS, measurements.FROM_HOUSEHOLD, measurements.FROM_SIX)
 OVERVIEW = tuple(learnt[backend] for backend in measurements.BACKENDS for learnt in LEARNT)
 HALVES, ONE_LEFT_OUT, SOURCES = (
-    labels.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
+    paper_figures.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
 )
-TRANSFER = labels.by_feature("test", title="learnt on `household`, tested on the real models")
+TRANSFER = paper_figures.by_feature("test", title="learnt on `household`, tested on the real models")
 RADIUS_COMMANDS = "`spherefunc evaluate DATA --method paper --radii RADIUS --train-sizes half`"
 
 
@@ -27,11 +27,11 @@ def table(document: str, name: str, render: Callable[..., Lines], *measured: Mea
 
 
 TABLES = (
-    table(RESULTS, "functions", labels.overview, *OVERVIEW, CUBES, measurements.CUBES_FROM_HOUSEHOLD),
-    table(RESULTS, "copies", copies.means, *BOTH),
-    table(RESULTS, "unseen-kinds", copies.unseen_kinds, ON_MODELS),
-    table(IMPAIRED, "copies-means", copies.means, *BOTH),
-    table(IMPAIRED, "copies-kinds", copies.kinds, *BOTH),
+    table(RESULTS, "functions", paper_figures.overview, *OVERVIEW, CUBES, measurements.CUBES_FROM_HOUSEHOLD),
+    table(RESULTS, "copies", choices.means, *BOTH),
+    table(RESULTS, "unseen-kinds", choices.unseen_kinds, ON_MODELS),
+    table(IMPAIRED, "copies-means", choices.means, *BOTH),
+    table(IMPAIRED, "copies-kinds", choices.kinds, *BOTH),
     table(METHOD, "fig-3", paper_figures.fig_3, *PAPER),
     table(METHOD, "fig-4", paper_figures.fig_4, *PAPER),
     table(METHOD, "memberships", paper_figures.memberships, *PAPER),
@@ -49,7 +49,7 @@ TABLES = (
     table(METHOD, "default-sources", SOURCES, ON_MODELS),
     table(METHOD, "default-bullet", choices.of_bullet, BOTH[1], measurements.FROM_HOUSEHOLD["bullet"]),
     table(METHOD, "default-household", TRANSFER, measurements.FROM_HOUSEHOLD["fast"]),
-    table(METHOD, "default-six", labels.six_catalogues, *measurements.FROM_SIX.values()),
+    table(METHOD, "default-six", paper_figures.six_catalogues, *measurements.FROM_SIX.values()),
     table(METHOD, "cubes-and-paper", choices.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
     table(METHOD, "cubes-halves", HALVES, CUBES),
     table(METHOD, "cubes-one-out", ONE_LEFT_OUT, CUBES),

@@ -2,13 +2,48 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .blocks import blocks_of
+from spherefunc_bullet.errors import InputError
+
 from .saved import RESULTS, Measurement, commands_of, quoted
+
+BLOCK = re.compile(r"(?P<begin><!-- table: (?P<name>[\w-]+) -->\n)(?P<text>.*?)(?P<end><!-- end -->)", re.DOTALL)
+MARK = re.compile(r"<!-- (?:table: [^>]*|end) -->")
+
+
+def blocks_of(document: str, name: str) -> dict[str, str]:
+    """Return the text of each block of a document by the block's name.
+
+    Raises
+    ------
+    InputError
+        If a marker has no partner, or a name occurs twice.
+    """
+    found = [(match["name"], match["text"]) for match in BLOCK.finditer(document)]
+    marks = MARK.findall(document)
+    if len(marks) != 2 * len(found) or len(dict(found)) != len(found):
+        raise InputError(f"{name}: expected `<!-- table: NAME -->` and `<!-- end -->` by turns, each name once")
+    return dict(found)
+
+
+def with_blocks(document: str, texts: Mapping[str, str]) -> str:
+    """Return a document with other texts in some of its blocks."""
+
+    def filled(match: re.Match) -> str:
+        return f"{match['begin']}{texts.get(match['name'], match['text'])}{match['end']}"
+
+    return BLOCK.sub(filled, document)
+
+
+def outside_blocks(document: str) -> str:
+    """Return what people write of a document."""
+    return BLOCK.sub("", document)
+
 
 OLDER = "*Older than the code:"  # how the line begins that a kept table has to show
 Lines = list[str]
@@ -88,3 +123,26 @@ def complaint_of(root: Path, table: Table, block: str) -> str | None:
     if changed and not block.splitlines()[-1].startswith(OLDER):
         return f"expected a last line that begins with {OLDER!r}"
     return None
+
+
+FUNCTIONS = ("cup", "sittable", "table")
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return the lines of a table."""
+    return [row_line(head), "|" + "---|" * len(head), *(row_line(row) for row in rows)]
+
+
+def row_line(cells: Sequence[str]) -> str:
+    """Return one row of a table."""
+    return f"| {' | '.join(cells)} |".replace("|  |", "| |").replace("|  |", "| |")
+
+
+def fenced(lines: Iterable[str]) -> list[str]:
+    """Return what a program printed."""
+    return ["```", *lines, "```"]
+
+
+def figures(value: Mapping[str, Any], key: str = "f_measure", between: str = " / ") -> str:
+    """Return one figure of each function, in the order of `FUNCTIONS`."""
+    return between.join(f"{value[name][key]:.3f}" for name in FUNCTIONS)

@@ -101,10 +101,6 @@ def impaired_shares(
 
     Parameters
     ----------
-    impaired : Impaired
-        See `impaired_copies`.
-    dropping : Dropping
-        How spheres fell.
     baselines : bool
         Whether they are asked too.
     unseen_kinds : bool
@@ -169,15 +165,13 @@ def impaired_copies(
     return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
 
 
-def with_originals(
-    learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, Copy]
-) -> Impaired:
+def with_originals(learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, Copy]) -> Impaired:
     """Return whole objects with their copies behind them."""
     both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
     kept = [copies[item.path] for item in simulated.objects]
-    originals = np.array([rows[copy.of] for copy in kept])
-    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
+    of = np.array([rows[copy.of] for copy in kept])
+    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=of)
 
 
 def with_copies_learnt(impaired: Impaired, read: Profiled) -> Profiled:

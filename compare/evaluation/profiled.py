@@ -12,8 +12,7 @@ from joblib import Parallel, delayed
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
-from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names
-from spherefunc_bullet.datasets.licenses import sources_of
+from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import DROPS, METHODS
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies

@@ -14,8 +14,7 @@ from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 
-from .keeping import KeepScore, score_keeping
-from .poses import PoseScore, score_poses
+from .poses import KeepScore, PoseScore, score_keeping, score_poses
 from .standing import Agreement, StandScore, agreement, score_standing
 from .tasks import Outcome
 

@@ -8,12 +8,143 @@ from __future__ import annotations
 
 import argparse
 import csv
+import re
+import time
 from pathlib import Path
 
 import numpy as np
+import trimesh
+from scipy import ndimage
+from scipy.spatial import cKDTree
 
-from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import print_json, say
+from spherefunc_bullet.learning.model_file import inference_model, shipped_model
+from spherefunc_bullet.places.finding import places_of
+from spherefunc_bullet.places.place import Place
+from spherefunc_bullet.scenes.recognition.partial_places import room_places
+from spherefunc_bullet.scenes.recognition.recognition import recognise
+from spherefunc_bullet.scenes.scans.scan import load_scan
+
+DISC, ABOVE, NEAR = 0.04, 0.15, 0.02  # metres: radius, free height, and how far from its level a point supports it
+SUPPORTED = 0.9  # of the disc's area
+
+
+def scan_examined(file: Path) -> dict[str, object]:
+    """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
+
+    Those of surfaces that were seen in part are counted apart, as inferred.
+    """
+    scan = load_scan(file)
+    room = recognise(scan, inference_model(shipped_model("fast", scans=True), "fast"))
+    started = time.perf_counter()
+    found = room_places(scan, room)
+    seconds = time.perf_counter() - started
+    points = room.levelling.to_level(scan.points)
+    tree, spacing = cKDTree(points[:, :2]), spacing_of(points)
+    kinds = [place.kind for places in found.values() for place in places]
+    row: dict[str, object] = {"file": file.name, "sit": kinds.count("sit"), "seconds": seconds}
+    for kind, inferred in (("put", False), ("inferred", True)):
+        put = [one for places in found.values() for one in places if one.kind == "put" and one.inferred == inferred]
+        middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
+        good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
+        row |= {kind: len(put), f"{kind} good": sum(good)}
+    return row
+
+
+def spacing_of(points: np.ndarray) -> float:
+    """Return the median distance of a point to the next, metres."""
+    some = np.random.default_rng(0).integers(len(points), size=2000)
+    return float(np.median(cKDTree(points).query(points[some], k=2)[0][:, 1]))
+
+
+def stands_free(near: np.ndarray, middle: np.ndarray, spacing: float) -> bool:
+    """Return whether a disc at a place (3,) is supported by points (N, 3), and none is above it."""
+    steps = np.arange(-DISC, DISC + 1e-9, 0.01)
+    offsets = np.stack(np.meshgrid(steps, steps), -1).reshape(-1, 2)
+    disc = middle[:2] + offsets[np.linalg.norm(offsets, axis=1) <= DISC]
+    carrying = near[np.abs(near[:, 2] - middle[2]) < NEAR]
+    if not len(carrying):
+        return False
+    supported = cKDTree(carrying[:, :2]).query(disc)[0] <= max(0.01, 1.5 * spacing)
+    over = near[np.linalg.norm(near[:, :2] - middle[:2], axis=1) < DISC, 2] - middle[2]
+    return bool(supported.mean() >= SUPPORTED and not ((over > NEAR) & (over < ABOVE)).any())
+
+
+WITHIN_DEG, WITHIN = 30.0, 0.03  # degrees, metres
+
+
+def headings_by_hand(file: Path) -> dict[str, float | None]:
+    """Return the heading of each model, None where it has no back."""
+    with file.open() as rows:
+        return {row["file"]: float(row["heading_deg"]) if row["heading_deg"] else None for row in csv.DictReader(rows)}
+
+
+def catalogue_heights(folder: Path) -> dict[str, float]:
+    """Return the height of the seat of each model whose catalogue tells it, metres."""
+    with (folder / "manifest.csv").open() as rows:
+        notes = {row["file"]: row["notes"] for row in csv.DictReader(rows) if row["label"] == "sittable"}
+    found = {file: re.search(r"dropOnTopElevation ([\d.]+) cm", text) for file, text in notes.items()}
+    return {file: float(match[1]) / 100 for file, match in found.items() if match}
+
+
+def seats_examined(folder: Path, by_hand: Path) -> dict[str, object]:
+    """Return the shares of seats that face and are as high as they should, and which are not."""
+    headings, heights = headings_by_hand(by_hand), catalogue_heights(folder)
+    first = {file: best_seat(folder / file) for file in sorted({*headings, *heights})}
+    backed = [file for file, heading in headings.items() if heading is not None]
+    facing = [file for file in backed if faces(first[file], headings[file])]
+    level = [file for file, height in heights.items() if first[file] and abs(first[file].height - height) <= WITHIN]
+    return {
+        "headings": len(backed),
+        "within 30 degrees": round(len(facing) / len(backed), 3),
+        "heights": len(heights),
+        "within 3 cm": round(len(level) / len(heights), 3),
+        "wrong headings": sorted(set(backed) - set(facing)),
+        "wrong heights": sorted(set(heights) - set(level)),
+    }
+
+
+def best_seat(file: Path) -> Place | None:
+    """Return the best place to sit on an object that is known as a seat."""
+    found = [place for place in places_of(load_cloud(file), scores={"sittable": 1.0}) if place.kind == "sit"]
+    return found[0] if found else None
+
+
+def faces(place: Place | None, heading: float) -> bool:
+    """Return whether a place faces nearly some way."""
+    if place is None or place.heading_deg is None:
+        return False
+    return abs((place.heading_deg - heading + 180) % 360 - 180) <= WITHIN_DEG
+
+
+CELLS = 110  # along the largest extent
+
+
+def water_ml(cloud: Cloud) -> float:
+    """Return what a mesh holds, millilitres: per layer, cells from which no way leads out at or below that layer.
+
+    Walls are voxels that the surface meets; half of each that borders water is added.
+    """
+    mesh = trimesh.Trimesh(cloud.mesh.vertices, cloud.mesh.faces, process=False)
+    pitch = float(cloud.size.max()) / CELLS
+    wall = np.pad(mesh.voxelized(pitch).matrix, 2)
+    wet = np.zeros_like(wall)
+    below = np.zeros_like(wall)
+    for layer in range(2, wall.shape[2] - 2):
+        below[:, :, : layer + 1] = True
+        dry = ndimage.label(~wall & below)[0]
+        outside = dry[0, 0, 0]
+        wet |= below & ~wall & (dry != outside) & open_above(wall, dry, outside, layer)
+    halves = ndimage.binary_dilation(wet) & wall
+    return float((wet.sum() + 0.5 * halves.sum()) * pitch**3 * 1e6)
+
+
+def open_above(wall: np.ndarray, dry: np.ndarray, outside: int, layer: int) -> np.ndarray:
+    """Return the cells of bodies whose uppermost layer is under the sky somewhere."""
+    sky = ~np.logical_or.accumulate(wall[:, :, ::-1], axis=2)[:, :, ::-1]
+    named = np.unique(dry[:, :, layer][sky[:, :, layer] & (dry[:, :, layer] != outside)])
+    return np.isin(dry, named[named > 0])
 
 
 def main():
@@ -53,7 +184,6 @@ def put(options: argparse.Namespace) -> dict[str, object]:
 
 def seats(options: argparse.Namespace) -> dict[str, object]:
     """Compare headings with those labelled by hand, and heights with the catalogue's."""
-    from .seats import seats_examined
 
     return seats_examined(options.folder, options.headings)
 
@@ -61,8 +191,6 @@ def seats(options: argparse.Namespace) -> dict[str, object]:
 def capacity(options: argparse.Namespace) -> dict[str, object]:
     """Compare what vessels hold with a flood over voxels."""
     from spherefunc_bullet.places.pouring import pour_places
-
-    from .capacity import water_ml
 
     rows = []
     for file in files_of(options, "cup"):
@@ -75,7 +203,6 @@ def capacity(options: argparse.Namespace) -> dict[str, object]:
 
 def scans(options: argparse.Namespace) -> dict[str, object]:
     """Look at the places to put of real scans."""
-    from .scans import scan_examined
 
     rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
     total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}

@@ -15,15 +15,13 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.options import dropping
 from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
-from spherefunc_bullet.places.finding import NO_SEAT, places_of
+from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven
 from spherefunc_bullet.places.place import FUNCTION, KINDS
-from spherefunc_bullet.places.proving import proven
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.kinds import Impairment
 from spherefunc_bullet.scenes.impairment.seats import tilted_seat
-from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
-from spherefunc_bullet.scenes.impairment.tables import spikes_on_top
+from spherefunc_bullet.scenes.impairment.tops import spikes_on_top
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,92 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.place import Place
 
-from .world import OwnWorld, Stayed
+RATE, SECONDS = 240, 2.0
+MOVED, TILTED = 0.02, 5.0  # metres and degrees, after `SECONDS`
+MASS = 0.3  # kg
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stayed:
+    """What became of objects set down."""
+
+    asked: int
+    stayed: int
+    touched: int  # of them, by what stood there already
+
+
+class OwnWorld:
+    """A PyBullet world that shares no code with the backend's."""
+
+    def __init__(self, cloud: Cloud):
+        import pybullet
+
+        self.p = pybullet
+        self.client = pybullet.connect(pybullet.DIRECT)
+        pybullet.setGravity(0, 0, -9.81, physicsClientId=self.client)
+        pybullet.setTimeStep(1 / RATE, physicsClientId=self.client)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"{Path(folder).name}.obj"
+            lines = [f"v {x:.8g} {y:.8g} {z:.8g}" for x, y, z in cloud.mesh.vertices]
+            lines += [f"f {a} {b} {c}" for a, b, c in cloud.mesh.faces + 1]
+            path.write_text("\n".join(lines) + "\n")
+            flags = pybullet.GEOM_FORCE_CONCAVE_TRIMESH
+            shape = pybullet.createCollisionShape(
+                pybullet.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=self.client
+            )
+        visual = pybullet.createVisualShape(pybullet.GEOM_SPHERE, radius=0.01, physicsClientId=self.client)
+        self.visual = visual
+        self.table = pybullet.createMultiBody(0, shape, visual, physicsClientId=self.client)
+        pybullet.setCollisionFilterGroupMask(self.table, -1, 1, 2, physicsClientId=self.client)
+
+    def stayed(self, put: Cloud, poses: Sequence[np.ndarray]) -> Stayed:
+        """Set an object down at several poses, which do not meet each other, and say what becomes of them."""
+        from scipy.spatial.transform import Rotation
+
+        p, client = self.p, self.client
+        corners = put.mesh.vertices[:: max(1, len(put.mesh.vertices) // 400)]
+        middle = put.mesh.vertices.mean(axis=0)
+        shape = p.createCollisionShape(p.GEOM_MESH, vertices=(corners - middle).tolist(), physicsClientId=client)
+        bodies = []
+        for pose in poses:
+            place, turn = pose[:3, :3] @ middle + pose[:3, 3], Rotation.from_matrix(pose[:3, :3]).as_quat()
+            bodies.append(
+                p.createMultiBody(MASS, shape, self.visual, place.tolist(), turn.tolist(), physicsClientId=client)
+            )
+            p.setCollisionFilterGroupMask(bodies[-1], -1, 2, 1, physicsClientId=client)
+        starts = [p.getBasePositionAndOrientation(body, client) for body in bodies]
+        touched = np.zeros(len(bodies), bool)
+        for step in range(round(RATE * SECONDS)):
+            p.stepSimulation(client)
+            if step % 24 == 0:
+                touched |= [self.beside(body, pose[2, 3]) for body, pose in zip(bodies, poses, strict=True)]
+        ends = [p.getBasePositionAndOrientation(body, client) for body in bodies]
+        for body in bodies:
+            p.removeBody(body, client)
+        return Stayed(
+            asked=len(poses),
+            stayed=sum(is_where_it_was(a, b) for a, b in zip(starts, ends, strict=True)),
+            touched=int(touched.sum()),
+        )
+
+    def beside(self, body: int, height: float) -> bool:
+        """Return whether a body touches something that is higher than what it stands on."""
+        contacts = self.p.getContactPoints(body, self.table, physicsClientId=self.client)
+        return any(contact[6][2] > height + 0.01 and contact[8] < 0 for contact in contacts)
+
+    def close(self):
+        """Give the engine back."""
+        self.p.disconnect(self.client)
+
+
+def is_where_it_was(start: tuple, end: tuple) -> bool:
+    """Return whether an object has moved and leant little."""
+    from scipy.spatial.transform import Rotation
+
+    moved = np.linalg.norm(np.subtract(end[0], start[0]))
+    up = (Rotation.from_quat(end[1]) * Rotation.from_quat(start[1]).inv()).apply([0, 0, 1])
+    return bool(moved < MOVED and np.degrees(np.arccos(np.clip(up[2], -1, 1))) < TILTED)
+
 
 POSES = 20  # of each table and object, chosen at random
 

@@ -29,7 +29,7 @@ from spherefunc_bullet.scenes.virtual_rooms.kinect import KINECT, DepthImage, Ki
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, viewpoints
 
-from .scores import Counts, function_counts, match_parts, rounded
+from .matching import Counts, function_counts, match_parts, rounded
 
 COUNTS = (1, 3, 6, 12)  # depth images
 FUSED, RAW = "fused", "not fused"

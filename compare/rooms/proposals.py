@@ -19,7 +19,7 @@ from spherefunc_bullet.scenes.recognition.proposals import Proposal
 from spherefunc_bullet.scenes.recognition.recognition import FEWEST, FINE, MANY, Room, SceneObject
 from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.scans.scan import Scan
-from spherefunc_bullet.scenes.segmentation.box import Box, bounding_box
+from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 
 from .truth import RecognisedObject
 

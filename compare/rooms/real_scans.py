@@ -23,8 +23,7 @@ from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from .baselines import Baseline, baselines, learnt_objects
 from .exam import exam_rows, print_exam
 from .matching import score_of
-from .review import Pictures
-from .scan_report import SPHERES, print_causes, print_functions, print_scans
+from .scan_report import SPHERES, Pictures, print_causes, print_functions, print_scans
 from .scan_trials import Measured, Trial, measure
 
 

@@ -20,8 +20,7 @@ from .causes import CauseRow, cause_rows
 from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, source_of
 from .matching import JudgedScan, ScoreRow, Verdict, judged, judged_by_place, score_of
 from .proposals import Asked, Scores
-from .review import Pictures
-from .scan_report import SPHERES, ScanRow, inferred_row, known_row, scores_by_function
+from .scan_report import SPHERES, Pictures, ScanRow, inferred_row, known_row, scores_by_function
 from .trials import Recognition
 from .truth import RecognisedObject, TrueObject, true_objects
 

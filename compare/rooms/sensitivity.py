@@ -32,7 +32,7 @@ from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 
-from .scores import Counts, function_counts, match_parts
+from .matching import Counts, function_counts, match_parts
 
 FOLDERS = ("scans", "segmentation", "pools", "recognition")
 VIEWS = (3, 1, 5, 2)  # of the rooms, in turn

@@ -24,16 +24,7 @@ from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_liv
 from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
 from spherefunc_bullet.settling.records import Dropping, simulate_objects
 
-from .scores import (
-    Counts,
-    CountsRow,
-    Functions,
-    Matches,
-    function_counts,
-    match_parts,
-    rounded,
-    segmentation_counts,
-)
+from .matching import Counts, CountsRow, Functions, Matches, function_counts, match_parts, rounded, segmentation_counts
 
 Summand = TypeVar("Summand")
 

@@ -11,7 +11,7 @@ import numpy as np
 from spherefunc_bullet.datasets.dataset import parse_functions
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.scenes.segmentation.box import Box
+from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
 BACK_ONLY = "back-only"  # of a chair only the back shows: counted separately

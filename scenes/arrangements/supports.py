@@ -16,7 +16,7 @@ from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.simulator.mechanics import LEVEL
 from spherefunc_bullet.simulator.statics.body import moments_of_triangles, surface_of
 
-from .overlaps import SUNK, crossing
+from .levels import SUNK, crossing
 from .placing import ArrangedObject
 from .surfaces import Surface, rise_over
 

@@ -22,8 +22,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, make_simulator
 
 from .falls import Falls, drop_on, within_boxes
 from .functions import functions_alone, functions_among
-from .levels import Level, layer_of, level_of
-from .overlaps import crossing
+from .levels import Level, crossing, layer_of, level_of
 from .placing import ArrangedObject, Placement
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
 

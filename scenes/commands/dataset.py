@@ -55,8 +55,7 @@ def rooms(
     from ..recognition.examples import proposed_examples
     from ..virtual_rooms.folder import RoomFolder
     from ..virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
-    from ..virtual_rooms.partial_views import partial_views
-    from ..virtual_rooms.scans import Resolution, parse_views, scan_room
+    from ..virtual_rooms.scans import Resolution, parse_views, partial_views, scan_room
 
     failures, number, disorder = Failures(), parse_views(views), parse_lived_in(lived_in)
     resolution, dataset = Resolution(leaf=parse_length(fused) if fused else None, points=points), open_dataset(data)
@@ -88,7 +87,7 @@ def build(
     """Write a built-in catalogue as PLY files with a manifest."""
     from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 
-    from ..household.parts.stretching import stretched
+    from ..household.parts.family import stretched
 
     objects = make_catalogue(catalogue, seed)
     objects = stretched(objects, stretch, seed) if stretch else objects
@@ -161,8 +160,7 @@ def select(
     from shutil import copyfile
 
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
-    from spherefunc_bullet.datasets.dataset import label_text, open_dataset
-    from spherefunc_bullet.datasets.licenses import is_permissive
+    from spherefunc_bullet.datasets.dataset import is_permissive, label_text, open_dataset
     from spherefunc_bullet.errors import InputError
     from spherefunc_bullet.formats.units import parse_length
     from spherefunc_bullet.formats.writing import prepare_folder, writing

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.each_file import run_on_files
-from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up
+from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up, run_on_files
 from spherefunc_bullet.console import Failures, print_json, print_table, show
 from spherefunc_bullet.formats.units import parse_length
 

@@ -116,7 +116,7 @@ def scene(
     if method is None:
         room = recognise(scan, classifier, up=up_of(scan, up), settings=settings, completion=steps, proposals=kinds)
     else:
-        from ..recognition.paper import recognise_as_paper
+        from ..recognition.examples import recognise_as_paper
 
         room = recognise_as_paper(scan, classifier, up=up_of(scan, up), settings=settings)
     say_remarks(scan, room)
@@ -237,7 +237,7 @@ def print_used(scan: Scan, used: dict[int | None, list[Place]]):
 
 def print_room(scan: Scan, room: Room):
     """Print the objects with a function, and the seconds of each stage."""
-    from ..report.page import score_text
+    from ..report.files import score_text
 
     names = room.function_names
     table = [

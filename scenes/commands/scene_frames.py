@@ -59,7 +59,7 @@ def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) ->
 
     An image that cannot be used is said and left out, and the rest goes on; not so where odometry is lost.
     """
-    from ..fusion.odometry import OdometryLost
+    from ..fusion.tracking import OdometryLost
 
     for count, frame in enumerate(progress(source.frames, len(source.frames), "fusing"), start=1):
         try:

@@ -19,12 +19,10 @@ from ..recognition.proposals import KINDS
 from ..recognition.recognition import Room, recognise
 from ..scans.depth_image import Intrinsics, checked_camera
 from ..scans.scan import Scan, scan_from_points
-from ..segmentation.box import Box
+from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
-from .grid import DistanceGrid, FusionSettings, smoothed_depth
-from .odometry import motion
-from .tracking import KnownObject, Tracker
-from .views import View, view_of
+from .grid import DistanceGrid, FusionSettings, View, smoothed_depth, view_of
+from .tracking import KnownObject, Tracker, motion
 
 if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier

@@ -8,23 +8,18 @@ from __future__ import annotations
 
 from .furniture.cabinets import CABINETS
 from .furniture.chairs import CHAIRS
-from .furniture.desks import DESKS
-from .furniture.low_tables import LOW_TABLES
+from .furniture.desks import DESKS, LOW_TABLES, STOOLS
 from .furniture.sofas import SOFAS
-from .furniture.stools import STOOLS
 from .furniture.tables import TABLES
 from .parts.family import CatalogueObject, Family, draw_objects
 from .wares.belongings import BELONGINGS
-from .wares.bowls import BOWLS
 from .wares.boxes import BOXES
 from .wares.containers import CONTAINERS
 from .wares.cups import CUPS
 from .wares.devices import DEVICES
-from .wares.dishes import DISHES
+from .wares.dishes import BOWLS, DISHES
 from .wares.fixtures import FIXTURES
-from .wares.hand_tools import TOOLS
-from .wares.lamps import LAMPS
-from .wares.plants import PLANTS
+from .wares.lamps import LAMPS, PLANTS, TOOLS
 
 FAMILIES: dict[str, list[Family]] = {
     "sittable": [*CHAIRS, *STOOLS, *SOFAS],

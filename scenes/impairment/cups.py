@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import circle, loft
 from .cavities import Cavity, still_holds
 from .poses import laid, level_direction, upside_down
-from .specimen import Specimen
+from .specimen import Specimen, circle, loft
 from .surfaces import Surface
 
 HOLE = 0.7  # of the cavity's radius at its floor

@@ -22,9 +22,8 @@ from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 from spherefunc_bullet.processes.tasks import run_tasks
 
 from .impairments import IMPAIRMENTS
-from .kinds import FUNCTIONS, Impairment
-from .kinds import NONE as NOTHING
-from .specimen import Specimen
+from .specimen import FUNCTIONS, Impairment, Specimen
+from .specimen import NONE as NOTHING
 from .surfaces import Surface
 
 COLUMNS = ("file", "label", "of", "kind", "works", "also", "category", "group", "source", "license")

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from spherefunc_bullet.errors import require_known
 
-from . import cups, harmless, seats, tables, tops
-from .kinds import FUNCTIONS, Change, Impairment
+from . import cups, harmless, seats, tops
+from .specimen import FUNCTIONS, Change, Impairment
 from .use.copies import AS_SENSED, IN_USE
 
 
@@ -46,10 +46,10 @@ IMPAIRMENTS = (
     *useless(
         "table",
         missing=tops.missing,
-        half=tables.half_top,
-        tilted=tables.tilted_top,
+        half=tops.half_top,
+        tilted=tops.tilted_top,
         upside_down=tops.turned_over,
-        spikes=tables.spikes_on_top,
+        spikes=tops.spikes_on_top,
     ),
     *spared(("cup",), no_handle=harmless.without_handle),
     *spared(("sittable",), no_arms=harmless.without_arms),

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import box
 from .levels import cut_away, still_serves
 from .poses import laid, level_direction
-from .specimen import Specimen
+from .specimen import Specimen, box
 from .surfaces import Surface
 from .tops import TILT_DEG, tilted
 

@@ -8,15 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.formats.units import Stopwatch
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import STRICT_CUTS
-from ..scans.filling import filled
+from ..scans.cells import cells
+from ..scans.depth_image import filled
 from ..scans.levelling import level
-from ..segmentation.segmentation import WALL, Segmentation, segment
+from ..scans.plane import level_by_ransac
+from ..scans.scan import Scan
+from ..segmentation.clusters import euclidean_clusters, members_of
+from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, is_floor, numbered_by_size, segment
+from .choosing import Candidate
 from .completion import DEFAULT
-from .judging import is_fragment, object_cloud
-from .proposals import KINDS, Scene, propose
+from .judging import RecognitionContext, is_fragment, judged, object_cloud
+from .proposals import CLUSTERS, KINDS, Proposal, Scene, propose
+from .recognition import Room, scene_object
 from .surroundings import Surroundings
 
 _OBJECT = 0.4  # intersection over union from which on a proposal is an object
@@ -100,3 +108,49 @@ def best_object(truth: np.ndarray, sizes: np.ndarray) -> tuple[int, float]:
     overlaps = shared / np.maximum(len(truth) + sizes - shared, 1)
     best = int(np.argmax(overlaps))
     return best, float(overlaps[best])
+
+
+PAPER = "paper"  # the method's name
+
+
+def recognise_as_paper(
+    scan: Scan, model: FunctionModel, *, up: str = "auto", settings: Segmentation | None = None
+) -> Room:
+    """Find the objects of a scan and tell what each is for, as the paper did.
+
+    Walls are clusters like any others, nothing is joined, parted or completed, and every cluster stands on its own
+    lowest point, as models do.
+
+    Parameters
+    ----------
+    scan, up, settings
+        See `recognise`; of the settings, the voxels, the tolerance and the clusters' sizes count.
+    model : FunctionModel
+        Learnt from whole models: ``spherefunc train DATA --method paper``.
+    """
+    settings, watch = settings or Segmentation(), Stopwatch()
+    levelling = level_by_ransac(scan.points, up, scan.name)
+    watch.lap("floor")
+    points = levelling.to_level(scan.points)
+    labels = clusters_over_floor(points, settings)
+    watch.lap("clusters")
+    proposals = [
+        Proposal(by=CLUSTERS, members=members, support=float(points[members, 2].min()))
+        for members in members_of(labels)
+    ]
+    objects = [
+        scene_object(number, points, Candidate(proposal=one.proposal, functions=one.functions, place=number))
+        for number, one in enumerate(judged(points, proposals, RecognitionContext(model=model, completion=()), watch))
+    ]
+    return Room(levelling=levelling, labels=labels, objects=objects, proposals=objects, stages=watch.seconds)
+
+
+def clusters_over_floor(points: np.ndarray, settings: Segmentation) -> np.ndarray:
+    """Return the label (N,) int32 of each point (N, 3): its cluster's number, -1 floor, -3 too few or below it."""
+    voxels = cells(points, settings.leaf_size)
+    labels = np.full(len(voxels.keys), LEFT_OVER, np.int32)
+    labels[is_floor(voxels.means, None)] = FLOOR
+    rest = np.flatnonzero((labels == LEFT_OVER) & (voxels.means[:, 2] > 0))
+    clusters = euclidean_clusters(voxels.means[rest], settings.cluster_tolerance)
+    labels[rest] = numbered_by_size(clusters, settings)
+    return labels[voxels.cell_of]

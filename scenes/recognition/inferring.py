@@ -10,8 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..scans.cells import cells
-from ..segmentation.box import Box, bounding_box
-from ..segmentation.clusters import euclidean_clusters, members_of
+from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
 from .room import Inferred, SceneObject
 from .surroundings import level_of
 

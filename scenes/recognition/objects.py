@@ -14,7 +14,7 @@ from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 
 from ..scans.depth_image import IMAGES, Intrinsics, load_depth_image
 from ..scans.scan import Scan, load_scan, scan_from_points, surface_points
-from ..segmentation.box import Box
+from ..segmentation.clusters import Box
 from ..segmentation.segmentation import Segmentation
 from .recognition import recognise
 from .room import Inferred, Room, SceneObject

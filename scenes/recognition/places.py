@@ -10,16 +10,15 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything
 from spherefunc_bullet.formats.units import BY_FILE
-from spherefunc_bullet.places.finding import cloud_and_frame, places_of
+from spherefunc_bullet.places.finding import cloud_and_frame, places_of, proven
 from spherefunc_bullet.places.place import Place, Similarity
-from spherefunc_bullet.places.proving import proven
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.mechanics import require_ability
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
 from ..scans.scan import Scan
+from .partial_places import room_places
 from .room import Room
-from .room_places import room_places
 
 PROVER = "bullet"
 

@@ -17,8 +17,7 @@ from ..pools.surfaces import Pool, level_pools, parted_at_necks
 from ..pools.tops import Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
-from ..segmentation.box import Box, bounding_box
-from ..segmentation.clusters import members_of
+from ..segmentation.clusters import Box, bounding_box, members_of
 from ..segmentation.segmentation import FLOOR, WALL
 from ..segmentation.supports import top_below
 

@@ -10,7 +10,7 @@ import numpy as np
 from spherefunc_bullet.function_model import THRESHOLD, Membership
 
 from ..scans.levelling import Levelling
-from ..segmentation.box import Box
+from ..segmentation.clusters import Box
 from .choosing import Bar
 from .proposals import CLUSTERS
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import corners_of
 
-from ..scans.neighbors import Near
-from .box import Box, bounding_box
-from .clusters import members_of
+from ..scans.cells import Near
+from .clusters import Box, bounding_box, members_of
 from .walls import Wall
 
 _FEWEST = 10  # voxels: what is smaller is noise

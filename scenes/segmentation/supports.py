@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..scans.cells import cells
-from .box import Box, bounding_box
-from .clusters import euclidean_clusters, members_of
+from .clusters import Box, bounding_box, euclidean_clusters, members_of
 
 _BIN = 0.01  # metres, of the heights that are compared
 _BOARD = 6  # bins that a table top may be thick

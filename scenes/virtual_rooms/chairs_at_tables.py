@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..segmentation.box import bounding_box
-from .contents import Contents
+from ..segmentation.clusters import bounding_box
 from .furnishing import FLOOR, TABLE, PlacedObject, heading_transform, transformed
-from .occupancy import Occupancy
+from .occupancy import Contents, Occupancy
 
 SEAT = "sittable"
 WIDEST, HIGHEST = 0.75, 1.3  # metres, of a chair

@@ -9,9 +9,9 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 
-from .contents import Contents
 from .furnishing import FLOOR, GAP, WALL, heading_transform, transformed
 from .grounds import Ground, boards_of, floor_of, top_of
+from .occupancy import Contents
 from .surroundings import BED, CARTON, PILE, SHELF, SILL
 
 STRIP = 1.6  # metres by which a room is longer where beds, shelves, cartons or piles stand in it

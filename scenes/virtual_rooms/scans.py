@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 
+from ..recognition.completion import DEFAULT
+from ..recognition.judging import object_cloud
 from ..scans.cells import cells
-from .furnishing import FLOOR, VirtualRoom, shell_meshes
+from .furnishing import FLOOR, SMALL, VirtualRoom, shell_meshes
 from .kinect import KINECT, Kinect, Surfaces, look_at, photograph
 
 SHELL_PITCH = 0.01  # metres between the points of floor and walls in a whole scan
@@ -182,3 +186,69 @@ def parse_views(text: str) -> int | None:
     if views < 1:
         raise InputError(f"--views {text}: expected a number from 1, or {WHOLE}")
     return views
+
+
+_NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large objects
+_DOWN_DEG = (18.0, 55.0)  # that it looks down by
+_ASIDE = 0.4  # metres that it looks past the object's middle, as much as that
+_TRIED = 12  # places of the camera
+_LOWEST = 0.4  # metres above the floor
+
+
+def close_ups(
+    room: VirtualRoom, count: int, noise: float, seed: int, sensor: Kinect = KINECT
+) -> Iterator[VirtualScan]:
+    """Yield so many single views of a room, each of one of its objects from near by; the same numbers, the same views.
+
+    Parameters
+    ----------
+    room : VirtualRoom
+    count : int
+    noise : float
+        Times a Kinect's.
+    seed : int
+    sensor : Kinect
+        Whose noise is that.
+    """
+    rng = np.random.default_rng([seed, int(room.name.rpartition("_")[2]), count])
+    surfaces, kinect = Surfaces(room.meshes()), sensor.noisy(noise)
+    for _ in range(count if room.objects else 0):
+        pose = pose_near(room, surfaces, rng)
+        if pose is not None:
+            points, labels = photograph(surfaces, pose, kinect, rng).points()
+            if len(points):
+                yield VirtualScan(room, points, labels, (pose,))
+
+
+def pose_near(room: VirtualRoom, surfaces: Surfaces, rng: np.random.Generator) -> np.ndarray | None:
+    """Return the pose (4, 4) of a camera that sees one of a room's objects from near by; None if none has room."""
+    points = room.objects[rng.integers(len(room.objects))].points
+    low, high = points.min(axis=0), points.max(axis=0)
+    near, far = _NEAR if (high - low).max() <= SMALL else _FAR
+    for _ in range(_TRIED):
+        target = (low + high) / 2 + np.append(rng.uniform(-_ASIDE, _ASIDE, 2) * near / far, 0.0)
+        around, down, distance = rng.uniform(0, 2 * np.pi), np.radians(rng.uniform(*_DOWN_DEG)), rng.uniform(near, far)
+        way = np.array([np.cos(around) * np.cos(down), np.sin(around) * np.cos(down), np.sin(down)])
+        eye = target + distance * way
+        inside = (eye[:2] > WALL_CLEARANCE).all() and (eye[:2] < room.size[:2] - WALL_CLEARANCE).all()
+        if inside and eye[2] > _LOWEST and surfaces.clearance(eye[None])[0] >= CLEARANCE:
+            return look_at(eye, target)
+    return None
+
+
+def partial_views(scan: VirtualScan, completion: Sequence[str] = DEFAULT) -> Iterator[tuple[int, Cloud]]:
+    """Yield the number and the cloud of every object that the scan shows enough of.
+
+    They are perfectly segmented: what is still wrong about their functions is not the segmentation's fault. As
+    training examples they are as one-sided as what recognition meets.
+
+    Parameters
+    ----------
+    completion : sequence of str
+        See `completion.complete`.
+    """
+    for number in scan.seen().tolist():
+        placed = scan.room.objects[number]
+        height = float(placed.T_room_object[2, 3])
+        points = scan.points[scan.labels == number]
+        yield number, object_cloud(points, completion, height)[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..console import Failures, print_json, print_table
-from .each_file import run_on_files
+from .options import run_on_files
 from .poses import posed_file
 
 if TYPE_CHECKING:

@@ -109,8 +109,7 @@ def batch_of(data: str, folder: Path, how: Dropping, shard: str | None) -> Batch
     """Return the batch of a data set, or of a shard of it."""
     from ..batch.batch import Batch
     from ..batch.folder import RunFolder
-    from ..datasets.dataset import open_dataset
-    from ..datasets.shards import parse_shard, shard_of
+    from ..datasets.dataset import open_dataset, parse_shard, shard_of
 
     part = parse_shard(shard)
     return Batch(dataset=shard_of(open_dataset(data), part), dropping=how, folder=RunFolder(folder))
@@ -169,8 +168,7 @@ def merge(
     json: Json = False,
 ):
     """Join the ledgers and results of several runs in one."""
-    from ..batch.folder import RunFolder
-    from ..batch.merging import merge_runs
+    from ..batch.folder import RunFolder, merge_runs
 
     failures = Failures()
     merged = merge_runs([RunFolder(shard) for shard in shards], RunFolder(folder), failed=failures.add)

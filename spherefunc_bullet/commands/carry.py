@@ -11,8 +11,7 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_length
-from .each_file import run_on_files
-from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up
+from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up, run_on_files
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud

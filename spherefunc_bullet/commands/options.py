@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..console import Failures
 from ..errors import InputError
 from ..formats.units import BY_FILE as BY_FILE
 from ..formats.units import format_length, parse_lengths, parse_mass
 
 if TYPE_CHECKING:
     from ..settling.records import Dropping
+    from ..simulator import Simulator
     from ..simulator.mechanics import Matter
+
 
 Backend = Annotated[str, typer.Option(help="Simulator that drops the spheres; `spherefunc backends` lists them.")]
 Shape = Annotated[str | None, typer.Option(help="Collision shape (bullet only).")]
@@ -101,3 +104,23 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
 
     kilograms = None if mass is None else parse_mass(mass)
     return Matter(area_density=area_density, mass=kilograms, friction=friction, restitution=restitution)
+
+
+def run_on_files(
+    function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
+) -> list[tuple[Path, Any]]:
+    """Return each file with the function's result; a file that fails is reported, and left out.
+
+    Parameters
+    ----------
+    tell : callable
+        Takes a file, the simulator, and the rest, ``how``.
+    doing : str
+        What the progress bar says.
+    """
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated
+
+    tasks = [(file, simulator, *how) for file in files]
+    outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
+    return [(files[index], outcome) for index, outcome in failures.passed(outcomes, len(files), doing)]

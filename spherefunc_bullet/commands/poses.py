@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from .each_file import run_on_files
-from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of
+from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of, run_on_files
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud

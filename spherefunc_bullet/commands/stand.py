@@ -11,8 +11,20 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, format_mass, parse_length
-from .each_file import run_on_files
-from .options import BY_FILE, AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, Up, matter_of
+from .options import (
+    BY_FILE,
+    AreaDensity,
+    Friction,
+    Json,
+    Mass,
+    PackagePath,
+    Restitution,
+    Seed,
+    Units,
+    Up,
+    matter_of,
+    run_on_files,
+)
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud

@@ -131,8 +131,7 @@ def require_smaller_spheres(simulated: Simulated, how: Dropping):
 
 def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
-    from ..datasets.dataset import distinct_names
-    from ..datasets.licenses import sources_of
+    from ..datasets.dataset import distinct_names, sources_of
     from ..learning.model_file import new_classifier
 
     labels = [item.functions for item in simulated.objects]

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import csv
 import os
+import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -206,3 +208,61 @@ def read_label_folders(folder: Path) -> Dataset:
     if outside is not None:
         raise InputError(f"{outside}: expected a file below {folder}, got a link that leads out of it; copy the file")
     return Dataset(folder.resolve().name, objects, folder)
+
+
+def parse_shard(text: str | None) -> tuple[int, int]:
+    """Return which shard and of how many, from 1.
+
+    Examples
+    --------
+    >>> parse_shard("3/8"), parse_shard(None)
+    ((3, 8), (1, 1))
+    """
+    if text is None:
+        return 1, 1
+    match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", text)
+    if not match or not 1 <= int(match[1]) <= int(match[2]):
+        raise InputError(f"--shard {text}: expected i/n with i from 1 to n, such as 3/8")
+    return int(match[1]), int(match[2])
+
+
+def shard_of(dataset: Dataset, shard: tuple[int, int]) -> Dataset:
+    """Return every n-th object of a data set, from the i-th: neighbours in a manifest are alike in cost.
+
+    Raises
+    ------
+    InputError
+        If there are fewer objects than shards, and none for this one.
+    """
+    index, count = shard
+    objects = dataset.objects[index - 1 :: count]
+    if not objects:
+        raise InputError(f"--shard {index}/{count}: expected at most {len(dataset)} shards, as many as objects")
+    return Dataset(dataset.name, objects, dataset.folder)
+
+
+ALLOWED = ("CC0", "CC-BY", "BSD", "Apache-2.0", "MIT", "Zlib")
+FORBIDDEN = ("GPL", "-NC", "-ND", "-SA", "research")
+
+
+def is_permissive(text: str) -> bool:
+    """Return whether a licence, as a manifest says it, lets others learn from and pass on.
+
+    Examples
+    --------
+    >>> is_permissive("CC-BY-3.0"), is_permissive("GPL-2+ (Debian package)"), is_permissive("CC-BY-NC-4.0")
+    (True, False, False)
+    """
+    return any(name in text for name in ALLOWED) and not any(name in text for name in FORBIDDEN)
+
+
+def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
+    """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
+    return [item.group if item.license else "" for item in objects]
+
+
+def learnt_sources(objects: Iterable[DatasetObject]) -> dict[str, int]:
+    """Return of how many objects each source is, by its name and licence; only sources that state a licence."""
+    return dict(
+        sorted(Counter(f"{item.source or item.group} ({item.license})" for item in objects if item.license).items())
+    )

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from ..clouds.cloud import Cloud, cloud_of
+from ..clouds.cloud import Cloud, cloud_from_mesh, cloud_of
 from ..clouds.conversion import Anything, geometry_of, warn
 from ..formats.units import BY_FILE
-from .place import IDENTITY, Place, Similarity, similarity_between
+from ..simulator import Simulator
+from ..simulator.mechanics import require_ability
+from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
+from .place import IDENTITY, Place, Proof, Similarity, similarity_between
 from .pouring import pour_places
 from .putting import LOWEST, put_places
+from .regions import surface_of
 from .shelves import shelf_places
 from .sitting import sit_places
-from .surface import surface_of
 
 SEAT_CELL = 0.025  # metres
 NO_SEAT = 0.2  # a score below which an object is surely none: a high box has a level top as well
@@ -75,3 +81,89 @@ def cloud_and_frame(anything: Anything, *, units: str = "m", up: str = BY_FILE) 
         return cloud, similarity_between(cloud.mesh.vertices, geometry.vertices[np.unique(geometry.faces)])
     seen = np.isfinite(geometry.vertices).all(axis=1)
     return cloud, similarity_between(cloud.points, geometry.vertices[seen])
+
+
+# What a proof that failed leaves of a score: the share of objects that are seats where the best place to sit did not
+# hold, by that share of all that have one (`python -m spherefunc_bullet.compare.places proofs`; of places to put and to
+# pour none failed there).
+LEFT = 0.36
+TRIED_POSES = 3  # of a region
+TRIED_HEADINGS = 4  # where all headings are as good
+DISC = 0.04, 0.08  # metres: radius and height of what is put down where no object is given
+
+
+def proven(
+    cloud: Cloud,
+    places: Sequence[Place],
+    simulator: Simulator,
+    settings: ProofSettings,
+    put: Cloud | None = None,
+    seed: int = 0,
+) -> list[Place]:
+    """Return places, in the cloud's frame, with what became of them when they were used; the best first.
+
+    Where the best place of a kind did not hold, that tells against the object's function, so all of that kind lose.
+
+    Parameters
+    ----------
+    places : sequence of Place
+        The best first.
+
+    Raises
+    ------
+    InputError
+        If the backend cannot prove.
+    """
+    able = require_ability(simulator, "prove")
+    uses = [uses_of(place, put) for place in places]
+    verdicts = iter(able.prove(cloud, [use for of_one in uses for use in of_one], settings, seed))
+    proofs = [proof_of(able.name, [next(verdicts) for _ in of_one]) for of_one in uses]
+    best = {place.kind: row for row, place in reversed(list(enumerate(places)))}
+    results = []
+    for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
+        failed = sum(not proofs[one].holds for one in {row, best[place.kind]})
+        results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
+    return sorted(results, key=lambda place: -place.score)
+
+
+def proof_of(backend: str, verdicts: Sequence[Verdict]) -> Proof:
+    """Return the proof of one place."""
+    held = sum(verdict.held for verdict in verdicts)
+    why = tuple(reason for reason, _ in Counter(verdict.why for verdict in verdicts if not verdict.held).most_common())
+    return Proof(backend=backend, trials=len(verdicts), held=held, why=why)
+
+
+def uses_of(place: Place, put: Cloud | None) -> list[Use]:
+    """Return what is tried at a place, in the cloud's frame."""
+    if place.kind == "sit":
+        headings = (
+            360.0 / TRIED_HEADINGS * np.arange(TRIED_HEADINGS) if place.heading_deg is None else [place.heading_deg]
+        )
+        return [SitUse(position=place.position, heading=float(np.radians(heading))) for heading in headings]
+    if place.kind == "put":
+        return [PutUse(cloud=put or disc(), pose=pose) for pose in (place.poses or (standing(place),))[:TRIED_POSES]]
+    low, high = place.inside
+    return [PourUse(position=place.position, radius=place.radius, volume=place.filled_ml * 1e-6, low=low, high=high)]
+
+
+def standing(place: Place) -> np.ndarray:
+    """Return the pose (4, 4) of what stands at a place as the surface is there."""
+    from ..simulator.statics.poses import turned_down
+
+    pose = np.eye(4)
+    pose[:3, :3] = turned_down(-place.normal).T
+    pose[:3, 3] = place.position
+    return pose
+
+
+@cache
+def disc() -> Cloud:
+    """Return a cylinder that stands for whatever is put down."""
+    angles = np.arange(24) * 2 * np.pi / 24
+    circle = DISC[0] * np.column_stack([np.cos(angles), np.sin(angles)])
+    corners = np.vstack([np.column_stack([circle, np.full(24, height)]) for height in (0.0, DISC[1])])
+    sides = [(a, b, 24 + b) for a, b in pairwise([*range(24), 0])] + [
+        (a, 24 + b, 24 + a) for a, b in pairwise([*range(24), 0])
+    ]
+    caps = [(0, k + 1, k) for k in range(1, 23)] + [(24, 24 + k, 25 + k) for k in range(1, 23)]
+    return cloud_from_mesh(corners, np.array(sides + caps), "disc")

@@ -8,8 +8,7 @@ from scipy import ndimage
 from ..clouds.cloud import Cloud
 from .capacity import SPILLED_AT, Water, waters_of
 from .place import FUNCTION, Place
-from .regions import rings_of
-from .surface import Surface
+from .regions import Surface, rings_of
 
 LEAST_ML = 5.0
 LEAST_DEPTH = 0.01  # metres

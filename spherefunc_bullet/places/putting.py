@@ -11,8 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..clouds.cloud import Cloud
 from .place import FUNCTION, Place
-from .regions import Region, level_regions, rings_of
-from .surface import Surface
+from .regions import Region, Surface, level_regions, rings_of
 
 DISC = 0.04  # metres: the radius of what there is room for where no object is given
 OFF_EDGES = 0.02  # metres that a base is kept from edges, where there is room for it

@@ -10,8 +10,7 @@ from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
 from .place import Place
 from .putting import DISC, footprint_of, put_place
-from .regions import level_regions
-from .surface import Surface
+from .regions import Surface, level_regions
 
 GAP = 0.12  # metres of free height above a shelf, at least
 OVER = 0.03  # metres of it that stay free above what is put there

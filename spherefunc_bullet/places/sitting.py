@@ -10,8 +10,7 @@ from scipy import ndimage
 
 from ..processes.compilation import njit
 from .place import FUNCTION, Place
-from .regions import plane_through, rings_of
-from .surface import Surface
+from .regions import Surface, plane_through, rings_of
 
 TALL = 1.75  # metres: whom the template fits
 SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air

@@ -193,6 +193,7 @@ def object_records(
     source, clouds = as_source(path), {}
 
     def cloud_for(dropping: Dropping) -> Cloud:
+        """Return the cloud as one dropping loads it, once for all that load it alike."""
         key = dropping.loading, dropping.length.drops is None
         if key not in clouds:
             clouds[key] = dropping.cloud(source)

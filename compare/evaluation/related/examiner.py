@@ -31,7 +31,7 @@ from scipy import ndimage
 
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
-from .top_view import NOTHING, TopView, top_view
+from .rules import NOTHING, TopView, top_view
 
 SQUARE = 0.02  # metres between the places that a person tries
 TURNS = (0.0, 30.0, 60.0)  # degrees; with quarter turns, a heading every 30 degrees

@@ -17,10 +17,9 @@ import typer
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
-from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset
-from spherefunc_bullet.datasets.licenses import sources_of
+from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset, sources_of
 from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
-from spherefunc_bullet.scenes.impairment.kinds import NONE
+from spherefunc_bullet.scenes.impairment.specimen import NONE
 
 from ..evaluation import Trial
 from ..profiled import spheres_profiled, sure_across_sources

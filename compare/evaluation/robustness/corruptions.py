@@ -21,7 +21,7 @@ from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN
 from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.scenes.impairment.folder import evenly_spread
-from spherefunc_bullet.scenes.impairment.kinds import FUNCTIONS, NONE
+from spherefunc_bullet.scenes.impairment.specimen import FUNCTIONS, NONE
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
 from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.settling.records import Dropping, ObjectRecord, shape_of

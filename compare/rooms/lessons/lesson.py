@@ -13,11 +13,10 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
 from spherefunc_bullet.scenes.recognition.surroundings import alone
-from spherefunc_bullet.scenes.segmentation.box import bounding_box
-from spherefunc_bullet.scenes.virtual_rooms.close_ups import close_ups
+from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
-from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, scan_room
+from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
 from spherefunc_bullet.settling.settling import settle

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
-from ..parts.legs import apron, four_legs, panel_ends, sled
-from ..parts.solids import box, join
+from ..parts.family import families, family
+from ..parts.legs import apron, four_legs, panel_ends, sled, stretchers
+from ..parts.outlines import arc, at_height, circle, superellipse
+from ..parts.solids import box, crossbar, cushion, hoop, join, lathe, prism, sheet, tube
+from .tables import top
 
 
 def _plan(rng: Generator) -> tuple[float, float, float]:
@@ -93,4 +96,106 @@ DESKS = [
     family("desk", drawer_desk, sides=1, to_floor=False),
     family("corner_desk", corner_desk),
     family("writing_desk", secretary),
+]
+
+
+def coffee_table(rng: Generator, *, shape: str = "rectangle", legs: str = "shelf"):
+    """Return a low table, 0.35 to 0.5 m high: solid, or a thin sheet like glass on a light frame."""
+    width, depth, height = rng.uniform(0.9, 1.3), rng.uniform(0.5, 0.75), rng.uniform(0.36, 0.48)
+    thickness = 0.01 if legs == "sled" else rng.uniform(0.025, 0.05)
+    under = height - thickness
+    w, d = 0.94 * width, 0.92 * depth
+    stands = {
+        "shelf": lambda: [
+            four_legs(w, d, under, 0.06),
+            box(w - 0.02, d - 0.02, 0.02, z=0.1),
+            apron(w - 0.02, d - 0.02, 0.05, 0.02, under),
+        ],
+        "sled": lambda: [sled(0.8 * w, 0.9 * d, under, 0.015), crossbar(0.8 * w, 0, 0.015, 0.02, 0.02)],
+        "splayed": lambda: [four_legs(0.6 * w, 0.55 * d, under, 0.04, splay=0.07, taper=0.6, round_bars=True)],
+        "slab": lambda: [panel_ends(width, depth, under, 0.05), box(width - 0.1, depth - 0.04, 0.02, z=0.12)],
+    }
+    return join(top(shape, width, depth, thickness, height), stands[legs]())
+
+
+def side_table(rng: Generator, *, shape: str = "round"):
+    """Return a small table for beside a seat, 0.45 to 0.62 m high."""
+    width, height = rng.uniform(0.38, 0.52), rng.uniform(0.45, 0.62)
+    legs = four_legs(0.62 * width, 0.62 * width, height - 0.02, 0.03, splay=0.04, taper=0.7, round_bars=True)
+    return join(top(shape, width, width, 0.022, height), legs)
+
+
+def tray_table(rng: Generator):
+    """Return a C-shaped table that reaches over a seat, and its foot under it."""
+    width, depth, height = rng.uniform(0.42, 0.5), rng.uniform(0.32, 0.42), rng.uniform(0.6, 0.68)
+    posts = [box(0.025, 0.025, height - 0.02, x=-width / 2 + 0.02, y=y) for y in (-depth / 2 + 0.03, depth / 2 - 0.03)]
+    feet = [box(width - 0.04, 0.025, 0.02, y=y) for y in (-depth / 2 + 0.03, depth / 2 - 0.03)]
+    return join(top("rectangle", width, depth, 0.02, height), posts, feet)
+
+
+def bedside_table(rng: Generator):
+    """Return a bedside table: a drawer under its top, on four legs."""
+    width, depth, height = rng.uniform(0.4, 0.5), rng.uniform(0.35, 0.42), rng.uniform(0.5, 0.6)
+    drawer = box(width - 0.03, depth - 0.03, 0.14, z=height - 0.16)
+    knob = box(0.06, 0.04, 0.012, y=-depth / 2, z=height - 0.1)
+    legs = four_legs(width - 0.02, depth - 0.02, height - 0.1, 0.035)
+    return join(box(width, depth, 0.02, z=height - 0.02), drawer, knob, legs)
+
+
+def child_table(rng: Generator):
+    """Return a low square table for children."""
+    width, height = rng.uniform(0.55, 0.75), rng.uniform(0.44, 0.52)
+    legs = four_legs(0.8 * width, 0.8 * width, height - 0.025, 0.045, round_bars=True)
+    return join(top("rounded", width, width, 0.025, height), legs)
+
+
+LOW_TABLES = [
+    family("coffee_table", coffee_table, legs="shelf", also="sittable"),
+    family("coffee_table", coffee_table, legs="sled", also="sittable"),
+    family("coffee_table", coffee_table, shape="oval", legs="splayed", also="sittable"),
+    family("coffee_table", coffee_table, legs="slab", also="sittable"),
+    family("side_table", side_table, shape="round"),
+    family("side_table", side_table, shape="rounded"),
+    *families(tray_table, bedside_table),
+    family("child_table", child_table, also="sittable"),
+]
+
+
+def stool(rng: Generator, *, shape: str = "round", legs: int = 4, height: tuple[float, float] = (0.42, 0.48)):
+    """Return a stool without a back."""
+    width, seat = rng.uniform(0.3, 0.4), rng.uniform(*height)
+    top = circle(width / 2, 32) if shape == "round" else superellipse(width, 0.85 * width, 6.0, 32)
+    parts = [prism(top, 0.03, seat - 0.03)]
+    if legs == 3:
+        for angle in np.radians([90, 210, 330]):
+            x, y = np.cos(angle), np.sin(angle)
+            foot = [0.5 * width * x, 0.5 * width * y, 0]
+            parts.append(tube([[0.3 * width * x, 0.3 * width * y, seat - 0.02], foot], 0.018))
+        return join(parts)
+    splay = 0.03 + 0.06 * (seat > 0.6)
+    round_bars = shape == "round"
+    parts += four_legs(0.68 * width, 0.6 * width, seat - 0.02, 0.034, splay=splay, taper=0.8, round_bars=round_bars)
+    inner = 0.68 * width - 0.034 + splay
+    return join(parts, stretchers(inner, inner - 0.08 * width, 0.42 * seat, 0.018))
+
+
+def bar_chair(rng: Generator, *, back: bool = True):
+    """Return a bar stool on a column with a disc foot and a footrest, its seat dished or backed."""
+    radius, seat = rng.uniform(0.17, 0.2), rng.uniform(0.65, 0.8)
+    parts = [lathe([(0, 0), (0.2, 0), (0.2, 0.012), (0.03, 0.03), (0.025, seat - 0.05), (0, seat - 0.05)])]
+    parts += [hoop(circle(0.16, 20), 0.3 * seat, 0.009), crossbar(0.32, 0, 0.3 * seat, 0.02, 0.015)]
+    parts.append(cushion(2 * radius, 2 * radius, 0.07, z=seat - 0.07, corner=radius * 0.98, crown=0.01))
+    if back:
+        rim = arc(radius + 0.01, 10, 170, 14)
+        rows = [at_height(rim * s, seat + z) for s, z in ((0.88, -0.05), (1.03, 0.1), (1.12, 0.24))]
+        parts.append(sheet(rows, 0.018))
+    return join(parts)
+
+
+STOOLS = [
+    family("stool", stool, shape="round", legs=3, also="table"),
+    family("stool", stool, shape="square", also="table"),
+    family("bar_stool", stool, shape="square", height=(0.68, 0.8)),
+    family("bar_stool", bar_chair, back=True),
+    family("bar_stool", bar_chair, back=False),
 ]

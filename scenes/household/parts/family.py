@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -68,3 +68,25 @@ def draw_objects(families: Iterable[Family], label: str, seed: int) -> Iterator[
             mesh = stand(family.build(rng))
             name = f"{family.category}_{number:02d}"
             yield CatalogueObject(name, label, family.also, family.category, mesh, family.watertight)
+
+
+def stretched(objects: Iterable[CatalogueObject], share: float, seed: int) -> list[CatalogueObject]:
+    """Return objects, each stretched along x, y and z by factors of its own.
+
+    Parameters
+    ----------
+    objects : iterable of CatalogueObject
+        With meshes that stand on z = 0.
+    share : float
+        By how much at most, up or down: 0.15 is from a factor of 1 / 1.15 to one of 1.15.
+    seed : int
+    """
+    return [replace(item, mesh=stretched_mesh(item, share, seed)) for item in objects]
+
+
+def stretched_mesh(item: CatalogueObject, share: float, seed: int):
+    """Return an object's mesh, stretched; what becomes of it depends on its name and the seed alone."""
+    rng = np.random.default_rng([seed, zlib.crc32(item.name.encode()), 5])
+    mesh = item.mesh.copy()
+    mesh.apply_scale((1 + share) ** rng.uniform(-1, 1, 3))
+    return mesh
