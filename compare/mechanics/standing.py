@@ -49,7 +49,7 @@ class StandAnswer:
     def verdict(self, name: str) -> Verdict:
         """Return the verdict on the object of this name."""
         share = float(self.carries.mean()) if len(self.carries) else 0.0
-        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", told=self.sound, value=share)
+        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
 
 
 def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
