@@ -3,8 +3,6 @@
 python -m spherefunc_bullet.compare.bench.backends household --backends fast,bullet,mujoco [--count 40]
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated

@@ -5,8 +5,6 @@
 Processor time, so that other work on the machine counts little.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

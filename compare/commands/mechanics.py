@@ -99,7 +99,7 @@ def print_keep_scores(scores: list[KeepScore]):
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
         for holed in one.holed:
             words = holed.kind.replace("_", " ")
-            show(f"{words} % of the depth: {holed.told:.2f} of {holed.asked} still classified as vessels")
+            show(f"{words} % of the depth: {holed.classified:.2f} of {holed.asked} still classified as vessels")
         quality = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
         show(
             f"half kept at {one.angles_deg[-1]:g}° is a vessel: {quality}; {one.score.cpu_seconds:.2f} processor s each"
@@ -109,6 +109,6 @@ def print_keep_scores(scores: list[KeepScore]):
 
 def print_wrong(backend: str, verdicts: tuple[Verdict, ...]):
     """Print what was misclassified."""
-    wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.told]
+    wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.positive]
     if wrong:
         show(f"{backend}, misclassified: {', '.join(wrong)}")

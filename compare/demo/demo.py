@@ -3,8 +3,6 @@
 python -m spherefunc_bullet.compare.demo --out demo
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Iterator, Sequence

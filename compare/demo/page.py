@@ -3,8 +3,6 @@
 Every number on it comes from the results that it is given; its words are in ``page.html``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

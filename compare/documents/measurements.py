@@ -1,7 +1,5 @@
 """The commands behind the tables of labels, and what each depends on."""
 
-from __future__ import annotations
-
 from .saved import Measurement
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"

@@ -1,7 +1,5 @@
 """All tasks by several backends, and in one sentence each what fidelity buys at what price."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -51,7 +49,7 @@ class Measured:
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,
-                    right={f"{verdict.name} {verdict.kind}": verdict.true == verdict.told for verdict in one.verdicts})
+                    right={f"{verdict.name} {verdict.kind}": verdict.true == verdict.positive for verdict in one.verdicts})
             for name, one in scores.items()
         ]
 

@@ -110,7 +110,7 @@ class HoledScore:
     kind: str
     asked: int
     kept: Curve  # in the mean
-    told: float  # share that is still classified as a vessel
+    classified: float  # share that is still classified as a vessel
 
 
 def carried(path: Path, simulator: Simulator, loading: Loading, holed: bool) -> dict[str, Curve]:
@@ -138,7 +138,7 @@ def score_keeping(
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
             holds = whole[-1] >= SHARE
-            verdicts.append(Verdict(name=item.path.name, kind=item.category, true=true, told=holds, value=whole[-1]))
+            verdicts.append(Verdict(name=item.path.name, kind=item.category, true=true, positive=holds, value=whole[-1]))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(
@@ -154,7 +154,7 @@ def score_keeping(
 def holed_score(kind: str, curves: Sequence[Curve]) -> HoledScore:
     """Return what vessels with one kind of hole keep."""
     share = float(np.mean([curve[-1] >= SHARE for curve in curves]))
-    return HoledScore(kind=kind, asked=len(curves), kept=mean_curve(curves), told=share)
+    return HoledScore(kind=kind, asked=len(curves), kept=mean_curve(curves), classified=share)
 
 
 def mean_curve(curves: Sequence[Curve]) -> Curve:

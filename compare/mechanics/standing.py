@@ -4,8 +4,6 @@ Sound is what stands and carries its load wherever spheres come to rest on its s
 seat, its own weight on a table. Nothing is learnt.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +49,7 @@ class StandAnswer:
     def verdict(self, name: str) -> Verdict:
         """Return the verdict on the object of this name."""
         share = float(self.carries.mean()) if len(self.carries) else 0.0
-        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", told=self.sound, value=share)
+        return Verdict(name=name, kind=self.kind, true=self.kind == "whole", positive=self.sound, value=share)
 
 
 def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:

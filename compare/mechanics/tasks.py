@@ -1,7 +1,5 @@
 """What every task shares: which objects are asked, the share that was classified correctly, and what it took."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -24,7 +22,7 @@ class Verdict:
     name: str
     kind: str
     true: bool
-    told: bool
+    positive: bool
     value: float  # by which it was classified
 
 
@@ -54,8 +52,8 @@ class Outcome:
 
 def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:
     """Return the score of verdicts."""
-    hits = sum(one.true and one.told for one in verdicts)
-    positive, true = sum(one.told for one in verdicts), sum(one.true for one in verdicts)
+    hits = sum(one.true and one.positive for one in verdicts)
+    positive, true = sum(one.positive for one in verdicts), sum(one.true for one in verdicts)
     precision, recall = hits / positive if positive else 0.0, hits / true if true else 0.0
     both = precision + recall
     return Score(

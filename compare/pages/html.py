@@ -1,7 +1,5 @@
 """Reports as HTML, and pictures that travel within them."""
 
-from __future__ import annotations
-
 import base64
 import io
 from collections.abc import Callable, Iterable

@@ -1,7 +1,5 @@
 """OFF, with or without colours."""
 
-from __future__ import annotations
-
 import re
 from array import array
 

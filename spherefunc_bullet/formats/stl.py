@@ -1,7 +1,5 @@
 """STL, ASCII and binary, read by trimesh."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from . import FormatError

@@ -5,8 +5,6 @@ they do, and differs where a measured comparison shows that it does better; ``pr
 named quantities (docs/method.md has the tables and the commands).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..errors import InputError

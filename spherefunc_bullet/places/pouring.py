@@ -1,7 +1,5 @@
 """Places to pour: above the openings of what holds water."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import ndimage
 

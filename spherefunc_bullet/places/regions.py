@@ -1,7 +1,5 @@
 """Level regions of a surface, and their outlines as rings."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Places to sit: a template of a sitter is laid on every cell of seat height, for headings all around."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Desks: tables to work at, with drawers, panels and corners."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

@@ -1,7 +1,5 @@
 """Upholstered and outdoor seats: armchairs, sofas, benches, loungers, rockers."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

@@ -1,7 +1,5 @@
 """Belongings: toys, fruit, books, clothes and bags, lying or standing as they are left."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.random import Generator
 

@@ -1,7 +1,5 @@
 """Kinds of copies in use and as sensed: of which functions' objects they are made, and whether they still work."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...household.parts import solids

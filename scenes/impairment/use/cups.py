@@ -1,7 +1,5 @@
 """Cups in use. Each takes a specimen and a generator, and returns a surface, or None."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """LAS and LAZ, read by laspy: points alone."""
 
-from __future__ import annotations
-
 import io
 import struct
 

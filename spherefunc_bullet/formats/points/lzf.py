@@ -1,7 +1,5 @@
 """LZF unpacking, the compression inside PCD files."""
 
-from __future__ import annotations
-
 from numba import njit
 
 

@@ -1,7 +1,5 @@
 """A fitted model by resting profiles as the arrays of its file."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 What a person would say of a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm deep.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import TypedDict
 
