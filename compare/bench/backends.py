@@ -3,6 +3,8 @@
 python -m spherefunc_bullet.compare.bench.backends household --backends fast,bullet,mujoco [--count 40]
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated

@@ -7,6 +7,8 @@ in one process, by processor time: with hashing, packing, syncing and the ledger
 processes.
 """
 
+from __future__ import annotations
+
 import argparse
 import tempfile
 import time

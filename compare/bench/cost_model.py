@@ -4,6 +4,8 @@
 of docs/batch.md.
 """
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Iterable
 from pathlib import Path

@@ -8,6 +8,8 @@ out, and runs of few drops what `fast` leaves out of a cloud for them. The depth
 is the share of its radius by which its centre is nearer to the mesh than that.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,6 +6,8 @@ From runs that stop early, which are the beginnings of longer ones. Processor ti
 counts little.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

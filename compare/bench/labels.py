@@ -5,6 +5,8 @@ Loading and sampling are left out.
     python -m spherefunc_bullet.compare.bench.labels DATA [--backends fast,bullet] [--count 40]
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Annotated

@@ -3,6 +3,8 @@
     python -m spherefunc_bullet.compare.bench.mechanics [--repeats 3]
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from time import perf_counter, process_time
 from typing import Annotated

@@ -8,6 +8,8 @@ many hang in the air. MuJoCo runs by `examples/mujoco_backend`, as good as we kn
 `mujoco` or this file's repository is not there.
 """
 
+from __future__ import annotations
+
 import importlib.util
 import sys
 from dataclasses import dataclass, replace

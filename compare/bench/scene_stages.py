@@ -5,6 +5,8 @@
 The fastest of three turns of each scan counts, in seconds by the clock: measure on a quiet machine.
 """
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import Annotated
 

@@ -5,6 +5,8 @@
 The three take turns, and the best of three turns counts. How many spheres settle is of so many seeds each way.
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Sequence
 from typing import Annotated

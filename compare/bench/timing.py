@@ -1,5 +1,7 @@
 """Timings of one object: what it costs to sample, to simulate and to count, and how much memory at most."""
 
+from __future__ import annotations
+
 import statistics
 import time
 from collections.abc import Callable

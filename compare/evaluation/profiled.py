@@ -1,5 +1,7 @@
 """All objects' quantities, under the paper's protocol: those of the spheres, or of their own points in their place."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce

@@ -1,5 +1,7 @@
 """How many train: one way to say it for evaluate and figures, each with its rule for what does not fit."""
 
+from __future__ import annotations
+
 from spherefunc_bullet.errors import InputError
 
 TRAIN_SIZES = "20,45,85,half"

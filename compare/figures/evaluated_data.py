@@ -1,5 +1,7 @@
 """What the paper's figures are drawn from: one data set under the paper's protocol, every trial kept (§IV-B)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 from spherefunc_bullet.batch.simulated import Simulated

@@ -1,5 +1,7 @@
 """All tasks by several backends, and in one sentence each what fidelity buys at what price."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -49,7 +51,7 @@ class Measured:
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,
-                    right={f"{verdict.name} {verdict.kind}": verdict.true == verdict.positive for verdict in one.verdicts})
+                    right={f"{each.name} {each.kind}": each.true == each.positive for each in one.verdicts})
             for name, one in scores.items()
         ]
 

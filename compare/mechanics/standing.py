@@ -4,6 +4,8 @@ Sound is what stands and carries its load wherever spheres come to rest on its s
 seat, its own weight on a table. Nothing is learnt.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

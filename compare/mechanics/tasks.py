@@ -1,5 +1,7 @@
 """What every task shares: which objects are asked, the share that was classified correctly, and what it took."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Models for virtual rooms: learnt from whole models, as the paper did, from partial views, or from both."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """What an object is for among others: by the drops over its own box, of which those count that it carries itself."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,5 +1,7 @@
 """The cavity that makes a cup: where water would stand, found by filling the height map level by level."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

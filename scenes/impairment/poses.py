@@ -1,5 +1,7 @@
 """Ways to lay an object down, the same for everything that is to be useless afterwards."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .surfaces import Surface

@@ -1,5 +1,7 @@
 """Seats that nobody can sit on. Each takes a specimen and a generator, and returns a surface, or None."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .levels import cut_away, still_serves

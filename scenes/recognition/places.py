@@ -1,5 +1,7 @@
 """Places to sit, to put and to pour, of an object or of a scan, in one call."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import replace
 

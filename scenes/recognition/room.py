@@ -1,5 +1,7 @@
 """What is found in a scan: objects with their functions, and what may be there without being seen."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,5 +1,7 @@
 """The floor as the paper finds it: the plane of most points, by RANSAC (§IV-C; Fischler and Bolles, 1981)."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from spherefunc_bullet.errors import InputError

@@ -1,5 +1,7 @@
 """What a ledger's row is worth now: the same object, and its centres where they were put?"""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
 

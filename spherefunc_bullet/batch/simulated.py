@@ -1,5 +1,7 @@
 """From a data set to settled spheres and labels, whatever happens to single files."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Catalogues: named, labelled objects, the families they are drawn from, and how they are written."""
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace

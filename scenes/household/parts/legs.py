@@ -1,5 +1,7 @@
 """What tables and seats stand on: legs, frames, pedestals and stars."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .outlines import circle, rectangle, rounded

@@ -1,5 +1,7 @@
 """Containers that nobody drinks from: bottles, jars, tins, vases and flower pots."""
 
+from __future__ import annotations
+
 from numpy.random import Generator
 
 from ..parts.family import families, family

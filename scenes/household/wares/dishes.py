@@ -1,5 +1,7 @@
 """Kitchen ware that nobody drinks from: kettles, pans, plates and a pot of utensils."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

@@ -5,6 +5,8 @@ rolls from there, always down, until its weight acts within the facet it is on. 
 tests compare the two; here facets are also grouped into ways to lie, by which an engine's drops are counted.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ..mechanics import Pose, PoseSettings
