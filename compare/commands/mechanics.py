@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 if TYPE_CHECKING:
     from ..mechanics.measures import Measured
     from ..mechanics.poses import KeepScore, PoseScore
+    from ..mechanics.sitting import SitScore
     from ..mechanics.standing import Agreement, StandScore
     from ..mechanics.tasks import Verdict
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
     backends: Annotated[str, typer.Option(help="Which are asked; what one cannot do is said.")] = "fast,bullet",
-    tasks: Annotated[str, typer.Option(help="Of poses, standing and keeping.")] = "poses,standing,keeping",
+    tasks: Annotated[str, typer.Option(help="Of poses, standing, keeping and places.")] = "poses,standing,keeping",
     count: Annotated[int | None, typer.Option(min=1, help="Objects of each task at most, evenly chosen.")] = 100,
     model: Annotated[Path | None, typer.Option(help="Which ranks poses; without one, the model that ships.")] = None,
     json: Json = False,
@@ -53,6 +55,9 @@ def print_measured(found: Measured):
         print_stand_scores(list(found.standing.values()), found.agreement)
     if found.keeping:
         print_keep_scores(list(found.keeping.values()))
+    if found.places:
+        title = "Seats, and copies on which nobody can sit: is there a place to sit, proven where the backend can?"
+        print_verdicts(title, "places", list(found.places.values()))
     show("\n" + "\n".join(sentences(found).values()))
 
 
@@ -70,18 +75,22 @@ def print_pose_scores(scores: list[PoseScore]):
             show(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
-def print_stand_scores(scores: list[StandScore], same: Agreement | None):
-    """Print how well sound furniture is distinguished from sawn, and in how much two backends agree."""
+def print_verdicts(title: str, first: str, scores: Sequence[StandScore | SitScore]):
+    """Print how well backends tell what works from what does not, and what was misclassified."""
     rows = [
         [one.score.backend, str(one.score.asked)]
         + [f"{value:.3f}" for value in (one.score.f_measure, one.score.precision, one.score.recall)]
         + [f"{one.score.cpu_seconds:.2f}"]
         for one in scores
     ]
-    head = ["standing", "things", "F of sound", "precision", "recall", "processor s each"]
-    print_table("\nFurniture whole, with a leg sawn off, with its legs cut askew", head, rows)
+    print_table(f"\n{title}", [first, "objects", "F", "precision", "recall", "processor s each"], rows)
     for one in scores:
         print_wrong(one.score.backend, one.verdicts)
+
+
+def print_stand_scores(scores: list[StandScore], same: Agreement | None):
+    """Print how well sound furniture is distinguished from sawn, and in how much two backends agree."""
+    print_verdicts("Furniture whole, with a leg sawn off, with its legs cut askew: is it sound?", "standing", scores)
     if same is not None:
         show(
             f"the first two agree on {same.verdicts:.3f} of {same.things} verdicts, {same.stances:.3f} of what becomes "

@@ -15,10 +15,12 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
+from .sitting import SitScore, score_sitting
 from .standing import Agreement, StandScore, agreement, score_standing
 from .tasks import Outcome
 
-ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry"}  # by task, what a backend needs for it
+# By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
+ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
 TASKS = tuple(ABILITIES)
 CHANCE = 0.05  # two backends differ where so much of chance, or less, explains it
 
@@ -30,6 +32,7 @@ class Measured:
     poses: dict[str, PoseScore]
     standing: dict[str, StandScore]
     keeping: dict[str, KeepScore]
+    places: dict[str, SitScore]
     unable: dict[str, tuple[str, ...]]  # by task, the backends that cannot do it
 
     @property
@@ -47,6 +50,7 @@ class Measured:
                 for name, one in self.poses.items()
             ]
         measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
+        measures["places"] = ("F of seats with a place to sit", self.places)
         words, scores = measures[task]
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
@@ -101,6 +105,7 @@ def measured(
         poses=scored("poses", score_poses, classifier),
         standing=scored("standing", score_standing),
         keeping=scored("keeping", score_keeping),
+        places=scored("places", score_sitting),
         unable={task: tuple(name for name in simulators if name not in able(task)) for task in tasks},
     )
 
@@ -146,7 +151,7 @@ def sentences(mechanics: Measured) -> dict[str, str]:
 
 def task_reports(mechanics: Measured) -> dict[str, dict[str, Any]]:
     """Return what was measured of each task, ready for JSON, with its sentence."""
-    scores = {"poses": mechanics.poses, "standing": mechanics.standing, "keeping": mechanics.keeping}
+    scores = {task: getattr(mechanics, task) for task in TASKS}
     said, same = sentences(mechanics), mechanics.agreement
     reports = {}
     for task, unable in mechanics.unable.items():

@@ -1,0 +1,78 @@
+"""Places: seats, each beside a copy on which nobody can sit, by whether there is a place to sit.
+
+Spheres propose places; a backend that can prove them lets a person down there, and only what holds counts. Nothing is
+learnt.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.places.finding import places_of, proven
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.simulator.proofs import ProofSettings
+
+from ..places.proofs import SEAT, SURE, impairs_seat, useless_seats
+from .tasks import Score, Verdict, asked, evenly, score_of
+
+WHOLE = "whole"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SitScore:
+    """How well one backend tells seats from copies on which nobody can sit."""
+
+    score: Score
+    verdicts: tuple[Verdict, ...]
+
+
+def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, float]:
+    """Return the share of places to sit that hold on a file's object, and on a useless copy of it, by its kind."""
+    specimen = Specimen(load_cloud(path, up=loading.up, units=loading.units), SEAT)
+    variants = {WHOLE: specimen.cloud} | useless_copy(specimen, path.name)
+    return {kind: share_held(cloud, simulator) for kind, cloud in variants.items()}
+
+
+def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
+    """Return one useless copy by its kind, drawn by the object's name from those that can be made."""
+    if not impairs_seat(specimen):
+        return {}
+    made = ((kind.kind, kind.applied(specimen, name, 0)) for kind in useless_seats())
+    copies = {kind: cloud_from_mesh(*copy.mesh(), name) for kind, copy in made if copy is not None}
+    kinds = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
+    return {kind: copies[kind] for kind in kinds}
+
+
+def share_held(cloud: Cloud, simulator: Simulator) -> float:
+    """Return the share of the places to sit that hold; where the backend cannot prove, whether there are any."""
+    places = [place for place in places_of(cloud, scores=SURE) if place.kind == "sit"]
+    if not callable(getattr(simulator, "prove", None)):
+        return float(bool(places))
+    after = proven(cloud, places, simulator, ProofSettings())
+    return float(np.mean([place.proven.holds for place in after])) if after else 0.0
+
+
+def score_sitting(
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+) -> SitScore | None:
+    """Return how well a backend tells seats from useless copies; None where there are no seats."""
+    verdicts, seconds = [], []
+    seats = evenly([item for item in objects if SEAT in item.functions], count)
+    for item, held, taken in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
+        seconds.append(taken / len(held))
+        verdicts += [
+            Verdict(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
+            for kind, share in held.items()
+        ]
+    if not verdicts:
+        return None
+    return SitScore(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
