@@ -1,5 +1,6 @@
 """The commands behind the tables of labels, and what each depends on."""
 
+from ..bench.__main__ import BENCHES
 from .saved import Measurement
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
@@ -65,8 +66,9 @@ def script(
     json: bool = True,
     timed: bool = False,
 ) -> Measurement:
-    """Return the measurement of one module that is run as a program."""
-    path = f"compare/{module.replace('.', '/')}.py"
+    """Return the measurement of one module that is run as a program, or of ``bench NAME``."""
+    place = f"bench.{BENCHES[module.split()[1]][0]}" if module.startswith("bench ") else module
+    path = f"compare/{place.replace('.', '/')}.py"
     return Measurement(
         name=name,
         command=f"python -m spherefunc_bullet.compare.{module} {arguments}".strip(),

@@ -49,7 +49,7 @@ class Measured:
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
                     seconds=one.score.cpu_seconds,
-                    right={f"{verdict.name} {verdict.kind}": verdict.true == verdict.positive for verdict in one.verdicts})
+                    right={f"{each.name} {each.kind}": each.true == each.positive for each in one.verdicts})
             for name, one in scores.items()
         ]
 

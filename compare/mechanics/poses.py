@@ -137,8 +137,8 @@ def score_keeping(
             curves[WHOLE if true else OTHER].append(whole)
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
-            holds = whole[-1] >= SHARE
-            verdicts.append(Verdict(name=item.path.name, kind=item.category, true=true, positive=holds, value=whole[-1]))
+            about = {"name": item.path.name, "kind": item.category, "true": true}
+            verdicts.append(Verdict(**about, positive=whole[-1] >= SHARE, value=whole[-1]))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(
