@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.batch.batch import Simulated
 from spherefunc_bullet.compare.evaluation import features
 from spherefunc_bullet.compare.evaluation.alternatives import EVERY
 from spherefunc_bullet.compare.evaluation.evaluation import (
@@ -32,8 +32,8 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     leave_one_group_out,
     leave_one_out,
     random_splits,
+    wanted_sizes,
 )
-from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices, cube_keys

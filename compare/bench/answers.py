@@ -24,7 +24,7 @@ import numpy as np
 import typer
 from sklearn.metrics import f1_score
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import Failures, print_table, progress, say
@@ -46,8 +46,8 @@ from spherefunc_bullet.simulator import Simulator, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, StandSettings
 
 from ..comparison.entries import evenly
-from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import labels_of, leave_one_out
+from ..evaluation.readings import spheres_profiled
 from ..machine import usable_backends
 from ..rooms.real_scans import scan_files
 from ..rooms.scan_trials import some_points

@@ -12,10 +12,10 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
 from spherefunc_bullet.errors import InputError
 
-from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
+from ..evaluation.protocol import TRAIN_SIZES, wanted_sizes
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.batch.simulated import Simulated
+    from spherefunc_bullet.batch.batch import Simulated
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
@@ -69,7 +69,7 @@ def evaluate(
     json: options.Json = False,
 ):
     """Measure the accuracy of classification, and of baselines that need no spheres."""
-    from spherefunc_bullet.batch.simulated import simulate_dataset
+    from spherefunc_bullet.batch.batch import simulate_dataset
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 

@@ -13,8 +13,7 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 if TYPE_CHECKING:
     from ..mechanics.measures import Measured
     from ..mechanics.poses import KeepScore, PoseScore
-    from ..mechanics.standing import Agreement, StandScore
-    from ..mechanics.tasks import Verdict
+    from ..mechanics.standing import Agreement, StandScore, Verdict
 
 
 def mechanics(

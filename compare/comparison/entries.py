@@ -10,15 +10,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.settling.records import ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.protocol import labels_of
-from ..evaluation.sizes import require_enough
+from ..evaluation.protocol import labels_of, require_enough
 from .costs import Runs
 from .experiment import Candidate, Experiment
 from .report import ObjectFigures

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands.answer_tables import Row, print_functions
 from spherefunc_bullet.commands.classify import classified_file
@@ -38,9 +38,8 @@ from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.evaluation import Confusion, count_confusion
 from ..evaluation.impaired import impaired_shares
-from ..evaluation.profiled import spheres_profiled
-from ..evaluation.protocol import Protocol, labels_of
-from ..evaluation.sizes import wanted_sizes
+from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
+from ..evaluation.readings import spheres_profiled
 from ..evaluation.tables import About, Result, evaluate_features, print_results, results_of
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends

@@ -15,7 +15,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.console import print_table, progress
 from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
@@ -27,9 +27,8 @@ from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
-from .profiled import Profiled, trials_of
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import Reading, readings, spheres_read
+from .readings import Profiled, Reading, readings, spheres_read, trials_of
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out

@@ -20,7 +20,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import QuantileTransformer
 from sklearn.svm import SVC
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run, show
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
@@ -34,10 +34,8 @@ from spherefunc_bullet.settling.records import Dropping
 from .alternatives import f_measures, print_beside, side_by_side
 from .evaluation import Evaluation, Trial
 from .features import SPHERES
-from .profiled import ACROSS, POINTS, Profiled, fused, profiled, reliability, spheres_profiled
-from .protocol import Labels, Protocol, Splits, labels_of
-from .readings import Reading, readings
-from .sizes import wanted_sizes
+from .protocol import Labels, Protocol, Splits, labels_of, wanted_sizes
+from .readings import ACROSS, POINTS, Profiled, Reading, fused, profiled, readings, reliability, spheres_profiled
 from .tables import Result, print_baselines, results_of
 
 SURE = 0.003  # a probability beyond this counts as this much, so that one object cannot decide a mean

@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.simulated import simulate_dataset
+from spherefunc_bullet.batch.batch import simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run
@@ -27,8 +27,8 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings, Matter, Stance,
 from spherefunc_bullet.simulator.statics.body import body_of
 
 from ..evaluation.alternatives import f_measures
-from ..evaluation.profiled import ACROSS, Profiled, spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
+from ..evaluation.readings import ACROSS, Profiled, spheres_profiled
 
 PLACES = 60
 NOT_KNOWN = (-1.0, -1.0, -1.0)  # of what cannot be asked: a flat sheet does not stand

@@ -13,8 +13,7 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
-from .standing import Agreement, StandScore, agreement, score_standing
-from .tasks import Outcome
+from .standing import Agreement, Outcome, StandScore, agreement, score_standing
 
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry"}  # by task, what a backend needs for it
 TASKS = tuple(ABILITIES)

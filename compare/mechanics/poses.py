@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .tasks import Score, Verdict, asked, evenly, score_of
+from .standing import Score, Verdict, asked, evenly, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 

@@ -12,7 +12,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset, sources_of
@@ -20,8 +20,8 @@ from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
 from spherefunc_bullet.scenes.impairment.specimen import NONE
 
 from ..evaluation import Trial
-from ..profiled import spheres_profiled, sure_across_sources
 from ..protocol import Labels, Split, labels_of
+from ..readings import spheres_profiled, sure_across_sources
 
 WHOLE = "whole objects"
 COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first
