@@ -1,7 +1,5 @@
 """A room from depth images over time, whose objects are updated as the map grows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -65,7 +63,7 @@ class SceneFusion:
 
     def __init__(
         self,
-        model: str | Path | CloudClassifier | None = None,
+        model: "str | Path | CloudClassifier | None" = None,
         backend: str | None = None,
         *,
         fusion: FusionSettings | None = None,
@@ -88,7 +86,7 @@ class SceneFusion:
 
     def add(
         self, depth: ArrayLike, intrinsics: Intrinsics | ArrayLike, pose: ArrayLike | None = None, name: str = "depth"
-    ) -> SceneFusion:
+    ) -> "SceneFusion":
         """Add a depth image, and return this.
 
         Parameters

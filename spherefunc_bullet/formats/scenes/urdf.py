@@ -3,8 +3,6 @@
 Its meshes are read by the readers of their own formats, with their limits; see `packages` for where they may lie.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from functools import cache
@@ -59,7 +57,7 @@ def _source(name: str, folder: Path) -> Source:
     return Source(target, target.suffix.lower())
 
 
-def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
+def _part(shape: "yourdfpy.Geometry", read: Callable[[str], Part]) -> Part:
     """Return one part in its own frame."""
     import trimesh
 

@@ -3,8 +3,6 @@
 scikit-learn grows the trees; asking it about one object takes tens of milliseconds, nearly all of it bookkeeping.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -37,7 +35,7 @@ class Forest:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
         return forest_batch([self]).votes(X)[0]
 
-    def to_float32(self) -> Forest:
+    def to_float32(self) -> "Forest":
         """Return it with thresholds as short as what is compared with them, so that files compress; no vote changes."""
         short = self.threshold.astype(np.float32)
         below = np.where(short > self.threshold, np.nextafter(short, np.float32(-np.inf)), short)
@@ -110,7 +108,7 @@ def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     )
 
 
-def forest_of(grown: ExtraTreesClassifier) -> Forest:
+def forest_of(grown: "ExtraTreesClassifier") -> Forest:
     """Return the arrays of a forest of two classes, False and True, as scikit-learn grew it."""
     trees = [in_pairs(estimator.tree_) for estimator in grown.estimators_]
     starts = np.cumsum([0, *(len(tree["feature"]) for tree in trees)])[:-1]
