@@ -4,7 +4,7 @@ Which classifier, and what it was measured against, docs/method.md says.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 import numpy as np
 from sklearn.base import ClassifierMixin, clone
@@ -30,16 +30,12 @@ from .profiles.calibration import (
     held_out_votes,
     unsure_band,
 )
-from .profiles.forest import Forest, forest_of
+from .profiles.forest import Forest, forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
 from .profiles.quantities import rank_distances
 from .validation import quality
 
-if TYPE_CHECKING:
-    from sklearn.ensemble import ExtraTreesClassifier
-
-TREES = 200
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 
 
@@ -300,10 +296,3 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
         whole = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
-
-
-def forest(random_state: int = 0) -> "ExtraTreesClassifier":
-    """Return the classifier of one function."""
-    from .profiles.trees import PlainForest
-
-    return PlainForest(TREES, random_state=random_state)

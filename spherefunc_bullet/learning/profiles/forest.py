@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 LEAF = -1  # in place of a feature
+TREES = 200
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -151,3 +152,10 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
         "below": np.array(below),
         "vote": tree.value[order, 0, 1] / tree.value[order, 0].sum(axis=1),
     }
+
+
+def forest(random_state: int = 0) -> "ExtraTreesClassifier":
+    """Return the classifier of one function, which has learnt nothing yet."""
+    from .trees import PlainForest
+
+    return PlainForest(TREES, random_state=random_state)
