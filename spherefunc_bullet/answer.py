@@ -1,5 +1,7 @@
 """What an object is for, with the reason, in one call."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -60,7 +62,7 @@ class Answer:
     decision: Decision | None = field(default=None, repr=False, compare=False)  # with the drops it is based on
 
     @cached_property
-    def places(self) -> "list[Place]":
+    def places(self) -> list[Place]:
         """Where it can be used, in the coordinates and units of the input; looked for when it is first asked."""
         from .places.finding import places_in_input
 
@@ -81,7 +83,7 @@ class Answer:
         row = self.decision.row(file, self.seconds) | {"reasons": list(self.reasons)}
         return row | evidence(self.decision) if explain else row
 
-    def plot(self) -> "Figure":
+    def plot(self) -> Figure:
         """Return a Matplotlib figure of the object and the spheres that settled on it."""
         from .viewer.still import still_figure
 
@@ -106,7 +108,7 @@ class Options(TypedDict, total=False):
 
     units: str
     up: str
-    model: "str | Path | CloudClassifier | None"
+    model: str | Path | CloudClassifier | None
     backend: str | None
     function: str | None
     explain: bool
@@ -130,7 +132,7 @@ def classify(
     *,
     units: str = "m",
     up: str = BY_FILE,
-    model: "str | Path | CloudClassifier | None" = None,
+    model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
     function: str | None = None,
     explain: bool = True,

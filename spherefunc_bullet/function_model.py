@@ -1,5 +1,7 @@
 """The interface of fitted models: scores from drops, without the code that training needs."""
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -35,7 +37,7 @@ class Reading:
 
     drops: DropsByRadius
     scores: np.ndarray  # (F,) float, 0 to 1
-    model: "FunctionModel"  # that computed the scores: the model itself, or its part for the first drops
+    model: FunctionModel  # that computed the scores: the model itself, or its part for the first drops
     profile: np.ndarray | None = None  # (R * Q,) float, the quantities; None of models that count cubes
 
     @property
@@ -70,7 +72,7 @@ class FunctionModel(ABC):
         """Return the radii that some function uses, ascending, metres."""
 
     @abstractmethod
-    def only(self, name: str) -> "FunctionModel":
+    def only(self, name: str) -> FunctionModel:
         """Return a copy for one function only."""
 
     def read(self, drop: Callable[[RunLimit], DropsByRadius]) -> Reading:

@@ -16,6 +16,7 @@ from PIL import Image
 
 import spherefunc_bullet.compare.comparison.experiment as experiments
 import spherefunc_bullet.compare.evaluation.readings as profiled
+import spherefunc_bullet.learning.function_classifier as function_classifier
 from spherefunc_bullet.batch.batch import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
@@ -294,7 +295,7 @@ def test_radii_are_the_methods_where_nobody_says_otherwise():
 @pytest.fixture
 def few_trees(monkeypatch):
     """Learn in this process, and quickly: what forests say is not looked at."""
-    monkeypatch.setattr("spherefunc_bullet.learning.profiles.forest.TREES", 8)
+    monkeypatch.setattr(function_classifier, "TREES", 8)
     monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
 
 

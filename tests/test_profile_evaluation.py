@@ -18,6 +18,7 @@ from spherefunc_bullet.compare.evaluation.readings import ACROSS, fused, points_
 from spherefunc_bullet.compare.figures import budget
 from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
@@ -66,7 +67,7 @@ def splits(simulated):
 @pytest.fixture(autouse=True)
 def small_forests(monkeypatch):
     """A few trees tell a plate from a block, in a hundredth of the time."""
-    monkeypatch.setattr("spherefunc_bullet.learning.profiles.forest.TREES", 5)
+    monkeypatch.setattr(function_classifier, "TREES", 5)
     monkeypatch.setattr(profiles, "TREES", 2)
 
 

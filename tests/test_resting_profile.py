@@ -12,6 +12,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from scipy.special import expit, logit
 from sklearn.base import clone
 
+from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import (
     AS_VOTED,
@@ -297,7 +298,7 @@ RADII = (0.02, 0.03)
 @pytest.fixture(autouse=True)
 def small_forests(monkeypatch):
     """A tenth of the trees tells a layer from a chair, in a tenth of the time."""
-    monkeypatch.setattr("spherefunc_bullet.learning.profiles.forest.TREES", 30)
+    monkeypatch.setattr(function_classifier, "TREES", 30)
 
 
 def toy(count: int, seed: int = 0) -> tuple[list[dict[float, np.ndarray]], list[str]]:

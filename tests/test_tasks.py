@@ -17,6 +17,7 @@ from spherefunc_bullet.compare.mechanics.standing import Outcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, holed_copies
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.records import Loading
@@ -135,7 +136,7 @@ def test_data_without_furniture_have_nothing_that_stands():
 
 
 def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("spherefunc_bullet.learning.profiles.forest.TREES", 8)  # what forests say is not looked at
+    monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
     write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "objects", "six")

@@ -10,6 +10,8 @@ first, without this package: one rigid body per sphere, the default 240 Hz, froz
 slow. It is here to be measured, not used; the ``bullet`` backend does better.
 """
 
+from __future__ import annotations
+
 import importlib.util
 import os
 import sys
@@ -105,7 +107,7 @@ def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRu
     return NaiveRun(drops=drops, centers=centers, ends=ends, seconds=spent)
 
 
-def add_object(client: "BulletClient", vertices: np.ndarray, faces: np.ndarray):
+def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
     """Add a mesh as a static body, hollows and all."""
     import pybullet as p
     import trimesh
@@ -118,7 +120,7 @@ def add_object(client: "BulletClient", vertices: np.ndarray, faces: np.ndarray):
 
 
 def drop_naively(
-    client: "BulletClient", sphere: int, start: Sequence[float], radius: float
+    client: BulletClient, sphere: int, start: Sequence[float], radius: float
 ) -> tuple[float, float, float] | None:
     """Return where one sphere comes to rest, metres, or None if it misses or never does."""
     body = client.createMultiBody(MASS, sphere, basePosition=start)

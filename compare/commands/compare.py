@@ -1,5 +1,7 @@
 """``spherefunc compare``: simulators on the same objects, splits and seeds, accuracy against cost."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -112,7 +114,7 @@ def going_on(run: Path | None) -> Iterator[None]:
         raise typer.Exit(INTERRUPTED) from None
 
 
-def experiment_of(data: str, given: Mapping[str, Any]) -> "Experiment":
+def experiment_of(data: str, given: Mapping[str, Any]) -> Experiment:
     """Return the experiment that options describe.
 
     A backend that is named has to be installed; of the default ones those that are not are said and left out.
@@ -156,7 +158,7 @@ def names(option: str, text: str) -> tuple[str, ...]:
     return given
 
 
-def print_report(report: "Report"):
+def print_report(report: Report):
     """Print the tables and the answer."""
     from ..comparison.tables import tables
 

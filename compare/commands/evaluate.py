@@ -1,5 +1,7 @@
 """``spherefunc evaluate``: the paper's protocol on a data set (§IV)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -90,7 +92,7 @@ def evaluate(
     dropping = options.dropping(backend, shape, radii, seed, up, units, runs, miss_limit)
     lengths = dropping.radii
 
-    def simulated(some: "Dataset", how: "Dropping" = dropping) -> "Simulated":
+    def simulated(some: Dataset, how: Dropping = dropping) -> Simulated:
         """Return a data set, simulated."""
         return simulate_dataset(some, how, jobs=jobs, run=run, failed=failures.add)
 
@@ -151,7 +153,7 @@ def require_sensible(
         raise InputError(f"{' '.join(data)}: expected one data set, or --test with one that is not learnt")
 
 
-def measured_tasks(dataset: "Dataset", dropping: "Dropping", tasks: Sequence[str], count: int) -> "Measured | None":
+def measured_tasks(dataset: Dataset, dropping: Dropping, tasks: Sequence[str], count: int) -> Measured | None:
     """Return what the backend does of the tasks besides labels; None where there are none."""
     from ..comparison.experiment import LABELS
     from ..mechanics.measures import measured

@@ -1,5 +1,7 @@
 """``spherefunc figures``: the paper's figures from a data set (§III-B and §IV)."""
 
+from __future__ import annotations
+
 import json as json_format
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -55,7 +57,7 @@ def figures(
     failures.exit()
 
 
-def require_splittable(dataset: "Dataset", train_sizes: str):
+def require_splittable(dataset: Dataset, train_sizes: str):
     """Raise InputError before the spheres fall, which may take hours, if no figure could be drawn from them."""
     from spherefunc_bullet.batch.batch import Simulated
 
@@ -77,7 +79,7 @@ def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
     return sizes
 
 
-def write_figures(data: "EvaluatedData", out: Path, left_out: int) -> list[Path]:
+def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
     """Write all figures, their captions, and how they were made; return the paths."""
     from spherefunc_bullet.formats.writing import write_text
 
@@ -99,7 +101,7 @@ def write_figures(data: "EvaluatedData", out: Path, left_out: int) -> list[Path]
     return [*paths, write_text(out / "figures.json", about + "\n")]
 
 
-def configuration(data: "EvaluatedData", left_out: int) -> dict[str, Any]:
+def configuration(data: EvaluatedData, left_out: int) -> dict[str, Any]:
     """Return what decides the figures."""
     from ..machine import versions
 

@@ -1,5 +1,7 @@
 """``spherefunc mechanics``: what rigid bodies tell that geometry cannot, as tasks with known answers."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,7 +39,7 @@ def mechanics(
     print_json(task_reports(found)) if json else print_measured(found)
 
 
-def print_measured(found: "Measured"):
+def print_measured(found: Measured):
     """Print what backends did of each task, and in one sentence each what fidelity buys."""
     from ..mechanics.measures import sentences
 
@@ -53,7 +55,7 @@ def print_measured(found: "Measured"):
     show("\n" + "\n".join(sentences(found).values()))
 
 
-def print_pose_scores(scores: "list[PoseScore]"):
+def print_pose_scores(scores: list[PoseScore]):
     """Print how well poses are found."""
     rows = [
         [one.backend, str(one.asked), f"{one.found:.3f}", f"{one.first:.3f}", f"{one.likeliest:.3f}"]
@@ -67,7 +69,7 @@ def print_pose_scores(scores: "list[PoseScore]"):
             show(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
-def print_stand_scores(scores: "list[StandScore]", same: "Agreement | None"):
+def print_stand_scores(scores: list[StandScore], same: Agreement | None):
     """Print how well sound furniture is distinguished from sawn, and in how much two backends agree."""
     rows = [
         [one.score.backend, str(one.score.asked)]
@@ -86,7 +88,7 @@ def print_stand_scores(scores: "list[StandScore]", same: "Agreement | None"):
         )
 
 
-def print_keep_scores(scores: "list[KeepScore]"):
+def print_keep_scores(scores: list[KeepScore]):
     """Print how well vessels are classified by what they keep."""
     for one in scores:
         curves = {"vessels": one.vessels, "plates, trays, shelves, tables": one.others}
@@ -104,7 +106,7 @@ def print_keep_scores(scores: "list[KeepScore]"):
         print_wrong(one.score.backend, one.verdicts)
 
 
-def print_wrong(backend: str, verdicts: "tuple[Verdict, ...]"):
+def print_wrong(backend: str, verdicts: tuple[Verdict, ...]):
     """Print what was misclassified."""
     wrong = [f"{one.name} ({one.value:.2f})" for one in verdicts if one.true != one.positive]
     if wrong:

@@ -4,6 +4,8 @@ A measurement names the modules that it measures. What these import counts too, 
 what they import and cannot change a figure is left out by name.
 """
 
+from __future__ import annotations
+
 import ast
 import hashlib
 from collections.abc import Iterable, Iterator

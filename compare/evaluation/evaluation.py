@@ -4,6 +4,8 @@ Distances between histograms do not depend on which objects train, so each featu
 trial only chooses rows and columns.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -57,12 +59,12 @@ class Trial:
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure
 
-    def kept(self, which: np.ndarray) -> "Trial":
+    def kept(self, which: np.ndarray) -> Trial:
         """Return what was said of some of the objects (T,) bool."""
         unsure = None if self.unsure is None else self.unsure[which]
         return replace(self, rows=self.rows[which], scores=self.scores[which], unsure=unsure)
 
-    def always_negative(self) -> "Trial":
+    def always_negative(self) -> Trial:
         """Return the same trial with no to everything."""
         return replace(self, scores=np.zeros_like(self.scores), weights=(), unsure=None)
 
@@ -76,7 +78,7 @@ class Evaluation:
     trials: Mapping[int, Sequence[Trial]]  # training size in objects -> the trials, ascending
     left_out: Mapping[str, Trial]  # every object tested once: leave_one_out, leave_one_group_out
     again: Trial | None = None  # what other spheres on some of the objects said of them, with all others learnt
-    by_radius: "Mapping[float, Evaluation]" = field(default_factory=dict)  # the trials with each radius alone, metres
+    by_radius: Mapping[float, Evaluation] = field(default_factory=dict)  # the trials with each radius alone, metres
 
     def quality(self, train_size: int, every_trial: bool = False) -> dict[str, FunctionQuality]:
         """Return each function's mean quality over the trials of a training size; also of each, if wanted."""
@@ -103,7 +105,7 @@ class Evaluation:
         """Which object was said to have which function with all others learnt, (N, F) bool."""
         return self.scores > THRESHOLD
 
-    def always_negative(self) -> "Evaluation":
+    def always_negative(self) -> Evaluation:
         """Return the evaluation of a classifier that says no to everything: what an accuracy is worth."""
         trials = {size: [trial.always_negative() for trial in trials] for size, trials in self.trials.items()}
         left_out = {name: trial.always_negative() for name, trial in self.left_out.items()}

@@ -25,9 +25,8 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run, show
 from spherefunc_bullet.datasets.dataset import Dataset, open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier, forest
 from spherefunc_bullet.learning.method import CUBES, DROPS, ProfileMethod
-from spherefunc_bullet.learning.profiles.forest import forest
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.settling.drops import first_drops
 from spherefunc_bullet.settling.records import Dropping

@@ -1,5 +1,7 @@
 """The paper's protocol (§IV-B): what is true of the objects, which of them train, and which are tested."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -24,11 +26,11 @@ class Labels:
     def __len__(self) -> int:
         return len(self.members)
 
-    def of(self, rows: np.ndarray) -> "Labels":
+    def of(self, rows: np.ndarray) -> Labels:
         """Return what is true of some objects, or of some more than once."""
         return Labels(self.functions, self.members[rows], self.also[rows], self.groups[rows])
 
-    def of_function(self, column: int) -> "Labels":
+    def of_function(self, column: int) -> Labels:
         """Return what is true of the objects of one function alone."""
         only = [column]
         return Labels((self.functions[column],), self.members[:, only], self.also[:, only], self.groups)
@@ -58,7 +60,7 @@ class Split:
     train: np.ndarray
     test: np.ndarray
 
-    def testing(self, rows: np.ndarray) -> "Split":
+    def testing(self, rows: np.ndarray) -> Split:
         """Return a split that tests only those of its objects that are among some rows."""
         return Split(self.train, self.test[np.isin(self.test, rows)])
 
@@ -73,7 +75,7 @@ class Protocol:
     leave_one_out: bool = False
     groups: bool = False
 
-    def splits(self, labels: Labels) -> "Splits":
+    def splits(self, labels: Labels) -> Splits:
         """Return the splits, the same for every feature.
 
         Raises

@@ -1,5 +1,7 @@
 """Does it still work? One picture of which impaired copies are still called by their function, and by what."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -169,7 +171,7 @@ def kind_words(function: str, kind: str) -> str:
     return KINDS.get(f"{function} {kind}", KINDS.get(kind, kind.replace("_", " ")))
 
 
-def draw_heads(axes: "Axes", function: str, columns: Mapping[str, str]):
+def draw_heads(axes: Axes, function: str, columns: Mapping[str, str]):
     """Write the function and the names of the columns above a panel."""
     axes.set_axis_off()
     at = {"xycoords": "axes fraction", "textcoords": "offset points", "va": "bottom"}
@@ -180,7 +182,7 @@ def draw_heads(axes: "Axes", function: str, columns: Mapping[str, str]):
 
 
 def draw_block(
-    axes: "Axes", function: str, block: Mapping[str, KindShare], columns: Mapping[str, str], top: float, works: bool
+    axes: Axes, function: str, block: Mapping[str, KindShare], columns: Mapping[str, str], top: float, works: bool
 ):
     """Draw the useless or the harmless kinds of one function, a row each, from a row on."""
     from matplotlib.patches import Rectangle
@@ -199,14 +201,14 @@ def draw_block(
             axes.text(place + 0.5, top + line + 0.5, per_cent(share), ha="center", color=ink, **at)
 
 
-def colours() -> "LinearSegmentedColormap":
+def colours() -> LinearSegmentedColormap:
     """Return the colours from wrong, 0, to right, 1."""
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("right", [WRONG, EVEN, RIGHT])
 
 
-def draw_words(figure: "Figure", sentences: Sequence[str], columns: Mapping[str, str]):
+def draw_words(figure: Figure, sentences: Sequence[str], columns: Mapping[str, str]):
     """Write the headline above the panels, and what the colours mean below them."""
     wide, high = figure.get_size_inches()
     figure.text(GAP / wide, 1 - 0.3 / high, "Does it still work?", fontsize=17, fontweight="bold", va="center")
@@ -259,7 +261,7 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
     return path
 
 
-def draw_kind(axes: "Axes", kind: str, rows: Mapping[str, Rates]):
+def draw_kind(axes: Axes, kind: str, rows: Mapping[str, Rates]):
     """Draw one corruption, from clean objects on."""
     severities = sorted(rows, key=int)
     for name, (label, colour) in LINES.items():

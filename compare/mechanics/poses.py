@@ -1,5 +1,7 @@
 """Poses: of an object turned at random, is the pose in which it is used found, and is it the best for its function?"""
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -98,7 +100,7 @@ class KeepScore:
     angles_deg: tuple[float, ...]
     vessels: Curve  # in the mean
     others: Curve
-    holed: "tuple[HoledScore, ...]"
+    holed: tuple[HoledScore, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,8 @@
 The PNG is what a manuscript or a slide takes, the SVG what a journal's artist edits; the numbers go beside them.
 """
 
+from __future__ import annotations
+
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -52,7 +54,7 @@ class Plate:
     stem: str  # of its files
     caption: str
     size: tuple[float, float]  # inches
-    draw: "Callable[[Figure], None]"
+    draw: Callable[[Figure], None]
     rows: Sequence[Mapping[str, Any]]  # of the CSV
 
 

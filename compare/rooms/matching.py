@@ -1,5 +1,7 @@
 """What was claimed of a scan against what is true of it: which objects are found, which missed, which claims false."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import TypedDict
@@ -35,7 +37,7 @@ class Counts:
     false_alarms: int = 0
     misses: int = 0
 
-    def __add__(self, other: "Counts") -> "Counts":
+    def __add__(self, other: Counts) -> Counts:
         return Counts(self.hits + other.hits, self.false_alarms + other.false_alarms, self.misses + other.misses)
 
     @property
@@ -179,7 +181,7 @@ class Score:
         """Of the functions claimed, the share that is true; None where none is claimed."""
         return ratio(self.found, self.found + self.false)
 
-    def __add__(self, other: "Score") -> "Score":
+    def __add__(self, other: Score) -> Score:
         return Score(**{name: getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__})
 
     def row(self) -> ScoreRow:

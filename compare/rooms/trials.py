@@ -1,5 +1,7 @@
 """Virtual rooms through segmentation and recognition, from whole scans to single noisy views (paper, §IV-C)."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -99,7 +101,7 @@ class ConditionCounts:
     whole: dict[str, Counts] = field(default_factory=dict)  # the same objects as whole models, by the same classifier
     stages: dict[str, float] = field(default_factory=dict)  # seconds
 
-    def __add__(self, other: "ConditionCounts") -> "ConditionCounts":
+    def __add__(self, other: ConditionCounts) -> ConditionCounts:
         return ConditionCounts(**summed(vars(self), vars(other)))
 
     def row(self, condition: Condition) -> ConditionRow:

@@ -4,6 +4,8 @@ An object is asked by the drops over its own box, with all others in their place
 What is farther off than a few radii is left out of such a run.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -33,7 +35,7 @@ class Falls:
     bases: np.ndarray  # (D,) height of the surface that carries it, metres; NaN where it did not settle
     upon: np.ndarray  # (D,) bool: it rests on spheres alone
 
-    def kept(self, which: np.ndarray) -> "Falls":
+    def kept(self, which: np.ndarray) -> Falls:
         """Return some of the drops, (D,) bool or their numbers."""
         return Falls(self.radius, *(part[which] for part in self.parts))
 

@@ -1,5 +1,7 @@
 """Where an object is put: beside others, turned about the vertical, at a height or on what carries it there."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -116,6 +118,6 @@ class ArrangedObject:
         places = (columns - self.shift[:2]) @ self.turn[:2, :2]
         return ((places >= low) & (places <= high)).all(axis=1)
 
-    def at(self, height: float) -> "ArrangedObject":
+    def at(self, height: float) -> ArrangedObject:
         """Return the object with its foot at another height, metres."""
         return replace(self, height=height)

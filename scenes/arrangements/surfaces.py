@@ -5,6 +5,8 @@ two edges cross in plan view. A cloud without a mesh is a small square about eac
 its other points, such as those of a rim, by themselves: it is known at the spacing of its points.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -54,7 +56,7 @@ class Surface:
         return float(self.bounds[:, 2].mean())
 
     @cached_property
-    def scene(self) -> "RaycastingScene":
+    def scene(self) -> RaycastingScene:
         """Its faces, to cast rays at."""
         return scene_of(self.vertices, self.faces)
 
@@ -66,7 +68,7 @@ class Surface:
         """Return how far it is above points (N, 3), metres; infinite where it is not."""
         return first_hits(self.scene, points, np.array([0.0, 0.0, 1.0]))
 
-    def over(self, other: "Surface") -> np.ndarray:
+    def over(self, other: Surface) -> np.ndarray:
         """Return those of its points (N, 3) that lie over or under the other's box."""
         low, high = other.bounds[:, :2]
         return self.points[((self.points[:, :2] >= low) & (self.points[:, :2] <= high)).all(axis=1)]
@@ -109,7 +111,7 @@ def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))
 
 
-def scene_of(vertices: np.ndarray, faces: np.ndarray) -> "RaycastingScene":
+def scene_of(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
     """Return triangles to cast rays at."""
     from open3d.core import Tensor
     from open3d.t.geometry import RaycastingScene
@@ -120,12 +122,12 @@ def scene_of(vertices: np.ndarray, faces: np.ndarray) -> "RaycastingScene":
     return scene
 
 
-def first_hits(scene: "RaycastingScene", points: np.ndarray, way: np.ndarray) -> np.ndarray:
+def first_hits(scene: RaycastingScene, points: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return how far from points (N, 3) along a way (3,) the first face is, (N,) metres; infinite where none is."""
     return cast(scene, points, np.broadcast_to(way, points.shape))["t_hit"].numpy().astype(float)
 
 
-def cast(scene: "RaycastingScene", points: np.ndarray, ways: np.ndarray) -> dict:
+def cast(scene: RaycastingScene, points: np.ndarray, ways: np.ndarray) -> dict:
     """Return what rays from points (N, 3) along ways (N, 3) meet first."""
     from open3d.core import Tensor
 

@@ -1,5 +1,7 @@
 """Several objects together, in one call: where each stands, what it carries and is for, alone and among the others."""
 
+from __future__ import annotations
+
 import time
 from collections import Counter
 from collections.abc import Sequence
@@ -136,7 +138,7 @@ class Together:
 def together(
     objects: Sequence[tuple[Anything, Placement]],
     *,
-    model: "str | Path | CloudClassifier | None" = None,
+    model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
     settings: TogetherSettings | None = None,
     units: str = "m",

@@ -1,5 +1,7 @@
 """``spherefunc dataset``: build, import and describe data sets."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -224,7 +226,7 @@ def _count(names: Iterable[str]) -> dict[str, int]:
     return dict(sorted(Counter(names).items()))
 
 
-def _heights(objects: "Iterable[DatasetObject]") -> dict[str, dict[str, float]]:
+def _heights(objects: Iterable[DatasetObject]) -> dict[str, dict[str, float]]:
     """Return the least, middle and greatest height of each label's objects, metres."""
     from statistics import median
 

@@ -1,5 +1,7 @@
 """``spherefunc places``: where and how objects can be used."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -52,8 +54,8 @@ def places(
 
 
 def places_of_file(
-    file: Path, simulator: "Simulator", put: Path | None, prove: bool, person: float, up: str, units: str, seed: int
-) -> "tuple[list[Place], float]":
+    file: Path, simulator: Simulator, put: Path | None, prove: bool, person: float, up: str, units: str, seed: int
+) -> tuple[list[Place], float]:
     """Return the places of one file's object, and the seconds that it took."""
     from ..recognition.objects import find_places
 
@@ -63,12 +65,12 @@ def places_of_file(
     return found, time.perf_counter() - started
 
 
-def row_of(file: Path, found: "Sequence[Place]", seconds: float) -> Row:
+def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
     """Return what the contract prints of one file."""
     return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
 
 
-def draw(found: "Sequence[tuple[Path, Sequence[Place]]]", picture: Path | None, page: Path | None, up: str, units: str):
+def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, page: Path | None, up: str, units: str):
     """Draw objects with their places, as they stand."""
     from spherefunc_bullet.places.finding import cloud_and_frame
     from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture

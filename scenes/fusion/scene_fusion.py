@@ -1,5 +1,7 @@
 """A room from depth images over time, whose objects are updated as the map grows."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -63,7 +65,7 @@ class SceneFusion:
 
     def __init__(
         self,
-        model: "str | Path | CloudClassifier | None" = None,
+        model: str | Path | CloudClassifier | None = None,
         backend: str | None = None,
         *,
         fusion: FusionSettings | None = None,
@@ -86,7 +88,7 @@ class SceneFusion:
 
     def add(
         self, depth: ArrayLike, intrinsics: Intrinsics | ArrayLike, pose: ArrayLike | None = None, name: str = "depth"
-    ) -> "SceneFusion":
+    ) -> SceneFusion:
         """Add a depth image, and return this.
 
         Parameters

@@ -4,6 +4,8 @@ Half of the models that people make are not watertight, so nothing here asks wha
 surface is taken away, long triangles are halved first, until each piece is small enough to be in or out.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -75,7 +77,7 @@ class Surface:
         """The centre of each piece (P, 3), or the points."""
         return self.points if self.is_cloud else self.pieces.mean(axis=1)
 
-    def without(self, gone: np.ndarray) -> "Surface":
+    def without(self, gone: np.ndarray) -> Surface:
         """Return the surface without some of its pieces, (P,) bool; triangles of which none goes stay whole."""
         if self.is_cloud:
             return Surface(points=self.points[~gone])
@@ -83,22 +85,22 @@ class Surface:
         touched[self.owners[gone]] = True
         return Surface(np.concatenate([self.triangles[~touched], self.pieces[touched[self.owners] & ~gone]]))
 
-    def only(self, kept: np.ndarray) -> "Surface":
+    def only(self, kept: np.ndarray) -> Surface:
         """Return some of the pieces alone, (P,) bool."""
         return Surface(points=self.points[kept]) if self.is_cloud else Surface(self.pieces[kept])
 
-    def joined(self, other: "Surface") -> "Surface":
+    def joined(self, other: Surface) -> Surface:
         """Return both surfaces as one."""
         if self.is_cloud:
             return Surface(points=np.concatenate([self.points, other.points]))
         return Surface(np.concatenate([self.triangles, other.triangles]))
 
-    def mapped(self, change: Callable[[np.ndarray], np.ndarray]) -> "Surface":
+    def mapped(self, change: Callable[[np.ndarray], np.ndarray]) -> Surface:
         """Return the surface with a function of points (N, 3) applied to each corner."""
         moved = change(self.vertices)
         return Surface(points=moved) if self.is_cloud else Surface(moved.reshape(-1, 3, 3))
 
-    def standing(self) -> "Surface":
+    def standing(self) -> Surface:
         """Return it moved to the ground, its bounding box centred on the z axis."""
         return self.mapped(placed)
 

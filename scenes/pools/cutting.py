@@ -1,5 +1,7 @@
 """What belongs to a pool, cut out of the scene: its surface, what it stands on, and what rises from its edge."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -50,13 +52,13 @@ class Footprint:
         inside[known] = self.mask[x[known], y[known]]
         return inside
 
-    def grown(self, distance: float) -> "Footprint":
+    def grown(self, distance: float) -> Footprint:
         """Return it with all squares within a distance in metres."""
         from scipy.ndimage import distance_transform_edt
 
         return Footprint(corner=self.corner, mask=distance_transform_edt(~self.mask) * CELL <= distance)
 
-    def shrunk(self, distance: float) -> "Footprint":
+    def shrunk(self, distance: float) -> Footprint:
         """Return it without the squares within a distance in metres of its edge."""
         from scipy.ndimage import distance_transform_edt
 

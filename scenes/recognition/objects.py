@@ -1,5 +1,7 @@
 """The objects of a scan and what each is for, in one call."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -49,7 +51,7 @@ def find_objects(
     *,
     units: str = "auto",
     up: str = "auto",
-    model: "str | Path | CloudClassifier | None" = None,
+    model: str | Path | CloudClassifier | None = None,
     backend: str | None = None,
     settings: Segmentation | None = None,
     intrinsics: str | Path | Intrinsics | ArrayLike | None = None,

@@ -1,5 +1,7 @@
 """What is found in a scan: objects with their functions, and what may be there without being seen."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -58,7 +60,7 @@ class Candidate:
         """Of the function that it has most surely, 0 of none."""
         return max((membership.score for membership in self.functions.values() if membership.member), default=0.0)
 
-    def taking(self, members: np.ndarray) -> "Candidate":
+    def taking(self, members: np.ndarray) -> Candidate:
         """Return it with other points."""
         box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
         return replace(self, proposal=replace(self.proposal, members=members, box=box))

@@ -1,5 +1,7 @@
 """A picture of a room: its points, and a box in the function's colour around each object that has one (Fig. 6)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -66,7 +68,7 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
 
 def room_picture(
     scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), marks: Sequence[Mark] = ()
-) -> "Image.Image":
+) -> Image.Image:
     """Draw a scan and the boxes of its functional objects, from where most of the objects is seen.
 
     Parameters
@@ -144,7 +146,7 @@ def inferred_marks(room: Room) -> list[Mark]:
     ]
 
 
-def draw_marks(image: "Image.Image", camera: Camera, marks: Sequence[Mark]):
+def draw_marks(image: Image.Image, camera: Camera, marks: Sequence[Mark]):
     """Draw boxes, the first ones below the others, and over all of them the texts, none over another."""
     from PIL import ImageDraw, ImageFont
 

@@ -1,5 +1,7 @@
 """Scans out of recorded bags of ROS 1 (``.bag``) and ROS 2 (a folder with ``metadata.yaml``, ``.mcap``, ``.db3``)."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -66,7 +68,7 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
 
 
 @contextmanager
-def opened(path: Path, name: str) -> "Iterator[AnyReader]":
+def opened(path: Path, name: str) -> Iterator[AnyReader]:
     """Open a bag, and turn whatever a damaged one trips over into one line."""
     try:
         from rosbags.highlevel import AnyReader
@@ -115,7 +117,7 @@ def listed(topics: Mapping[str, Any]) -> str:
     return ", ".join(shown) + more or "an empty bag"
 
 
-def cloud_at(reader: "AnyReader", connections: "list[Connection]", time: float, what: str) -> Any:
+def cloud_at(reader: AnyReader, connections: list[Connection], time: float, what: str) -> Any:
     """Return the first cloud from a time on, seconds after the bag's begin.
 
     Raises
@@ -132,7 +134,7 @@ def cloud_at(reader: "AnyReader", connections: "list[Connection]", time: float, 
     raise InputError(f"{what}: expected {wanted}, found {count} in {max(length, 0.0):.1f} s; set time=")
 
 
-def frame_tree(reader: "AnyReader") -> FrameTree:
+def frame_tree(reader: AnyReader) -> FrameTree:
     """Return all frames that a bag tells of."""
     tree = FrameTree()
     connections = [known for known in reader.connections if known.topic in (TRANSFORMS, FIXED_TRANSFORMS)]

@@ -1,5 +1,7 @@
 """Small flat pieces of a scan's surfaces: what floor, walls and gravity are found by."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +23,7 @@ class Patches:
     areas: np.ndarray  # (P,) float64, square metres, about
     thickness: np.ndarray  # (P,) float64, standard deviation across the surface, metres
 
-    def __getitem__(self, chosen: np.ndarray) -> "Patches":
+    def __getitem__(self, chosen: np.ndarray) -> Patches:
         return Patches(self.centers[chosen], self.normals[chosen], self.areas[chosen], self.thickness[chosen])
 
     def __len__(self) -> int:

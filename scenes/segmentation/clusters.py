@@ -1,5 +1,7 @@
 """Euclidean clusters: points that a chain of neighbours within a tolerance connects (PCL, paper §IV-C)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -175,7 +177,7 @@ class Box:
         signs = np.array([[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
         return self.center + signs * self.size / 2 @ self.axes
 
-    def lowered(self, height: float) -> "Box":
+    def lowered(self, height: float) -> Box:
         """Return the box with its lower face at a height, metres, if it is not lower already."""
         top = self.center[2] + self.size[2] / 2
         bottom = min(self.center[2] - self.size[2] / 2, height)

@@ -1,5 +1,7 @@
 """Pieces of one object that the sensor saw apart, joined again."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,7 +46,7 @@ class Piece:
     high: np.ndarray
 
     @classmethod
-    def from_points(cls, number: int, points: np.ndarray) -> "Piece":
+    def from_points(cls, number: int, points: np.ndarray) -> Piece:
         low, high = corners_of(points)
         return cls(number=number, points=points, low=low, high=high)
 

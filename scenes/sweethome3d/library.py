@@ -5,6 +5,8 @@ objects. The archive is not trusted: nothing is unpacked to disk, names that cli
 what is read from it is limited.
 """
 
+from __future__ import annotations
+
 import io
 import os
 import re
@@ -120,7 +122,7 @@ def _purpose(entry: FurnitureEntry) -> Purpose:
 
 
 def _import_object(
-    library: "_Library", entry: FurnitureEntry, purpose: Purpose, directory: Path, report: Callable[[str], None]
+    library: _Library, entry: FurnitureEntry, purpose: Purpose, directory: Path, report: Callable[[str], None]
 ) -> tuple[str | int, ...] | None:
     """Write one object and return its row of the manifest; report and return None if it cannot be read."""
     try:
@@ -163,7 +165,7 @@ class _Library:
                 f"{path}: expected a Sweet Home 3D library (.sh3f, a zip archive); {error}"
             ) from error
 
-    def __enter__(self) -> "_Library":
+    def __enter__(self) -> _Library:
         return self
 
     def __exit__(self, *exception) -> None:

@@ -9,6 +9,8 @@ neighbouring pixels, and depth comes in steps of disparity (Khoshelham and Oude 
 is a stereo camera whose filters smooth what it sees: mugs are half filled, and veils hang behind their edges.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -44,7 +46,7 @@ class Kinect:
         """Focal length in pixels."""
         return self.width / 2 / np.tan(np.radians(self.field_of_view_deg) / 2)
 
-    def noisy(self, noise: float) -> "Kinect":
+    def noisy(self, noise: float) -> Kinect:
         """Return it with so many times its noise, without noise and losses of pixels at 0."""
         return replace(self, noise=noise, dropouts=noise > 0)
 

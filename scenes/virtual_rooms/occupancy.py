@@ -1,5 +1,7 @@
 """Which places of a room are filled: by cubes of two centimetres, so that objects may touch but not cross."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -22,7 +24,7 @@ class Occupancy:
     counts: np.ndarray  # (X, Y, Z) int8
 
     @classmethod
-    def of(cls, size: np.ndarray, clouds: Iterable[np.ndarray]) -> "Occupancy":
+    def of(cls, size: np.ndarray, clouds: Iterable[np.ndarray]) -> Occupancy:
         """Return the occupancy of a room of a size (3,) that holds clouds (N, 3), metres."""
         occupancy = cls(np.zeros(np.ceil(np.asarray(size) / SIDE).astype(int), np.int8))
         for points in clouds:

@@ -1,5 +1,7 @@
 """Scans of virtual rooms: whole surfaces, or what virtual Kinects see from one or several places."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -40,7 +42,7 @@ class Resolution:
         if self.points is not None and self.points < MIN_POINTS:
             raise InputError(f"--points {self.points}: expected at least {MIN_POINTS}")
 
-    def of(self, scan: "VirtualScan", rng: np.random.Generator) -> "VirtualScan":
+    def of(self, scan: VirtualScan, rng: np.random.Generator) -> VirtualScan:
         """Return a scan in this resolution."""
         if self.leaf is not None:
             scan = fused(scan, self.leaf)
@@ -53,7 +55,7 @@ class Resolution:
 AS_SEEN = Resolution()
 
 
-def fused(scan: "VirtualScan", leaf: float) -> "VirtualScan":
+def fused(scan: VirtualScan, leaf: float) -> VirtualScan:
     """Return a scan with one point in each cell of a side in metres: the mean, and the owner of most of its points.
 
     As a fused scan's it is sparser and less noisy than what the views saw, and takes the edges off.

@@ -5,6 +5,8 @@ share; what its worker settled comes back as files, and is kept as if it had bee
 worker an object runs in a process of its own, so that a crash costs that object and not the worker.
 """
 
+from __future__ import annotations
+
 import logging
 import multiprocessing
 import threading
@@ -145,7 +147,7 @@ class DaskExecutor(Executor):
     the result is lost in between, it takes the result for an error that it cannot unpack.
     """
 
-    client: "Client"
+    client: Client
 
     def submit(self, function: Callable, /, *arguments: Any) -> Future:
         """Return the future of a call on some worker; cancelling it cancels the call."""

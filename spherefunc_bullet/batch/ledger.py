@@ -5,6 +5,8 @@ count, so that a reader, and whoever comes after a crash, sees all of a row or n
 for the writer, nor it for them (write-ahead log).
 """
 
+from __future__ import annotations
+
 import json
 import sqlite3
 import time
@@ -201,7 +203,7 @@ class Ledger:
         with self.writing() as connection:
             connection.execute("UPDATE calls SET ended = ? WHERE rowid = ?", (time.time(), self.call))
 
-    def __enter__(self) -> "Ledger":
+    def __enter__(self) -> Ledger:
         return self
 
     def __exit__(self, *_):

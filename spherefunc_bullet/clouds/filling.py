@@ -1,5 +1,7 @@
 """Sparse clouds of one object: the triangles between neighbours are filled, so that spheres do not fall through."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +38,7 @@ def filled(cloud: Cloud) -> Cloud:
     return Cloud(placed(np.concatenate([cloud.points, more])), cloud.name)
 
 
-def neighbouring(points: np.ndarray, tree: "cKDTree") -> np.ndarray:
+def neighbouring(points: np.ndarray, tree: cKDTree) -> np.ndarray:
     """Return the triangles (T, 3) of points (N, 3) with two of their neighbours each whose circles are small."""
     distances, near = tree.query(points, NEIGHBORS[1] + 1)
     first, second = np.triu_indices(NEIGHBORS[1], 1)

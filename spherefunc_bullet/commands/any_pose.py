@@ -1,5 +1,7 @@
 """``spherefunc classify --any-pose``: for each function the pose in which an object serves best."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 
 
-def classify_any_pose(files: Sequence[Path], classifier: "FunctionModel", units: str, json: bool):
+def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
     """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
     from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
@@ -30,7 +32,7 @@ def classify_any_pose(files: Sequence[Path], classifier: "FunctionModel", units:
     failures.exit()
 
 
-def best_functions(answers: "Sequence[PoseFunctions]") -> Row:
+def best_functions(answers: Sequence[PoseFunctions]) -> Row:
     """Return for each function its score in the best pose, and that pose."""
     from ..learning.any_pose import best_poses
 

@@ -1,5 +1,7 @@
 """``spherefunc carry``: does an object keep what it holds when it is tilted and shaken?"""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -88,8 +90,8 @@ def parse_angles(text: str) -> tuple[float, ...]:
 
 
 def carried_file(
-    file: Path, simulator: "Simulator", settings: "CarrySettings", seed: int, up: str, units: str
-) -> "tuple[Cloud, CarryResult]":
+    file: Path, simulator: Simulator, settings: CarrySettings, seed: int, up: str, units: str
+) -> tuple[Cloud, CarryResult]:
     """Return one file's cloud and what it keeps."""
     from ..clouds.cloud import load_cloud
 
@@ -97,7 +99,7 @@ def carried_file(
     return cloud, simulator.carry(cloud, settings, seed)
 
 
-def row_of(file: Path, result: "CarryResult") -> Row:
+def row_of(file: Path, result: CarryResult) -> Row:
     """Return what is printed of one file."""
     curve = zip(result.angles_deg, result.kept, strict=True)
     return {
@@ -114,7 +116,7 @@ def row_of(file: Path, result: "CarryResult") -> Row:
     }
 
 
-def draw(objects: "Sequence[tuple[Cloud, CarryResult]]", picture: Path | None):
+def draw(objects: Sequence[tuple[Cloud, CarryResult]], picture: Path | None):
     """Draw what objects keep, where a picture is asked for."""
     if picture is None or not objects:
         return

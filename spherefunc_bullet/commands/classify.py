@@ -1,5 +1,7 @@
 """``spherefunc classify``: say what objects are for."""
 
+from __future__ import annotations
+
 import os
 import sys
 import time
@@ -105,9 +107,9 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified_file(
     file: Path,
-    model: "FunctionModel",
-    loading: "Loading",
-    view_model: "Callable[[], FunctionModel]",
+    model: FunctionModel,
+    loading: Loading,
+    view_model: Callable[[], FunctionModel],
     reasons: bool = True,
     explain: bool = True,
 ) -> Row:

@@ -1,5 +1,7 @@
 """Options that several subcommands share."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -65,7 +67,7 @@ def dropping(
     units: str,
     method: str = DEFAULT_METHOD,
     miss_limit: int | None = None,
-) -> "Dropping":
+) -> Dropping:
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
@@ -96,7 +98,7 @@ def simulator_options(shape: str | None) -> dict:
     return {} if shape is None else {"shape": shape}
 
 
-def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> "Matter":
+def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Matter:
     """Return what an object is made of, as options say it."""
     from ..simulator.mechanics import Matter
 
@@ -105,7 +107,7 @@ def matter_of(mass: str | None, area_density: float, friction: float, restitutio
 
 
 def run_on_files(
-    function: Callable, files: Sequence[Path], simulator: "Simulator", how: tuple, doing: str, failures: Failures
+    function: Callable, files: Sequence[Path], simulator: Simulator, how: tuple, doing: str, failures: Failures
 ) -> list[tuple[Path, Any]]:
     """Return each file with the function's result; a file that fails is reported, and left out.
 

@@ -1,5 +1,7 @@
 """``spherefunc poses``: how objects can lie, how likely, and what they are for so."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -62,8 +64,8 @@ def poses(
 
 
 def posed_file(
-    file: Path, simulator: "Simulator", classifier: "FunctionModel", settings: "PoseSettings", seed: int, units: str
-) -> "tuple[Cloud, PoseResult, list[PoseFunctions], float]":
+    file: Path, simulator: Simulator, classifier: FunctionModel, settings: PoseSettings, seed: int, units: str
+) -> tuple[Cloud, PoseResult, list[PoseFunctions], float]:
     """Return one file's cloud, its poses, what it is for in each, and the seconds that it took."""
     from ..clouds.cloud import load_cloud
     from ..learning.any_pose import pose_functions
@@ -74,7 +76,7 @@ def posed_file(
     return cloud, result, pose_functions(cloud, result.poses, classifier), time.perf_counter() - started
 
 
-def row_of(file: Path, result: "PoseResult", answers: "Sequence[PoseFunctions]", seconds: float) -> Row:
+def row_of(file: Path, result: PoseResult, answers: Sequence[PoseFunctions], seconds: float) -> Row:
     """Return what the contract prints of one file."""
     from ..learning.any_pose import best_poses
 
@@ -90,7 +92,7 @@ def row_of(file: Path, result: "PoseResult", answers: "Sequence[PoseFunctions]",
     }
 
 
-def pose_row(one: "PoseFunctions") -> Row:
+def pose_row(one: PoseFunctions) -> Row:
     """Return what the contract prints of one pose."""
     return {
         "rotation": one.pose.rotation.round(9).tolist(),
@@ -101,7 +103,7 @@ def pose_row(one: "PoseFunctions") -> Row:
     }
 
 
-def draw(objects: "Sequence[tuple[Cloud, list[PoseFunctions]]]", picture: Path | None, page: Path | None):
+def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | None, page: Path | None):
     """Draw objects in their poses where a picture or a page is asked for."""
     from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
 

@@ -1,5 +1,7 @@
 """``spherefunc shapes``: what collision shapes keep of what an object is for, and what they cost."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -106,7 +108,7 @@ def thresholds_of(text: str | None) -> tuple[float, ...]:
         raise InputError(f"--coacd {text}: expected numbers, such as 0.05,0.2") from error
 
 
-def written(compared: "Shapes", file: Path, out: Path, form: str) -> dict[str, Any]:
+def written(compared: Shapes, file: Path, out: Path, form: str) -> dict[str, Any]:
     """Write the best shape of an object, and return what is printed of it."""
     from ..shapes.compared import as_row
 

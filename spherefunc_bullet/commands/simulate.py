@@ -1,5 +1,7 @@
 """``spherefunc simulate``: drop spheres on objects."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -76,7 +78,7 @@ def simulate(
 
 
 def drop_on_file(
-    file: Path, simulator: "Simulator", runs: "Sequence[DropSettings]", seed: int, up: str, units: str
+    file: Path, simulator: Simulator, runs: Sequence[DropSettings], seed: int, up: str, units: str
 ) -> tuple[list[Run], InputError | None]:
     """Return the summary and the result of each run on a file up to the first that cannot be, and its error."""
     from ..clouds.cloud import load_cloud
@@ -103,7 +105,7 @@ def save_results(done: list[Run], folder: Path | None, file: Path, written: list
         save_result(result, path, row["bounding_box"])
 
 
-def save_result(result: "DropResult", path: Path, bounding_box: list[list[float]]):
+def save_result(result: DropResult, path: Path, bounding_box: list[list[float]]):
     """Write a result's centres and what produced them."""
     import json
 
@@ -115,7 +117,7 @@ def save_result(result: "DropResult", path: Path, bounding_box: list[list[float]
     write_bytes(path, packed(arrays | {"provenance": np.array(json.dumps(result.provenance))}))
 
 
-def summary(file: Path, cloud: "Cloud", result: "DropResult") -> Summary:
+def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
     """Return what the contract prints of one run."""
     provenance = result.provenance
     return {

@@ -1,5 +1,7 @@
 """``spherefunc stand``: does an object stand, alone and with a load where spheres came to rest?"""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -79,8 +81,8 @@ def stand(
 
 
 def stood_file(
-    file: Path, simulator: "Simulator", settings: "StandSettings", radius: float | None, seed: int, up: str, units: str
-) -> "tuple[Cloud, StandResult]":
+    file: Path, simulator: Simulator, settings: StandSettings, radius: float | None, seed: int, up: str, units: str
+) -> tuple[Cloud, StandResult]:
     """Return one file's cloud, and how it stands with a load at the places where spheres came to rest."""
     from ..clouds.cloud import load_cloud
     from ..settling.places import resting_places
@@ -89,7 +91,7 @@ def stood_file(
     return cloud, simulator.stands(cloud, settings, resting_places(cloud, radius, seed), seed)
 
 
-def row_of(file: Path, result: "StandResult", settings: "StandSettings") -> Row:
+def row_of(file: Path, result: StandResult, settings: StandSettings) -> Row:
     """Return what is printed of one file; what is infinite or unknown as null."""
     return {
         "file": str(file),
@@ -115,7 +117,7 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def draw(objects: "Sequence[tuple[Cloud, StandResult]]", settings: "StandSettings", picture: Path | None):
+def draw(objects: Sequence[tuple[Cloud, StandResult]], settings: StandSettings, picture: Path | None):
     """Draw which places can carry the load, where a picture is asked for."""
     if picture is None or not objects:
         return
@@ -124,7 +126,7 @@ def draw(objects: "Sequence[tuple[Cloud, StandResult]]", settings: "StandSetting
     write_picture(side_by_side([stand_tile(cloud, result, settings.load) for cloud, result in objects]), picture)
 
 
-def print_stances(results: "Sequence[tuple[Path, StandResult]]", load: float):
+def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
     """Print a line for each object."""
     table = []
     for file, result in results:

@@ -1,5 +1,7 @@
 """``spherefunc train``: learn functions from a data set."""
 
+from __future__ import annotations
+
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -65,7 +67,7 @@ def train(
     failures.exit()
 
 
-def summary(model: "CloudClassifier", backend: str) -> Summary:
+def summary(model: CloudClassifier, backend: str) -> Summary:
     """Return what the contract prints of a training."""
     counts = {name: int(count) for name, count in zip(model.functions_, model.members_.sum(0), strict=True)}
     return {
@@ -77,7 +79,7 @@ def summary(model: "CloudClassifier", backend: str) -> Summary:
     }
 
 
-def print_learnt(model: "CloudClassifier", method: str):
+def print_learnt(model: CloudClassifier, method: str):
     """Print each function's examples, its radius, and how well objects are classified that were held out."""
     measured, total = model.held_out_f_measures(), len(model.names_)
     rows = [
@@ -95,7 +97,7 @@ def print_learnt(model: "CloudClassifier", method: str):
     print_table(title, ["function", "examples", "others", "spheres", "F held out"], rows)
 
 
-def label_remarks(dataset: "Dataset") -> list[str]:
+def label_remarks(dataset: Dataset) -> list[str]:
     """Return what looks odd about a data set's labels, a line for each.
 
     Raises
@@ -118,7 +120,7 @@ def label_remarks(dataset: "Dataset") -> list[str]:
     return few + [f"{dataset.name}: all objects are {name}, so everything will be" for name in everywhere]
 
 
-def require_smaller_spheres(simulated: "Simulated", how: "Dropping"):
+def require_smaller_spheres(simulated: Simulated, how: Dropping):
     """Raise InputError if spheres of some radius are larger than every object: none could lie on any."""
     largest = max(float(record.size.max()) for record in simulated.records)
     radius = max(how.radii)
@@ -127,7 +129,7 @@ def require_smaller_spheres(simulated: "Simulated", how: "Dropping"):
         raise InputError(f"{simulated.name}: expected spheres smaller than the objects, {came}")
 
 
-def train_on(simulated: "Simulated", how: "Dropping", method: str = options.DEFAULT_METHOD) -> "CloudClassifier":
+def train_on(simulated: Simulated, how: Dropping, method: str = options.DEFAULT_METHOD) -> CloudClassifier:
     """Return a classifier that has learnt all objects of a data set."""
     from ..datasets.dataset import distinct_names, sources_of
     from ..learning.model_file import new_classifier

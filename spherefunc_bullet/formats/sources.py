@@ -4,6 +4,8 @@ A reader is given a source and opens nothing itself. The files that a file names
 glTF) are sources again, so what names an entry of the cache covers all that was read.
 """
 
+from __future__ import annotations
+
 import hashlib
 import importlib
 import os
@@ -56,7 +58,7 @@ class Source:
         return data
 
     @cached_property
-    def named(self) -> "dict[str, Source]":
+    def named(self) -> dict[str, Source]:
         """The sources that it names, by those names; InputError if one is not there, or may not be read."""
         if self.kind not in NAMING:
             return {}
@@ -66,7 +68,7 @@ class Source:
             _require_total_size(self.path, named)
         return named
 
-    def parts(self) -> "Iterator[Source]":
+    def parts(self) -> Iterator[Source]:
         """Yield itself, the sources that it names, and those that they name, in the same order every time."""
         yield self
         for name in sorted(self.named):
@@ -128,7 +130,7 @@ class Geometry:
     colors: np.ndarray | None = None  # (N, 3) uint8
     labels: np.ndarray | None = None  # (N,) int64
 
-    def checked(self) -> "Geometry":
+    def checked(self) -> Geometry:
         """Return the same as contiguous arrays, or raise FormatError for what is no mesh and no cloud."""
         vertices = np.ascontiguousarray(self.vertices, dtype=np.float64)
         faces = np.ascontiguousarray(self.faces, dtype=np.int64)

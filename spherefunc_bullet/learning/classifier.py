@@ -4,6 +4,8 @@ How settled spheres are read is a subclass's: as named quantities (`function_cla
 (`cube_classifier`). `labels` says what labels look like.
 """
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import TypedDict
@@ -56,13 +58,13 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     @abstractmethod
     def fit_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
-    ) -> "CloudClassifier":
+    ) -> CloudClassifier:
         """Learn from spheres that have fallen: per object what `settle` returns."""
 
     @abstractmethod
     def add_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
-    ) -> "CloudClassifier":
+    ) -> CloudClassifier:
         """Learn from more objects, beside those that are known."""
 
     @abstractmethod
@@ -75,7 +77,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         check_is_fitted(self, "members_")
         return np.array(self._columns())
 
-    def fit(self, X: Iterable[Anything], y: Labels) -> "CloudClassifier":
+    def fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
         """Learn from objects X and their functions y, a set for each or an indicator (N, F)."""
         clouds, columns = as_clouds(X), columns_of_indicator(y)
         labels = list(y) if columns is None else labels_of_indicator(y, columns)
@@ -84,7 +86,7 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
         self.columns_ = columns
         return self
 
-    def partial_fit(self, X: Iterable[Anything], y: Labels) -> "CloudClassifier":
+    def partial_fit(self, X: Iterable[Anything], y: Labels) -> CloudClassifier:
         """Learn from more objects: earlier examples stay, and all that is chosen is chosen anew."""
         if not hasattr(self, "members_"):
             return self.fit(X, y)

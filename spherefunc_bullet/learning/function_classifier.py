@@ -3,8 +3,10 @@
 Which classifier, and what it was measured against, docs/method.md says.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from sklearn.base import ClassifierMixin, clone
@@ -30,12 +32,16 @@ from .profiles.calibration import (
     held_out_votes,
     unsure_band,
 )
-from .profiles.forest import Forest, forest, forest_of
+from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
 from .profiles.quantities import rank_distances
 from .validation import quality
 
+if TYPE_CHECKING:
+    from sklearn.ensemble import ExtraTreesClassifier
+
+TREES = 200
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 
 
@@ -119,7 +125,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         names: Sequence[str],
         originals: Sequence[str] | None = None,
         sources: Sequence[str] | None = None,
-    ) -> "FunctionClassifier":
+    ) -> FunctionClassifier:
         """Learn from drops: per object those of each radius, as `settle` returns them.
 
         Parameters
@@ -143,7 +149,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def add_settled(
         self, settled: Sequence[DropsByRadius], y: Sequence[Label], names: Sequence[str]
-    ) -> "FunctionClassifier":
+    ) -> FunctionClassifier:
         """Learn from more objects: all examples are kept, and forests are grown anew from all of them.
 
         What was learnt of scans is given up, since nothing surrounds these.
@@ -158,7 +164,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
             self.early_.add_settled([first_drops(one, self.early_.drops) for one in settled], y, names)
         return self._know()
 
-    def of_drops(self, count: int) -> "FunctionClassifier":
+    def of_drops(self, count: int) -> FunctionClassifier:
         """Return one that is not fitted, of so many drops, that tells nothing sooner."""
         return clone(self).set_params(drops=count, early_drops=0)
 
@@ -170,7 +176,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         names: Sequence[str],
         copy_groups: CopyGroups | None = None,
         taught: np.ndarray | None = None,
-    ) -> "FunctionClassifier":
+    ) -> FunctionClassifier:
         """Learn from quantities (N, R * Q), as `profiles` returns them, and who has which function (N, F) bool.
 
         Parameters
@@ -199,7 +205,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
 
     def fit_in_scenes(
         self, beside: np.ndarray, names: Sequence[str], members: np.ndarray, taught: np.ndarray
-    ) -> "FunctionClassifier":
+    ) -> FunctionClassifier:
         """Learn from what surrounds the training objects (N, S), by its names, as well; see `ProfileModel`.
 
         Parameters
@@ -220,7 +226,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         check_is_fitted(self, "members_")
         return super().score_settled(typed_drops(settled), any_heading=any_heading)
 
-    def keep(self, rows: np.ndarray) -> "FunctionClassifier":
+    def keep(self, rows: np.ndarray) -> FunctionClassifier:
         """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
 
         Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
@@ -231,7 +237,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         self.forests_ = [one.to_float32() if isinstance(one, Forest) else one for one in self.forests_]
         return self._know()
 
-    def _know(self) -> "FunctionClassifier":
+    def _know(self) -> FunctionClassifier:
         """See how far training objects are from one another."""
         learnt = self.profiles_[self.compared]
         distances = rank_distances(learnt, learnt)
@@ -296,3 +302,10 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return the F-measure of scores (N,) on the training objects that are no copies."""
         whole = (self.copy_groups_.weights == 1) & ~np.isnan(scores)
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
+
+
+def forest(random_state: int = 0) -> ExtraTreesClassifier:
+    """Return the classifier of one function."""
+    from .profiles.trees import PlainForest
+
+    return PlainForest(TREES, random_state=random_state)

@@ -4,6 +4,8 @@ Space is divided into cubes of side three to four sphere diameters. A sofa and a
 the matrix is sparse, and has a column for every cube in which a training object held a sphere, and one more.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from typing import Unpack
 
@@ -110,7 +112,7 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         """Side of a cube, metres."""
         return self.diameters * 2 * self.radius
 
-    def fit(self, X: Sequence[np.ndarray], y: object = None) -> "CubeHistogram":
+    def fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:
         """Learn which cubes have a column.
 
         Parameters
@@ -126,7 +128,7 @@ class CubeHistogram(TransformerMixin, BaseEstimator):
         self.keys_ = np.empty(0, np.int64)
         return self._learn(X)
 
-    def partial_fit(self, X: Sequence[np.ndarray], y: object = None) -> "CubeHistogram":
+    def partial_fit(self, X: Sequence[np.ndarray], y: object = None) -> CubeHistogram:
         """Give the cubes of more objects a column too; see `widened` for matrices made before."""
         self.keys_ = getattr(self, "keys_", np.empty(0, np.int64))
         self._learn(X)
@@ -196,7 +198,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         self.diameters = diameters
         self.cache = cache
 
-    def fit(self, X: Iterable[Anything], y: object = None) -> "SphereHistogram":
+    def fit(self, X: Iterable[Anything], y: object = None) -> SphereHistogram:
         """Learn the cubes of clouds."""
         self.fit_transform(X)
         return self

@@ -1,5 +1,7 @@
 """The binary classifier: nearest neighbours weighted by inverse Euclidean distance (paper, §III-C)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np
@@ -105,7 +107,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
     def __init__(self, n_neighbors: int = NEIGHBOURS):
         self.n_neighbors = n_neighbors
 
-    def fit(self, X: Matrix, y: ArrayLike) -> "InverseDistanceClassifier":
+    def fit(self, X: Matrix, y: ArrayLike) -> InverseDistanceClassifier:
         """Learn examples X (N, D), dense or sparse, with labels y (N,)."""
         X, y = validate_data(self, X, y, accept_sparse="csr", dtype=np.float64)
         check_classification_targets(y)
@@ -113,7 +115,7 @@ class InverseDistanceClassifier(ClassifierMixin, BaseEstimator):
         self.examples_ = X
         return self
 
-    def partial_fit(self, X: Matrix, y: ArrayLike, classes: ArrayLike | None = None) -> "InverseDistanceClassifier":
+    def partial_fit(self, X: Matrix, y: ArrayLike, classes: ArrayLike | None = None) -> InverseDistanceClassifier:
         """Learn more examples; ``classes`` names all there will ever be, as in other scikit-learn estimators."""
         if not hasattr(self, "examples_"):
             self.fit(X, y)

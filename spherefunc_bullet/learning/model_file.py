@@ -4,6 +4,8 @@ The file carries the backend with its version and options, radii, function names
 and is refused with a clear line where those do not fit.
 """
 
+from __future__ import annotations
+
 import json
 import os
 from collections.abc import Callable
@@ -56,7 +58,7 @@ def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
     return path
 
 
-def save_model(model: "CloudClassifier", path: str | Path):
+def save_model(model: CloudClassifier, path: str | Path):
     """Write a fitted classifier.
 
     Raises
@@ -133,7 +135,7 @@ def model_for_views(asked: FunctionModel, *, given: bool) -> FunctionModel:
     return shipped.only(asked.functions_[0]) if len(asked.functions_) == 1 else shipped
 
 
-def load_model(path: str | Path | None = None, backend: str | None = None) -> "CloudClassifier":
+def load_model(path: str | Path | None = None, backend: str | None = None) -> CloudClassifier:
     """Read a classifier back, ready to classify and to learn more.
 
     Parameters
@@ -211,7 +213,7 @@ def rebuilt_for_inference(about: About, arrays: dict[str, np.ndarray]) -> Functi
     return model
 
 
-def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> "CloudClassifier":
+def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
@@ -248,7 +250,7 @@ def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarr
         raise ValueError("members, names and functions differ in number")
 
 
-def new_classifier(how: Dropping, method: "str | AnyMethod") -> "CloudClassifier":
+def new_classifier(how: Dropping, method: str | AnyMethod) -> CloudClassifier:
     """Return a method's classifier, not fitted, of spheres that are dropped in some way."""
     from .cube_classifier import CubeClassifier
     from .function_classifier import FunctionClassifier

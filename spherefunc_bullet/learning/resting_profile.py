@@ -1,5 +1,7 @@
 """The resting profile as a transformer of scikit-learn; what it is, `profiles.quantities` says."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Unpack
 
@@ -45,7 +47,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
         self.seed = seed
         self.cache = cache
 
-    def fit(self, X: object = None, y: object = None) -> "RestingProfile":
+    def fit(self, X: object = None, y: object = None) -> RestingProfile:
         """Do nothing: quantities have a meaning of their own."""
         return self
 

@@ -1,5 +1,7 @@
 """A place: where and how one function of an object can be used."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -58,7 +60,7 @@ class Place:
     inferred: bool = False  # the surface itself was not seen
     note: str = ""
 
-    def moved(self, to_input: "Similarity") -> "Place":
+    def moved(self, to_input: Similarity) -> Place:
         """Return the place in the frame from which an object came."""
         return replace(
             self,
@@ -131,7 +133,7 @@ class Similarity:
         level = axis - (axis @ up) * up
         return float(np.degrees(np.arctan2(up @ np.cross(level, ahead), level @ ahead)) % 360)
 
-    def inverse(self) -> "Similarity":
+    def inverse(self) -> Similarity:
         """Return what takes the other frame to this one."""
         back = self.rotation.T
         return Similarity(back, 1 / self.scale, -back @ self.shift / self.scale)

@@ -3,6 +3,8 @@
 Spheres that do not settle are evidence too: they fall through a hole or a missing seat, or roll off a slope.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -41,7 +43,7 @@ class Drops:
         """Which drops settled, (D,) bool."""
         return self.outcomes == Outcome.SETTLED
 
-    def first(self, count: int) -> "Drops":
+    def first(self, count: int) -> Drops:
         """Return the first drops: what a run of so many would have been."""
         kept = np.count_nonzero(self.settled[:count])
         return replace(
@@ -52,7 +54,7 @@ class Drops:
             walled_in=self.walled_in[:kept],
         )
 
-    def turned(self, angle: float) -> "Drops":
+    def turned(self, angle: float) -> Drops:
         """Return the drops turned about z by an angle, radians, counterclockwise seen from above."""
         if not angle:
             return self
@@ -151,7 +153,7 @@ class RunLimit:
     to_the_end: bool = False  # by the paper's rule alone, without the limit of settled spheres
     miss_limit: int = MISS_LIMIT  # of the paper's rule: consecutive spheres not placed that end the run
 
-    def ending(self, miss_limit: int | None) -> "RunLimit":
+    def ending(self, miss_limit: int | None) -> RunLimit:
         """Return the same with another miss limit; None: as it is.
 
         Raises

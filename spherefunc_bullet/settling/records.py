@@ -4,6 +4,8 @@ A cache entry is named for the hash of everything that decides it: the file's by
 backend with its version and options, the radius, the limits and the seed.
 """
 
+from __future__ import annotations
+
 import hashlib
 import json
 import math
@@ -39,7 +41,7 @@ class Loading:
     up: str = BY_FILE
     units: str = "m"
 
-    def of(self, path: Path) -> "Loading":
+    def of(self, path: Path) -> Loading:
         """Return how one file is loaded, with the axis that its format promises where that decides."""
         return replace(self, up=promised_up(path)) if self.up == BY_FILE else self
 

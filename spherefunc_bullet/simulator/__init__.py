@@ -4,6 +4,8 @@ A simulator takes a cloud, settings and a seed and returns where the spheres cam
 Backends are found through the entry-point group ``spherefunc.backends``, so that another package can add one.
 """
 
+from __future__ import annotations
+
 import enum
 import math
 from dataclasses import asdict, dataclass, field, is_dataclass, replace
@@ -160,7 +162,7 @@ class Simulator(Protocol):
         ...
 
 
-def provenance_of(simulator: Simulator, settings: "DataclassInstance", seed: int) -> dict[str, Any]:
+def provenance_of(simulator: Simulator, settings: DataclassInstance, seed: int) -> dict[str, Any]:
     """Return what produced a result, JSON-ready: backend, version, options, settings and seed."""
     return {
         "backend": simulator.name,

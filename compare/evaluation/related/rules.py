@@ -11,6 +11,8 @@ so that clearance is given: what is seen has nothing over it. A range is met or 
 and of furniture as it is sold; they were set before any model was looked at, and nothing is fitted to labels.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,11 +34,11 @@ class TopView:
         """Return how many cells a length in metres takes, at least one."""
         return max(1, round(length / self.cell))
 
-    def quarter_turned(self) -> "TopView":
+    def quarter_turned(self) -> TopView:
         """Return the view after a quarter turn of the object."""
         return TopView(heights=np.rot90(self.heights), cell=self.cell)
 
-    def turned(self, degrees: float, cell: float, margin: float = 0.0) -> "TopView":
+    def turned(self, degrees: float, cell: float, margin: float = 0.0) -> TopView:
         """Return the view after a turn about the vertical, in cells as large as these or larger.
 
         Parameters

@@ -3,6 +3,8 @@
 The corruptions of ModelNet40-C (Sun et al., 2022) that make sense where sizes are metres, five severities each.
 """
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -43,7 +45,7 @@ class Rates(TypedDict):
     told: float  # of those with a function, classified as such
     unsure: float
     wrong_and_sure: float
-    baselines: "NotRequired[dict[str, Rates]]"
+    baselines: NotRequired[dict[str, Rates]]
 
 
 Corruptions = dict[str, dict[str, Rates]]  # by kind, then severity

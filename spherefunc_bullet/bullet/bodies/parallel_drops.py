@@ -4,6 +4,8 @@ On level ground only the convex hull of a body is ever met. Lengths are in the b
 sqrt(extent / g), masses in bodies; the hull's axes are the principal axes of inertia, as the engine wants them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -77,7 +79,7 @@ class ParallelDropWorld:
         # The engine multiplies friction and restitution of two bodies; with 1 for the ground the body's own hold.
         p.changeDynamics(number, -1, lateralFriction=1.0, restitution=1.0, **self.engine)
 
-    def __enter__(self) -> "ParallelDropWorld":
+    def __enter__(self) -> ParallelDropWorld:
         return self
 
     def __exit__(self, *_):

@@ -1,5 +1,7 @@
 """Parts in frames of their own, put together; and scenes that show more than a file can honestly hold, refused."""
 
+from __future__ import annotations
+
 import io
 import logging
 from collections.abc import Callable, Mapping, Sequence
@@ -35,7 +37,7 @@ def joined(parts: Sequence[Part]) -> Geometry:
     return Geometry(np.concatenate([vertices for vertices, _ in parts]), faces)
 
 
-def parts_of(scene: "trimesh.Scene", kind: str) -> list[Part]:
+def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
     """Return every part of a scene that has ``kind``, "faces" or "vertices"."""
     from trimesh.transformations import transform_points
 
@@ -50,7 +52,7 @@ def parts_of(scene: "trimesh.Scene", kind: str) -> list[Part]:
     return parts
 
 
-def scene_of(data: bytes, file_type: str, **options: Any) -> "trimesh.Scene":
+def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
     """Return the scene that trimesh reads; its complaints come as exceptions alone, not as lines too."""
     import trimesh
 

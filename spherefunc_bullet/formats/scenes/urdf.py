@@ -3,6 +3,8 @@
 Its meshes are read by the readers of their own formats, with their limits; see `packages` for where they may lie.
 """
 
+from __future__ import annotations
+
 import io
 from collections.abc import Callable
 from functools import cache
@@ -57,7 +59,7 @@ def _source(name: str, folder: Path) -> Source:
     return Source(target, target.suffix.lower())
 
 
-def _part(shape: "yourdfpy.Geometry", read: Callable[[str], Part]) -> Part:
+def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
     """Return one part in its own frame."""
     import trimesh
 

@@ -1,5 +1,7 @@
 """From a classifier's votes to probabilities, so that 0.5 means what it says (Platt, 1999)."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,14 +38,14 @@ class CopyGroups:
         """Whether there are objects of several sources, so that each can be left out."""
         return self.sources is not None and len(set(self.sources[self.sources >= 0].tolist())) > 1
 
-    def with_more(self, count: int) -> "CopyGroups":
+    def with_more(self, count: int) -> CopyGroups:
         """Return the same with so many objects more that are no copies."""
         fresh = self.groups.max(initial=-1) + 1 + np.arange(count)
         sources = None if self.sources is None else np.append(self.sources, np.full(count, -1))
         weights = np.append(self.weights, np.ones(count))
         return CopyGroups(weights=weights, groups=np.append(self.groups, fresh), sources=sources)
 
-    def of(self, rows: np.ndarray) -> "CopyGroups":
+    def of(self, rows: np.ndarray) -> CopyGroups:
         """Return those of some objects."""
         sources = None if self.sources is None else self.sources[rows]
         return CopyGroups(weights=self.weights[rows], groups=self.groups[rows], sources=sources)
@@ -60,8 +62,8 @@ def group_copies(names: Sequence[str], originals: Sequence[str], sources: Sequen
 
 
 def grown_on(
-    estimator: "ClassifierMixin", X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
-) -> "ClassifierMixin":
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
+) -> ClassifierMixin:
     """Return a classifier fitted to objects (N, D) and who is a member (N,) bool.
 
     Members weigh as much as all others together: a rare function's few examples would be outvoted otherwise. One that
@@ -79,7 +81,7 @@ def grown_on(
 
 
 def held_out_votes(
-    estimator: "ClassifierMixin", X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups, random_state: int
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups, random_state: int
 ) -> np.ndarray:
     """Return what a classifier says of each of its training objects (N,) when it and its copies are not learnt.
 
@@ -108,7 +110,7 @@ def held_out_votes(
 
 
 def votes_on_other_sources(
-    estimator: "ClassifierMixin", X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
+    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
 ) -> np.ndarray:
     """Return what a classifier says of the objects of each source (N,) when nothing of that source is learnt."""
     votes = np.full(len(X), np.nan)

@@ -4,6 +4,8 @@ There is no grid. A column is what stands over and under one sphere, and a lengt
 convex outline, so that turning or moving the object changes no more than the last digits.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -108,7 +110,7 @@ class Columns:
         """How deep spheres lie in each column (S,), metres; one diameter for one layer."""
         return self.tops - self.bottoms + 2 * self.radius
 
-    def kept(self, which: np.ndarray) -> "Columns":
+    def kept(self, which: np.ndarray) -> Columns:
         """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
         if which.all():
             return self

@@ -3,6 +3,8 @@
 scikit-learn grows the trees; asking it about one object takes tens of milliseconds, nearly all of it bookkeeping.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -15,7 +17,6 @@ if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 LEAF = -1  # in place of a feature
-TREES = 200
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +37,7 @@ class Forest:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
         return forest_batch([self]).votes(X)[0]
 
-    def to_float32(self) -> "Forest":
+    def to_float32(self) -> Forest:
         """Return it with thresholds as short as what is compared with them, so that files compress; no vote changes."""
         short = self.threshold.astype(np.float32)
         below = np.where(short > self.threshold, np.nextafter(short, np.float32(-np.inf)), short)
@@ -109,7 +110,7 @@ def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     )
 
 
-def forest_of(grown: "ExtraTreesClassifier") -> Forest:
+def forest_of(grown: ExtraTreesClassifier) -> Forest:
     """Return the arrays of a forest of two classes, False and True, as scikit-learn grew it."""
     trees = [in_pairs(estimator.tree_) for estimator in grown.estimators_]
     starts = np.cumsum([0, *(len(tree["feature"]) for tree in trees)])[:-1]
@@ -152,10 +153,3 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
         "below": np.array(below),
         "vote": tree.value[order, 0, 1] / tree.value[order, 0].sum(axis=1),
     }
-
-
-def forest(random_state: int = 0) -> "ExtraTreesClassifier":
-    """Return the classifier of one function, which has learnt nothing yet."""
-    from .trees import PlainForest
-
-    return PlainForest(TREES, random_state=random_state)

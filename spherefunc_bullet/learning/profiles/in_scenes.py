@@ -1,5 +1,7 @@
 """What a model tells of parts of scans, where it knows what surrounds them beside how spheres rest on them."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +29,7 @@ class SceneForests:
         votes = forest_batch(self.forests).votes(np.hstack([profiles, beside]))
         return np.column_stack([calibrated(own, line) for own, line in zip(votes, self.lines, strict=True)])
 
-    def only(self, column: int) -> "SceneForests":
+    def only(self, column: int) -> SceneForests:
         """Return what tells one function alone."""
         return SceneForests(names=self.names, forests=[self.forests[column]], lines=[self.lines[column]])
 

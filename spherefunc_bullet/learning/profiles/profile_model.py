@@ -1,5 +1,7 @@
 """A fitted model by resting profiles: what is asked of `FunctionClassifier`, which learns it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, Self
@@ -48,13 +50,13 @@ class ProfileModel(FunctionModel):
 
     drops: int
     quantities: tuple[str, ...] = NAMES  # at each radius; a model of an earlier version may read fewer
-    forests_: "list[Forest | ClassifierMixin | None]"
+    forests_: list[Forest | ClassifierMixin | None]
     lines_: list[Line]
     profiles_: np.ndarray  # (N, R * Q) float
     copy_groups_: CopyGroups
     familiar_: float
     bands_: dict[str, Band] | None = None  # scores between which a function is unsure
-    early_: "ProfileModel | None" = None
+    early_: ProfileModel | None = None
     in_scenes_: SceneForests | None = None
     checks_stability = True
     # What was learnt in the order in which it is searched, made when it is first needed.
@@ -168,7 +170,7 @@ class ProfileModel(FunctionModel):
         low, high = np.array([self.band(name) for name in self.functions_]).T
         return ((scores > low) & (scores < high)).any(axis=1)
 
-    def reader_of(self, settled: DropsByRadius) -> "ProfileModel":
+    def reader_of(self, settled: DropsByRadius) -> ProfileModel:
         """Return what reads an object's drops: this, or what has learnt the first ones where there are no more."""
         longest = max(map(len, settled.values()), default=0)
         return self if self.early_ is None or longest > self.early_.drops else self.early_

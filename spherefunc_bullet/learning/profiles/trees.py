@@ -1,5 +1,7 @@
 """scikit-learn's extremely randomised trees, grown in a third of the time and the same to the last bit."""
 
+from __future__ import annotations
+
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,7 +22,7 @@ class PlainForest(ExtraTreesClassifier):
     def __init__(self, n_estimators: int = 100, *, random_state: int | None = None):
         super().__init__(n_estimators, random_state=random_state)
 
-    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: np.ndarray | None = None) -> "PlainForest":
+    def fit(self, X: np.ndarray, y: np.ndarray, sample_weight: np.ndarray | None = None) -> PlainForest:
         """Grow the trees on objects (N, D), of any classes (N,), with weights (N,)."""
         X = np.ascontiguousarray(X, np.float32)
         if not np.isfinite(X).all():

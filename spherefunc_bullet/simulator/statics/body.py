@@ -1,5 +1,7 @@
 """An object as one rigid body: its mass, where its weight acts, and the convex hull that level ground meets."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,12 +35,12 @@ class Body:
         """The largest extent of its box, metres."""
         return float(np.ptp(self.corners, axis=0).max())
 
-    def turned(self, rotation: np.ndarray) -> "Body":
+    def turned(self, rotation: np.ndarray) -> Body:
         """Return the body turned (3, 3) about the origin."""
         inertia = rotation @ self.inertia @ rotation.T
         return replace(self, center=rotation @ self.center, inertia=inertia, corners=self.corners @ rotation.T)
 
-    def loaded(self, load: float, place: np.ndarray) -> "Body":
+    def loaded(self, load: float, place: np.ndarray) -> Body:
         """Return the body with a load in kg fixed at a place (3,), metres."""
         mass = self.mass + load
         center = (self.mass * self.center + load * np.asarray(place)) / mass

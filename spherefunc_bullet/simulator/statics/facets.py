@@ -4,6 +4,8 @@ A pose up to turns about the vertical is the direction that points down, a unit 
 facet, its outward normal points down, and the centre of mass is as high as the facet is far from it.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -158,7 +160,7 @@ class Facets:
         return 2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb) / (4 * np.pi)
 
 
-    def about(self, shift: np.ndarray) -> "Facets":
+    def about(self, shift: np.ndarray) -> Facets:
         """Return the facets of the same hull about a centre of mass that is shifted by (3,), in extents."""
         return replace(self, corners=self.corners - shift, heights=self.heights - self.normals @ shift)
 

@@ -5,6 +5,8 @@ the support polygon, and rolls over an edge of it otherwise. On a round bottom i
 it touches the ground.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -47,7 +49,7 @@ class Stand:
         """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
         return turned_down(self.down) if self.stays else np.eye(3)
 
-    def or_by(self, engine: "Stand") -> "Stand":
+    def or_by(self, engine: Stand) -> Stand:
         """Return an engine's answer, unless that is none, or keeps what statics says to tip."""
         overruled = engine.stance is Stance.MOVES or (self.stance is Stance.TIPS and engine.stays)
         return self if overruled else engine
