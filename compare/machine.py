@@ -1,5 +1,7 @@
 """What a measurement is made on: processor, system, versions, and the backends that can run."""
 
+from __future__ import annotations
+
 import os
 import platform
 from collections.abc import Iterable, Mapping

@@ -1,5 +1,7 @@
 """The fast backend as a simulator: the paper's low-fidelity roller (§III-A)."""
 
+from __future__ import annotations
+
 import time
 from dataclasses import dataclass
 

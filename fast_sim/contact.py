@@ -4,6 +4,8 @@ A contact is the unit normal pointing from what is touched to the sphere. For th
 the plane estimated through the points in contact (paper, §III-A); for a settled sphere, the line of centres.
 """
 
+from __future__ import annotations
+
 import math
 
 from .kernels import inline_jit

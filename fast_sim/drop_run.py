@@ -1,5 +1,7 @@
 """One run of the fast backend: what it drops, and when it ends."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from time import perf_counter

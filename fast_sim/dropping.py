@@ -1,5 +1,7 @@
 """Spheres are dropped one after another until 50 in a row were not placed (paper, §III-A)."""
 
+from __future__ import annotations
+
 from .falling import fall
 from .grid import insert
 from .kernels import entry_jit, inline_jit

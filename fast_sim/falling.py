@@ -1,5 +1,7 @@
 """A sphere falls straight down until it touches points or settled spheres (paper, §III-A)."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -3,6 +3,8 @@
 Both are dense over the bounding box and cut into vertical columns, because a sphere falls along one.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 

@@ -5,6 +5,8 @@ not inlined hands over more than a hundred numbers, and keeping count of who hol
 each: together half of a drop's time. Kernels made so allocate nothing and keep no array, so there is nothing to count.
 """
 
+from __future__ import annotations
+
 from spherefunc_bullet.processes.compilation import njit
 
 entry_jit = njit(cache=True, error_model="numpy", nogil=True, _nrt=False)  # called by Python, or seldom

@@ -5,6 +5,8 @@ Numba makes no such code of a loop that writes as it goes, since it cannot know 
 in LLVM's words, which hold on any processor; each lane does what the same arithmetic of one point does, bit for bit.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Any
 

@@ -4,6 +4,8 @@ A step looks four times at its surroundings. Copied side by side they are read f
 search of the grids serves until the sphere has rolled away from where it was made.
 """
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

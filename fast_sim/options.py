@@ -1,5 +1,7 @@
 """The options of the fast backend, and what the paper leaves open of it."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

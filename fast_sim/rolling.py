@@ -1,5 +1,7 @@
 """A sphere in contact rolls downhill until it is blocked, is on a flat surface, or leaves the object (§III-A)."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 

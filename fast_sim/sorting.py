@@ -1,5 +1,7 @@
 """Points sorted by the cells of a grid, in an order that does not depend on the one in which they came."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

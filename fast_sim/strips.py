@@ -6,6 +6,8 @@ the next. Those that went astray are dropped after them, in strips along it, and
 decided by its way alone, so the number of cores decides how long it takes, and nothing else.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial

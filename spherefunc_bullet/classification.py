@@ -3,6 +3,8 @@
 The command line, `classify` in Python, estimators, viewer, arrangements and benches all call this module.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Protocol

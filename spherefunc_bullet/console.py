@@ -4,6 +4,8 @@ All of it goes through here (ruff forbids `print` elsewhere): names of files and
 strangers, so what a terminal would obey in them is shown as text.
 """
 
+from __future__ import annotations
+
 import json
 import logging
 import re

@@ -1,5 +1,7 @@
 """The one exception that means "the user can mend this", and what can befall a task in a process of its own."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Iterable
 from typing import Any

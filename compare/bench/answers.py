@@ -9,6 +9,8 @@
 Processor time where it says so, so that other work on the machine counts little.
 """
 
+from __future__ import annotations
+
 import os
 import resource
 import subprocess

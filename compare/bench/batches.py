@@ -9,6 +9,8 @@ compares the loop with a worker's and the caller's work in one process, by proce
 syncing and the ledger, without the messages between processes. Costs are read from a finished run's ledger.
 """
 
+from __future__ import annotations
+
 import tempfile
 import time
 from collections.abc import Iterable, Sequence

@@ -5,6 +5,8 @@
 Processor time, so that other work on the machine counts little.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,5 +1,7 @@
 """What benches share: objects, a warm simulator, seconds of repeated runs, a process of its own, one core."""
 
+from __future__ import annotations
+
 import os
 import time
 from collections.abc import Callable

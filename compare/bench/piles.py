@@ -12,6 +12,8 @@ early, which are the beginnings of longer ones, by processor time, so that other
 Strips: the three take turns, and the best of three turns counts; how many settle is of so many seeds each way.
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -5,6 +5,8 @@
 Loading and compilation are not counted. Every object runs in a process of its own, so that peak memory is its own.
 """
 
+from __future__ import annotations
+
 import statistics
 from collections.abc import Iterable
 from dataclasses import replace

@@ -6,6 +6,8 @@ A sphere is drawn falling straight down to where it came to rest. The scores are
 after so many drops at each of its radii.
 """
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass

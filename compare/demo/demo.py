@@ -3,6 +3,8 @@
 python -m spherefunc_bullet.compare.demo --out demo
 """
 
+from __future__ import annotations
+
 import argparse
 import json
 from collections.abc import Iterator, Sequence

@@ -3,6 +3,8 @@
     python -m spherefunc_bullet.compare.demo.gallery --out docs/images
 """
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -3,6 +3,8 @@
 python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
 """
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Iterator
 from pathlib import Path

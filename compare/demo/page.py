@@ -3,6 +3,8 @@
 Every number on it comes from the results that it is given; its words are in ``page.html``.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Tables of what was chosen and what else there was: alternatives, numbers of drops, stopping, seeds, scores."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from statistics import fmean
 from typing import Any

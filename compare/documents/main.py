@@ -6,6 +6,8 @@ A NAME is that of a measurement, a table or a document. Without one all are mean
 with a line that says so, are measured only where they are named, or with ``--all``.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated

@@ -1,5 +1,7 @@
 """The commands behind the tables of labels, and what each depends on."""
 
+from __future__ import annotations
+
 from ..bench.__main__ import BENCHES
 from .saved import Measurement
 

@@ -1,5 +1,7 @@
 """The paper's Figs. 3 and 4 beside ours, from the JSON of `spherefunc evaluate --method paper`."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from typing import Any
 

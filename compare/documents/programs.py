@@ -1,5 +1,7 @@
 """Blocks that show what a program printed: speed, mechanics, scans, rooms, comparisons."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 
 from .measurements import BACKENDS, EVALUATION, HOUSEHOLD, MODELS, script

@@ -1,5 +1,7 @@
 """Every measured table of README and docs."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 from . import choices, measurements, paper_figures, programs

@@ -1,5 +1,7 @@
 """Measurements: the command as the documents print it, what it depends on, and its saved result."""
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess

@@ -1,5 +1,7 @@
 """A measured table: a block of a document, and whether it still says what the code does."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

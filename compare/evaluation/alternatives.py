@@ -4,6 +4,8 @@
 to the end (§III-A); where a method has a limit of settled spheres, their first ones, as if each run had ended there.
 """
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

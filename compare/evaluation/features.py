@@ -3,6 +3,8 @@
 If nearest neighbours on the bounding box do as well as the spheres, the physics adds nothing.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -4,6 +4,8 @@ No benchmark can tell function from looks where all that looks like a chair is o
 and do not work, and copies that look other and do.
 """
 
+from __future__ import annotations
+
 import hashlib
 import os
 import tempfile

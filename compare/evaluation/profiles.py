@@ -6,6 +6,8 @@ Docs/method.md has the tables. ``--ranking`` prints what each quantity adds acro
 other classifiers make of the same quantities.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter

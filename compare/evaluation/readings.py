@@ -1,5 +1,7 @@
 """All that is asked about objects: the spheres as a method reads them, and every baseline, each with its classifier."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce

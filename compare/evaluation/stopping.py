@@ -6,6 +6,8 @@ A classifier of the first few drops is asked first; where each of its scores is 
 its answer stands, and that of all drops elsewhere: what `ProfileModel.read` does with `EARLY_DROPS` and `SURE`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Annotated

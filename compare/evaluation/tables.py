@@ -1,5 +1,7 @@
 """An evaluation as tables on the terminal, or as JSON."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any, NotRequired, TypedDict
 

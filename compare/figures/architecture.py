@@ -5,6 +5,8 @@
 What runs while modules are loaded, and kernels, which are compiled, are not counted.
 """
 
+from __future__ import annotations
+
 import inspect
 import os
 import sys

@@ -5,6 +5,8 @@
 Times are those of this machine: keep it idle meanwhile. Docs/method.md has the picture.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path

@@ -1,5 +1,7 @@
 """What is taken for what, after few and after many training examples (paper, Fig. 4)."""
 
+from __future__ import annotations
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

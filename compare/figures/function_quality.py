@@ -1,5 +1,7 @@
 """Each function's chosen radius, F-measure and accuracy, beside the published ones (paper, Fig. 3b)."""
 
+from __future__ import annotations
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure

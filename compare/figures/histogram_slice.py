@@ -1,5 +1,7 @@
 """The histogram explained in two dimensions: a vertical slice through one object (paper, Fig. 2)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """What is said of every object when all others are learnt, grouped by label (paper, Fig. 5)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Spheres at rest on typical objects of each function, and on one that has none (paper, Fig. 1)."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -5,6 +5,8 @@
 The same forests learn from the quantities of the spheres alone and with more columns. It takes a quarter of an hour.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path

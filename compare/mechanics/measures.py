@@ -1,5 +1,7 @@
 """All tasks by several backends, and in one sentence each what fidelity buys at what price."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any

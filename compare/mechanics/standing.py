@@ -4,6 +4,8 @@ Sound is what stands and carries its load wherever spheres come to rest on its s
 seat, its own weight on a table. Nothing is learnt.
 """
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

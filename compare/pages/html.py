@@ -1,5 +1,7 @@
 """Reports as HTML, and pictures that travel within them."""
 
+from __future__ import annotations
+
 import base64
 import io
 from collections.abc import Callable, Iterable

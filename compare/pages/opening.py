@@ -3,6 +3,8 @@
     python -m spherefunc_bullet.compare.pages.opening demo/comparison/report.html
 """
 
+from __future__ import annotations
+
 import re
 import shutil
 import subprocess

@@ -4,6 +4,8 @@ python -m spherefunc_bullet.compare.places put|seats|capacity|scans|proofs FOLDE
     [--headings FILE] [--every N] [--category NAME]
 """
 
+from __future__ import annotations
+
 import argparse
 import csv
 import re

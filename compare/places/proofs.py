@@ -1,5 +1,7 @@
 """What do proofs buy? Objects of sources that were not learnt, and copies of seats on which nobody can sit."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

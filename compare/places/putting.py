@@ -1,5 +1,7 @@
 """Are objects that are put at the places still there two seconds later, on bare tables and on laid ones?"""
 
+from __future__ import annotations
+
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass

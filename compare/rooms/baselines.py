@@ -3,6 +3,8 @@
 Each learns the objects that the model has learnt, and tells what was proposed by what it is made of, without spheres.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Why an object was missed and why a claim is false, as far as what was proposed tells."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypedDict

@@ -4,6 +4,8 @@ By *object* a claim is right where its box, or its points, overlap those of a tr
 it is right where the best place of that function on it, to sit, to put or to pour, lies in a true object's box.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

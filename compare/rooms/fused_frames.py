@@ -8,6 +8,8 @@ rooms` counts them), beside those of the same images' points without fusion. The
 is, and carries nothing, is taken out of each room, and as many images as were fused before are taken again.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated

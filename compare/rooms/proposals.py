@@ -3,6 +3,8 @@
 A baseline tells every proposal, and what becomes an object is chosen by its own scores, as by those of the spheres.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,6 +4,8 @@
 each miss and of each false claim, and beside it what baselines say of the same proposals (`--learnt`).
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated

@@ -1,5 +1,7 @@
 """The score of real scans as a person reads it: by function, by scan, and every miss and false claim with its cause."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Scans recognised, judged and counted one by one: by the spheres, and by baselines on the same proposals."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -6,6 +6,8 @@ Numbers are the constants of modules in four folders, and the fields of their se
 was compiled with, so what only kernels read is left out. A number that changes no answer in many rooms may go.
 """
 
+from __future__ import annotations
+
 import ast
 import importlib
 import pkgutil

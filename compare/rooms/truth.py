@@ -1,5 +1,7 @@
 """What is known of real scans: boxes or points of their objects, what those are for, and how much of them was seen."""
 
+from __future__ import annotations
+
 import csv
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,5 +1,7 @@
 """What objects take from one another: the level that each needs, and who carries the drops over it instead."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,6 +4,8 @@ A contact carries by how upright it is: its normal's upward part. A sphere on a 
 table's. A sphere on spheres belongs to who carries most of those, and they settled before it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """Several objects as a picture, spheres coloured by the object that carries them, and as a page with the figures."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path

@@ -3,6 +3,8 @@
 It stands on what is under it where the two touch. What it interpenetrates carries nothing.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

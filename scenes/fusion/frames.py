@@ -1,5 +1,7 @@
 """Folders of depth images with their poses: TUM, 3DMatch (7-Scenes), Redwood."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

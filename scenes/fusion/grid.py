@@ -1,5 +1,7 @@
 """Depth images as a truncated signed distance in blocks of voxels (Curless and Levoy 1996; Open3D's VoxelBlockGrid)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

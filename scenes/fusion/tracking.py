@@ -1,5 +1,7 @@
 """Known objects over time: which of the map is which of before, and what is gone or has moved."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 

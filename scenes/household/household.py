@@ -4,6 +4,8 @@
 tables, with and without backs; filing cabinets, counters, a kitchen island, vases and shoes.
 """
 
+from __future__ import annotations
+
 from .furniture.cabinets import CABINETS
 from .furniture.chairs import CHAIRS
 from .furniture.desks import DESKS, LOW_TABLES, STOOLS

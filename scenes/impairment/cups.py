@@ -1,5 +1,7 @@
 """Cups that hold nothing. Each takes a specimen and a generator, and returns a surface, or None where it cannot."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .levels import Cavity, still_holds

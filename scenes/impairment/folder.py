@@ -1,5 +1,7 @@
 """Impaired copies as a data set on disk: binary PLY files and a manifest that says what each is a copy of."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from csv import DictReader

@@ -1,5 +1,7 @@
 """Changes that must not matter. Each takes a specimen and a generator, and returns a surface, or None."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh

@@ -1,5 +1,7 @@
 """Every kind of change: of which functions' objects it is made, and whether they work afterwards."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 from spherefunc_bullet.errors import require_known

@@ -1,5 +1,7 @@
 """The level that makes a seat or a table: found as the height at which most of an object lies open to the sky."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -4,6 +4,8 @@ Each takes a specimen and a generator, and returns a surface, or None. They are 
 object stands is not what spheres on it tell, so who learns from impaired copies does not learn these.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np

@@ -1,5 +1,7 @@
 """An object that is to be impaired or harmlessly changed, and what makes it work."""
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass

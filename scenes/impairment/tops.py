@@ -1,5 +1,7 @@
 """What spoils a seat and a table top alike: gone, tilted, turned over."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .levels import cut_away, still_serves

@@ -1,5 +1,7 @@
 """A pool's flat surface as it is in the world: level, even, and whole below what stood on it and hid it."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from .cutting import Footprint, footprint_of

@@ -3,6 +3,8 @@
 The paper drops spheres on objects. On a scene they find what carries and what holds before anything is an object.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud

@@ -1,5 +1,7 @@
 """What carries a pool: the level surface that spheres rest on, also where nothing can fall on it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

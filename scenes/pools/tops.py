@@ -1,5 +1,7 @@
 """Objects on a top: what stands on a surface that carries a pool, or on the ground where that is a table's."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ A vessel's rim is one surface around the pool: pushed along the ground in most d
 the same distance. Where the sensor did not see the far wall, less than half may lack.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 

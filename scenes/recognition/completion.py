@@ -1,5 +1,7 @@
 """What a scan did not see of an object, added by guesses that can be chosen (paper, §IV-C: cups lack their bottom)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

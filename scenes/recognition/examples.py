@@ -1,5 +1,7 @@
 """Training examples as recognition meets them: proposals of a scan whose truth is known, the useless ones too."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -3,6 +3,8 @@
 No sphere rests on a back, so this is no finding of the method. It is reported apart, with its reason, and not counted.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

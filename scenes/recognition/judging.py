@@ -1,5 +1,7 @@
 """What a model says of proposals, each completed, and of what surrounds them."""
 
+from __future__ import annotations
+
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

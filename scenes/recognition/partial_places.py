@@ -3,6 +3,8 @@
 A sitter's template and a flood of water want whole surfaces. A view shows half of a mug, and a seat under a table.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,7 @@
 """What may be an object: clusters of what stands apart, and what belongs to pools of spheres."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

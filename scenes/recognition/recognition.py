@@ -1,5 +1,7 @@
 """From a scan to objects and what they are for (paper, §IV-C and Fig. 6)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

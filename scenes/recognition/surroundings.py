@@ -4,6 +4,8 @@ Spheres fall on what was cut out, as if it stood alone. Whether its level goes o
 sides, carries something, or has a wall behind it or a top over it, only the scene tells.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

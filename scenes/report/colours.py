@@ -1,5 +1,7 @@
 """What a room's pictures are coloured by (paper, Fig. 6: cyan to sit on, magenta for tables)."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A recognised room as files: JSON, a labelled PLY, a picture, and a page."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict

@@ -1,5 +1,7 @@
 """What was found, as boxes with a pose: what ``visualization_msgs/Marker`` and ``vision_msgs/Detection3D`` ask for."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

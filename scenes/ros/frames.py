@@ -1,5 +1,7 @@
 """Frames of ``/tf`` and ``/tf_static``: from a sensor's own to one whose z points up."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any

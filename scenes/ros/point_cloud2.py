@@ -1,5 +1,7 @@
 """``sensor_msgs/PointCloud2`` as arrays: the same whether rclpy, rospy or `rosbags` made the message."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any, Protocol
 

@@ -3,6 +3,8 @@
 Coordinates are rounded to whole steps before they are summed: sums of whole numbers are exact in any order.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,5 +1,7 @@
 """Depth images, alone or with their colour image, as scans in the camera's frame: z forward, y down."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import dataclass
 from functools import partial

@@ -1,5 +1,7 @@
 """Which way is up in a scan: from the planes that a room is built of, and from how sensors are held."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from spherefunc_bullet.errors import InputError

@@ -1,5 +1,7 @@
 """From a tilted scan to the level frame: z up, in metres, the floor at z = 0 (paper, §IV-C: the floor by RANSAC)."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

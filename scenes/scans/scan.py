@@ -1,5 +1,7 @@
 """Scans: what a depth sensor saw, as points in the sensor's or the room's own frame."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,5 +1,7 @@
 """From a levelled scan to objects: floor, walls and ceiling off, the rest in Euclidean clusters (paper, §IV-C)."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

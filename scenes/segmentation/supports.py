@@ -1,5 +1,7 @@
 """What stands on a table top or is pushed against it, and is an object of its own."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Walls and ceiling: large planes that bound a room, and are not objects."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ An English name says what an object is in its last noun before any *with*, *and*
 lamp, a desk chair a chair, a chair with cushion a chair.
 """
 
+from __future__ import annotations
+
 import csv
 import re
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Chairs at tables: each slid towards the table, its front ahead, until it touches something or is under the top."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

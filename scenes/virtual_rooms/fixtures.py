@@ -1,5 +1,7 @@
 """What a lived-in room has besides: beds, shelves and window sills at its walls, cartons with gaps, and piles."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,6 +4,8 @@ The convention is that of labelled real scans: ``label`` is 1 for the floor, 0 f
 number of an object in ``NAME_instances.csv``.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -4,6 +4,8 @@ A room's frame has z up, the floor at z = 0 and a corner at the origin. Objects 
 it, and is an object of its own for all that: a cup is a cup, and the table below it a table.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

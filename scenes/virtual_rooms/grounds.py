@@ -1,5 +1,7 @@
 """Where objects find room: footprints on a grid, free places on a floor and on table tops."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ Each kind comes to a share of the rooms, decided by the room's number and the se
 nothing, and a room without any of it is, bit for bit, the one that `furnishing` makes.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 

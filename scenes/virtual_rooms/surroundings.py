@@ -4,6 +4,8 @@ A catalogue of its own, ``surroundings``, from which rooms are made as real ones
 well, and a sill carries objects, but neither is called a seat or a table by anybody.
 """
 
+from __future__ import annotations
+
 import numpy as np
 import trimesh
 from numpy.random import Generator

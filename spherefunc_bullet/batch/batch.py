@@ -5,6 +5,8 @@ answer with rows; the caller syncs the files and then writes the rows. Killed at
 either both, or a whole file without a row, which it reads instead of simulating, or nothing.
 """
 
+from __future__ import annotations
+
 import math
 import os
 import socket

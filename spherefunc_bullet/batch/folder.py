@@ -4,6 +4,8 @@
 garbled if the power fails. ``settled/`` holds what is on the disk for certain; only that gets its row in the ledger.
 """
 
+from __future__ import annotations
+
 import hashlib
 import os
 from collections.abc import Callable, Iterator, Sequence

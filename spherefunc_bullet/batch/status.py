@@ -1,5 +1,7 @@
 """How far a run is, read from its ledger while the run goes on."""
 
+from __future__ import annotations
+
 import socket
 import time
 from typing import Any

@@ -1,5 +1,7 @@
 """A batch's task: one object at the radii that are missing, what a worker makes of it, and what is kept of that."""
 
+from __future__ import annotations
+
 import time
 import traceback
 from collections.abc import Callable

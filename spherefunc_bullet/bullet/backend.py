@@ -1,5 +1,7 @@
 """The Bullet backend as a simulator: rigid spheres that fall, slide and roll until they are at rest."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -3,6 +3,8 @@
 Nobody needs to watch it fall through empty air.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ..processes.compilation import njit

@@ -5,6 +5,8 @@ as soon as no other sphere in the air is near it. The engine moves them all; eve
 to the ground, at rest, or still on its way.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any

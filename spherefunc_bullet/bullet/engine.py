@@ -3,6 +3,8 @@
 Its calls hold Python's lock, so engines in several threads take turns, and each is its own.
 """
 
+from __future__ import annotations
+
 import os
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress

@@ -1,5 +1,7 @@
 """The spheres in the air: where each is, since when, and whether its flight is over."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 

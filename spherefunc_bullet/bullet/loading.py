@@ -4,6 +4,8 @@ Through files, since meshes passed as lists leak and are cut off at 131,072 vert
 time, since the engine remembers files by name.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -5,6 +5,8 @@ a sphere falls half its radius, and masses in spheres. Every radius is then the 
 tolerances are made for bodies of about one unit.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

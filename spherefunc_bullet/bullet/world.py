@@ -3,6 +3,8 @@
 Lengths are in radii, times in sqrt(radius / g) (see `Physics`).
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

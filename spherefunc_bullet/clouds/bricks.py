@@ -4,6 +4,8 @@ Points lie on surfaces, so most bricks are none, and the cells around a point ar
 time of a plain grid goes into memory that is touched for the first time.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

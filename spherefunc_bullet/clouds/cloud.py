@@ -1,5 +1,7 @@
 """The cloud: an object as points in metres, z up, standing on the ground (paper, §III-A and §IV-A)."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, fields
 from functools import cached_property, partial

@@ -3,6 +3,8 @@
 Those libraries are recognised by what their objects have and never imported here.
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path

@@ -1,5 +1,7 @@
 """The box around points, in one pass over rows of many points, and which points are well within an outline."""
 
+from __future__ import annotations
+
 import numpy as np
 
 _INSIDE = 1e-6  # square metres between a side and a point that is well within: rounding never reaches so far

@@ -5,6 +5,8 @@ no sphere fits through holds them, and a wider one lets out what lies above it. 
 models, in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,6 +2,8 @@
 about the vertical changes nothing of where spheres are dropped.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from .cloud import Cloud, Mesh

@@ -4,6 +4,8 @@ What completes them is found through the entry-point group ``spherefunc.completi
 (N, 3) in metres, z up, on the ground, that returns as many points and more.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from importlib.metadata import entry_points
 

@@ -1,5 +1,7 @@
 """Axes and units: from a file's own to metres with z up."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
 

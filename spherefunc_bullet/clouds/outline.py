@@ -1,5 +1,7 @@
 """The outline of a mesh: its open borders and the edges where the surface bends sharply."""
 
+from __future__ import annotations
+
 import numpy as np
 
 _FLAT = np.cos(np.radians(30.0))  # two faces that bend less than this belong to one smooth surface

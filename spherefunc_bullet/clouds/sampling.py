@@ -9,6 +9,8 @@ is farther than ``cover`` from a candidate. Thinning drops a candidate only for 
 triangle's plane: each side of a thin wall has samples of its own.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -3,6 +3,8 @@
 Points of a surface count as near along it only: the two sides of a thin wall, of which spheres meet one, keep theirs.
 """
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 

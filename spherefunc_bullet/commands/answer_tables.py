@@ -1,5 +1,7 @@
 """What objects are for, as tables: scores, sentences, and what decided about each function."""
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Sequence
 from pathlib import Path

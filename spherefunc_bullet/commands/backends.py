@@ -1,5 +1,7 @@
 """``spherefunc backends``: which simulators there are."""
 
+from __future__ import annotations
+
 from typing import Any
 
 from ..console import print_json, print_table, say

@@ -3,6 +3,8 @@
 Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
 """
 
+from __future__ import annotations
+
 import sys
 from importlib.metadata import entry_points
 from typing import Annotated

@@ -4,6 +4,8 @@ A plugin, since pytest looks for no ``conftest.py`` in what ``--pyargs`` names b
 are left alone: they may have a ``--backend`` of their own.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import pytest

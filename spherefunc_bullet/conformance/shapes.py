@@ -1,5 +1,7 @@
 """Shapes whose resting places are known by thought: regular lattices of points, 4 mm apart, as clouds."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,6 +1,8 @@
 # ruff: noqa: F811 (a fixture is an argument of the same name)
 """What a backend must keep that tells poses or stances, or carries objects; what it lacks is skipped."""
 
+from __future__ import annotations
+
 import numpy as np
 import pytest
 

@@ -3,6 +3,8 @@
 ``pytest --pyargs spherefunc_bullet.conformance --backend NAME`` runs it over a backend of another package.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
 from functools import cache

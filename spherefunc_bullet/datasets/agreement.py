@@ -1,5 +1,7 @@
 """Whether a data set labels each object once: a file, or its content, under two labels teaches nothing."""
 
+from __future__ import annotations
+
 import hashlib
 import os
 from contextlib import suppress

@@ -4,6 +4,8 @@ A catalogue is a function of a seed that returns objects with ``name``, ``label`
 ``mesh`` (a `trimesh.Trimesh` in metres, z up).
 """
 
+from __future__ import annotations
+
 import os
 import tempfile
 from collections.abc import Iterable

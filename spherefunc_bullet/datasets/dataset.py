@@ -4,6 +4,8 @@
 or the name of a built-in catalogue.
 """
 
+from __future__ import annotations
+
 import csv
 import os
 import re

@@ -3,6 +3,8 @@
 Each refuses in words for the file's owner. All of them together keep the reading of any one file below 2 GiB.
 """
 
+from __future__ import annotations
+
 import stat
 import zipfile
 from collections.abc import Iterator

@@ -1,5 +1,7 @@
 """NPZ: an array ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3). NPY: one such."""
 
+from __future__ import annotations
+
 import io
 import math
 import zipfile

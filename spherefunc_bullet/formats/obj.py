@@ -4,6 +4,8 @@ Not trimesh's reader: it takes relative indices (``f -3 -2 -1``) from the last v
 from the last vertex so far, which scrambles files of several objects.
 """
 
+from __future__ import annotations
+
 from array import array
 from collections.abc import Iterator
 

@@ -1,5 +1,7 @@
 """OFF, with or without colours."""
 
+from __future__ import annotations
+
 import re
 from array import array
 

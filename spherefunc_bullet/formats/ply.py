@@ -4,6 +4,8 @@ Not trimesh's reader: it takes the first face's corner count for all of a binary
 of triangles and quads is refused or, where the lengths happen to agree, misread.
 """
 
+from __future__ import annotations
+
 import re
 import warnings
 from dataclasses import dataclass, field, replace

@@ -1,5 +1,7 @@
 """Geometry from files of any supported format, and one clear error for every kind of bad file."""
 
+from __future__ import annotations
+
 import importlib
 import os
 import warnings

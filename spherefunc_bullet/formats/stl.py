@@ -1,5 +1,7 @@
 """STL, ASCII and binary, read by trimesh."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from . import FormatError

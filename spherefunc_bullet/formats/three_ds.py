@@ -1,5 +1,7 @@
 """3DS, read by assimp, once its chunks are known to fit into each other."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,5 +1,7 @@
 """Lengths, durations and amounts of memory as people write them; in metres, seconds and bytes inside."""
 
+from __future__ import annotations
+
 import math
 import re
 import time

@@ -1,5 +1,7 @@
 """Every file that is written: one clear line where the disk refuses, and whole or not at all where it matters."""
 
+from __future__ import annotations
+
 import csv
 import os
 from collections.abc import Iterable, Iterator, Sequence

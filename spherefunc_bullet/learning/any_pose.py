@@ -1,5 +1,7 @@
 """What an object is for in each of the poses in which it can lie, and which pose is best for what."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """A fitted classifier by cubes as the arrays of its file."""
 
+from __future__ import annotations
+
 from dataclasses import asdict
 from typing import Any
 

@@ -1,5 +1,7 @@
 """What an object is for, as people and scikit-learn write it: sets of functions, texts, or an indicator of 0 and 1."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from numbers import Number
 

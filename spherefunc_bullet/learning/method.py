@@ -5,6 +5,8 @@ they do, and differs where a measured comparison shows that it does better; ``pr
 named quantities (docs/method.md has the tables and the commands).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from ..errors import InputError

@@ -1,5 +1,7 @@
 """How good a membership is, and which radius serves a function best (paper, §III-C and §IV)."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 

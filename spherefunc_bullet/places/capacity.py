@@ -5,6 +5,8 @@ their own and the volume is as unbiased as a midpoint rule; holes in walls let o
 that of digital elevation models in three dimensions (Barnes, Lehman and Mulla, "Priority-Flood", 2014).
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """All places of one object."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

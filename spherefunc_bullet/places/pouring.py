@@ -1,5 +1,7 @@
 """Places to pour: above the openings of what holds water."""
 
+from __future__ import annotations
+
 import numpy as np
 from scipy import ndimage
 

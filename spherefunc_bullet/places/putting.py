@@ -1,5 +1,7 @@
 """Places to put: level regions with free height above, and poses at which a given object stands there."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 

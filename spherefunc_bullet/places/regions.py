@@ -1,5 +1,7 @@
 """Level regions of a surface, and their outlines as rings."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

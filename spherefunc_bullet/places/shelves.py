@@ -1,5 +1,7 @@
 """Levels below other levels: shelves, lower boards of tables. In a column of points, each is below a gap."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Places to sit: a template of a sitter is laid on every cell of seat height, for headings all around."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -5,6 +5,8 @@ kernel that it calls, or a constant that it uses, has changed in another file. S
 kept in a folder that is named for everything that they are made of, and numba does the rest.
 """
 
+from __future__ import annotations
+
 import hashlib
 import logging
 import os

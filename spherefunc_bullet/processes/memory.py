@@ -1,5 +1,7 @@
 """How much memory this process has had at most, and how much it may have."""
 
+from __future__ import annotations
+
 import sys
 from contextlib import suppress
 from pathlib import Path

@@ -1,5 +1,7 @@
 """Tasks in processes of their own: one that dies costs its task's result, and the others go on."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence

@@ -3,6 +3,8 @@
 Every worker has a pipe to itself, so that one that dies in the midst of an answer spoils nobody else's.
 """
 
+from __future__ import annotations
+
 import logging
 import math
 import multiprocessing

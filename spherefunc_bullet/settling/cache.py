@@ -1,5 +1,7 @@
 """The cache: arrays kept by the hash of what produced them, in the user's cache folder or in a run's."""
 
+from __future__ import annotations
+
 import io
 from contextlib import suppress
 from pathlib import Path

@@ -3,6 +3,8 @@
 A pile of spheres stays behind a slit in a wall that nothing else would stay behind, so the pile alone does not tell.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

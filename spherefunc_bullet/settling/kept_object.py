@@ -1,5 +1,7 @@
 """Objects on which spheres can be dropped: a cloud in memory, or a file with results cached by content."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache

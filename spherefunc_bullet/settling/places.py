@@ -1,5 +1,7 @@
 """Places on an object where something can be put: where the first spheres that are dropped on it come to rest."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ..clouds.cloud import Cloud

@@ -1,5 +1,7 @@
 """Objects as spheres are to meet them: standing level, without gaps between sparse points."""
 
+from __future__ import annotations
+
 from ..clouds.cloud import Cloud
 from ..clouds.filling import filled
 from ..simulator.statics.levelling import levelled

@@ -1,5 +1,7 @@
 """One cloud, one simulator, some radii: what becomes of the spheres, timed."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace

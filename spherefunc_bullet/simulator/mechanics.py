@@ -3,6 +3,8 @@
 An optional part of the interface: a backend has the method or has it not, and `require_ability` says so in one line.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

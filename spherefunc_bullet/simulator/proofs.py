@@ -4,6 +4,8 @@ An optional part of the interface, as the mechanics are: a backend has the metho
 is tried, in the frame of the cloud; where uses come from no backend knows.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

@@ -22,6 +22,8 @@ Lengths are those of people (hip breadth, buttock to knee, knee height: medians 
 they were set before any model was looked at, and nothing is fitted to labels.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,5 +1,7 @@
 """What says the same whatever it has seen: scores that nothing was learnt for, under the paper's protocol."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -5,6 +5,8 @@ catalogues, objects by other people, and copies of both. Catalogues are always l
 source, and of copies of them, is said by what has learnt nothing of that source; its bands of unsure scores as well.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated

@@ -1,5 +1,7 @@
 """Lessons on disk: rooms take many seconds to scan, and a classifier that learns of them few."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 from collections.abc import Sequence

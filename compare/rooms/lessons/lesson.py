@@ -1,5 +1,7 @@
 """What virtual rooms teach: every proposal of their scans, how spheres fell on it, and which object it overlaps."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path

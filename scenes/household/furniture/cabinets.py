@@ -1,5 +1,7 @@
 """Cabinets, shelves and kitchen machines: furniture closed to the floor, or open only in front."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

@@ -1,5 +1,7 @@
 """Chairs: a seat for one with a back, the front to -y."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 from trimesh import Trimesh

@@ -1,5 +1,7 @@
 """Desks: tables to work at, with drawers, panels and corners."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

@@ -1,5 +1,7 @@
 """Upholstered and outdoor seats: armchairs, sofas, benches, loungers, rockers."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

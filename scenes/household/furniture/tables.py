@@ -1,5 +1,7 @@
 """Tables to eat, stand and work at: one flat top on legs. Desks and low tables have files of their own."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

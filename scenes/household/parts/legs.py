@@ -1,5 +1,6 @@
 """What tables and seats stand on: legs, frames, pedestals and stars."""
 
+from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable, Iterator

@@ -1,5 +1,7 @@
 """Outlines and paths that solids are made from: circles, rounded rectangles, arcs and bent bars, in metres."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,6 +5,8 @@ that solids joined into one object may overlap and the object still counts as wa
 boolean backend or a polygon library.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Iterator
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Belongings: toys, fruit, books, clothes and bags, lying or standing as they are left."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

@@ -1,5 +1,7 @@
 """Boxes, baskets, buckets and bins, open and closed."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

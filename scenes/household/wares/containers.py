@@ -1,5 +1,6 @@
 """Containers that nobody drinks from: bottles, jars, tins, vases and flower pots."""
 
+from __future__ import annotations
 
 import numpy as np
 from numpy.random import Generator

@@ -1,5 +1,7 @@
 """Drinking vessels: hollow, open at the top, with a wall and a floor of real thickness."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

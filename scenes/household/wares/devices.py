@@ -1,5 +1,7 @@
 """Devices: screens, computers, radios, fans and what stands on a kitchen counter."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

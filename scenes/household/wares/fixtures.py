@@ -1,5 +1,7 @@
 """House and bathroom fittings, instruments, and other large objects that stand in rooms."""
 
+from __future__ import annotations
+
 import numpy as np
 from numpy.random import Generator
 

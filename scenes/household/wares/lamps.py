@@ -1,5 +1,7 @@
 """Lamps that stand on the floor, a table or a desk."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 
 import numpy as np

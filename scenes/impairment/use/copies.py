@@ -1,5 +1,7 @@
 """Kinds of copies in use and as sensed: of which functions' objects they are made, and whether they still work."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...household.parts import solids

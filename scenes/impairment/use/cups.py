@@ -1,5 +1,7 @@
 """Cups in use. Each takes a specimen and a generator, and returns a surface, or None."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np

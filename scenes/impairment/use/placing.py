@@ -1,5 +1,7 @@
 """Objects put down on a level: where they have room, each beside the others."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 

@@ -3,6 +3,8 @@
 Each takes an object's points (N, 3), metres, z up on the ground, how severe it is, and a generator; returns points.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 import numpy as np

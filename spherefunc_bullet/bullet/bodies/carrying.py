@@ -4,6 +4,8 @@ In the object's own frame that is gravity that turns and shakes, so the shape on
 Lengths are in radii, times in sqrt(radius / g), as in `World`.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Any

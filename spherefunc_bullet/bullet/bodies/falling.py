@@ -1,5 +1,7 @@
 """How an object can lie: dropped as a free rigid body from many directions, and let come to rest."""
 
+from __future__ import annotations
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 

@@ -1,5 +1,7 @@
 """Does it stand? An object put on the ground as it came, alone and with a load fixed at one place after another."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,6 +3,8 @@
 Lengths are in radii, times in sqrt(radius / g), as in `World`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass
 

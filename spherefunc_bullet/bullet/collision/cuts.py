@@ -1,5 +1,7 @@
 """Cuts of a flat set of faces until the convex hull of each part bridges no hole and no notch."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -6,6 +6,8 @@ parts goes through the same with a wider tolerance, and at last any few faces ma
 where their convex hulls would bridge a hole or a notch.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 
 import numpy as np

@@ -4,6 +4,8 @@ A voxel as a box would turn every slope into stairs, on which spheres stand. So 
 by points of the cloud, and the surface between those is spanned by the alpha complex, which meets planes exactly.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,6 +4,8 @@ Sides grow one after the other from the flattest faces over those that hang toge
 plane, which is fitted anew to what has grown.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...processes.compilation import njit

@@ -7,6 +7,8 @@ spanned if a ball of radius ``gap`` can touch the three points and the smallest 
 Gabriel face), which closes holes and leaves corners open.
 """
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -4,6 +4,8 @@ A sphere on boxes stands on every slope as on stairs. So a voxel through which o
 board, is represented by one point of each; one in which a surface bends keeps its two outermost points.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...processes.compilation import njit

@@ -1,5 +1,7 @@
 """Proofs: a place is used by rigid bodies: a person sits down, an object is put down, a stream is poured."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 from ...clouds.cloud import Cloud

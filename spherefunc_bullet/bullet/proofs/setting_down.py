@@ -1,5 +1,7 @@
 """An object is put down from a centimetre, looked at, pushed, and looked at again."""
 
+from __future__ import annotations
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 

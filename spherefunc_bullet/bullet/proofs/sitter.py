@@ -1,5 +1,7 @@
 """A person sits down: an articulated body is let down on the place, holds itself upright, is pushed, and looked at."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from importlib.resources import as_file, files
 

@@ -1,5 +1,7 @@
 """The engine in which an object stands still while it is used; metres, seconds, kilograms."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...clouds.cloud import Cloud

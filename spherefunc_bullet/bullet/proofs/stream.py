@@ -1,5 +1,7 @@
 """A stream is poured: spheres of the volume's worth leave a spout that moves to and fro above the opening."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...simulator.proofs import HELD, PourUse, ProofSettings, Verdict

@@ -1,5 +1,7 @@
 """LAS and LAZ, read by laspy: points alone."""
 
+from __future__ import annotations
+
 import io
 import struct
 

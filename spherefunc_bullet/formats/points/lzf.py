@@ -1,5 +1,7 @@
 """LZF unpacking, the compression inside PCD files."""
 
+from __future__ import annotations
+
 from numba import njit
 
 

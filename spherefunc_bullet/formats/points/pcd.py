@@ -4,6 +4,8 @@ Not Open3D's reader: it returns an empty cloud for a damaged file without a word
 import. The format's compression is LZF.
 """
 
+from __future__ import annotations
+
 import io
 
 import numpy as np

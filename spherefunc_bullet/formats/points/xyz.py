@@ -3,6 +3,8 @@
 A heading that names columns x, y and z says where they are. Without one they are the first three.
 """
 
+from __future__ import annotations
+
 import io
 import re
 

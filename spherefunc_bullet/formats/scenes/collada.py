@@ -1,5 +1,7 @@
 """DAE (COLLADA), read by trimesh and pycollada: all parts in one frame, turned and scaled as it says itself."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from xml.etree import ElementTree
 

@@ -3,6 +3,8 @@
 Trimesh gets the buffers as bytes and cannot open files itself; a buffer outside the file's folder is refused.
 """
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
 from typing import Any

@@ -3,6 +3,8 @@
 The user points with ``--package-path`` or ``ROS_PACKAGE_PATH``. Nothing outside of these folders is ever read.
 """
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path

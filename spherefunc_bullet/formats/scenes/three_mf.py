@@ -1,5 +1,7 @@
 """3MF, read by trimesh: all parts in one frame, in metres by the file's own unit."""
 
+from __future__ import annotations
+
 import io
 import zipfile
 

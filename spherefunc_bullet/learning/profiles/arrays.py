@@ -1,5 +1,7 @@
 """A fitted model by resting profiles as the arrays of its file."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

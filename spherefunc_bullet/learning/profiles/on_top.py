@@ -1,5 +1,7 @@
 """What stands on a table: parts of its cloud that rise from its level, separated by gaps."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...clouds.cloud import Cloud

@@ -5,6 +5,8 @@ at hip height carries most of what settles, one sphere deep, and lets nothing th
 these are the quantities here.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

@@ -3,6 +3,8 @@
 What a person would say of a chair: a level 46 cm above the ground, on which spheres lie up to 8 cm deep.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TypedDict
 

@@ -1,5 +1,7 @@
 """Which cubes of an object's histogram speak for a function, and which against it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

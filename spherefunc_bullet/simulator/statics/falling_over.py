@@ -4,6 +4,8 @@ Asked of what claims a function by its spheres alone, which hold it still: an ar
 parts that rise around it, and nobody can sit on it.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...clouds.cloud import Cloud

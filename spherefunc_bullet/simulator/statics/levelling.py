@@ -5,6 +5,8 @@ level surfaces say what is level. Either is believed only where it makes the obj
 they do as it stands, so that what is level already stays as it is, bit for bit.
 """
 
+from __future__ import annotations
+
 import numpy as np
 
 from ...clouds.cloud import Cloud, Mesh, centre_on_ground

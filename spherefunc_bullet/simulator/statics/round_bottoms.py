@@ -5,6 +5,8 @@ corners lie on the surface that was meant, so that this is known. The object is 
 its centre of mass, and stable where that lies below the centre of curvature.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
