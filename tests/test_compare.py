@@ -17,7 +17,7 @@ from PIL import Image
 import spherefunc_bullet.compare.comparison.experiment as experiments
 import spherefunc_bullet.compare.evaluation.readings as profiled
 import spherefunc_bullet.learning.function_classifier as function_classifier
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare
 from spherefunc_bullet.compare.comparison.agreement import histograms_agree, median_ratio
 from spherefunc_bullet.compare.comparison.entries import Entry, evenly, repeated_count

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial, count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes

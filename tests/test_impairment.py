@@ -328,9 +328,9 @@ def test_the_folder_is_a_data_set_that_knows_its_originals(targets, tmp_path):
     assert [copy.kind for copy in read_copies(tmp_path / "copies")] == [row["kind"] for row in rows]
 
 
-def test_same_seed_same_files(targets, tmp_path):
-    for folder in ("a", "b"):
-        impair_dataset(open_dataset(targets), tmp_path / folder, seed=5, failed=pytest.fail)
+def test_same_seed_same_files_however_many_processes_make_them(targets, tmp_path):
+    for folder, jobs in (("a", 1), ("b", 2)):
+        impair_dataset(open_dataset(targets), tmp_path / folder, seed=5, jobs=jobs, failed=pytest.fail)
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.distance import pdist
 from sklearn.ensemble import ExtraTreesClassifier
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profiles, stopping
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, labels_of
 from spherefunc_bullet.compare.evaluation.readings import ACROSS, fused, points_as_drops, profiled, reliability

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import features
 from spherefunc_bullet.compare.evaluation.alternatives import EVERY
 from spherefunc_bullet.compare.evaluation.evaluation import (

@@ -8,7 +8,7 @@ import pytest
 from objects_to_scan import write_objects
 from typer.testing import CliRunner
 
-from spherefunc_bullet.batch.batch import simulate_dataset
+from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
 from spherefunc_bullet.compare.rooms.baselines import Training, trained_classifier, whole_fold

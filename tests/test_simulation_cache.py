@@ -12,7 +12,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import packed, read_entry
 from spherefunc_bullet.settling.drops import TO_THE_END
-from spherefunc_bullet.settling.records import Dropping, Loading, simulate_objects
+from spherefunc_bullet.settling.records import Dropping, Loading, simulate_by_several, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
@@ -53,6 +53,21 @@ def same(first, second) -> bool:
         and all(np.array_equal(a.centers(radius), b.centers(radius)) for radius in RADII)
         for a, b in zip(first, second, strict=True)
     )
+
+
+def test_several_simulators_share_what_is_loaded_and_do_as_each_does_alone(files, monkeypatch):
+    ways = [Dropping(simulator="fast", radii=RADII, seed=seed) for seed in (0, 1)]
+    loaded, load = [], Dropping.cloud
+    monkeypatch.setattr(Dropping, "cloud", lambda self, file, **more: loaded.append(file) or load(self, file, **more))
+    together = dict(simulate_by_several([(path, ways) for path in files], jobs=1))
+    assert sorted(source.path for source in loaded) == sorted(files)
+    monkeypatch.setenv("SPHEREFUNC_CACHE", str(cache_home()) + "-alone")
+    for way, seed in enumerate((0, 1)):
+        alone = simulated(files, seed=seed)
+        for i, record in enumerate(alone):
+            for radius in RADII:
+                assert np.array_equal(together[i][way].centers(radius), record.centers(radius))
+    assert not np.array_equal(together[0][0].centers(0.01), together[0][1].centers(0.01))
 
 
 def test_first_run_settles_spheres(files):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation.impaired import (
     Impaired,
     held_out,

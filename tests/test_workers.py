@@ -18,7 +18,7 @@ from mishaps import MishapSimulator, happen, surroundings
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.settling.records import Dropping, simulate_objects
+from spherefunc_bullet.settling.records import Dropping, simulate_by_several, simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 DEATHS = {
@@ -164,6 +164,18 @@ def test_crash_in_a_simulator_costs_one_object(models, jobs):
     assert [type(done[i]).__name__ for i in range(4)] == ["ObjectRecord", "Crashed", "InputError", "ObjectRecord"]
     assert "SIGSEGV" in str(done[1]) and str(done[1]).startswith(f"{paths[1]}: ")
     assert done[3].centers(0.02).shape == (1, 3) and done[3].path == paths[3]
+
+
+def test_crash_in_one_of_several_simulators_costs_that_one_the_object(models):
+    paths, fast = models("one", "segfault", "two"), Dropping(simulator="fast", radii=(0.02,))
+    tasks = [(path, [fast, Dropping(simulator=MishapSimulator(), radii=(0.02,))]) for path in paths]
+    done = dict(simulate_by_several(tasks, jobs=2))
+    assert [[type(one).__name__ for one in done[i]] for i in range(3)] == [
+        ["ObjectRecord", "ObjectRecord"],
+        ["ObjectRecord", "Crashed"],
+        ["ObjectRecord", "ObjectRecord"],
+    ]
+    assert "SIGSEGV" in str(done[1][1]) and done[1][0].path == paths[1]
 
 
 def test_object_that_takes_too_long_costs_itself(models):

@@ -26,7 +26,7 @@ import numpy as np
 import typer
 from sklearn.metrics import f1_score
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import Failures, print_table, progress, say

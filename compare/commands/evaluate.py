@@ -15,7 +15,7 @@ from spherefunc_bullet.errors import InputError
 from ..evaluation.protocol import TRAIN_SIZES, wanted_sizes
 
 if TYPE_CHECKING:
-    from spherefunc_bullet.batch.batch import Simulated
+    from spherefunc_bullet.batch.simulated import Simulated
     from spherefunc_bullet.datasets.dataset import Dataset
     from spherefunc_bullet.settling.records import Dropping
 
@@ -69,12 +69,12 @@ def evaluate(
     json: options.Json = False,
 ):
     """Measure the accuracy of classification, and of baselines that need no spheres."""
-    from spherefunc_bullet.batch.batch import simulate_dataset
+    from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
-    from ..evaluation.impaired import impaired_shares
+    from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import About, evaluate_features, print_results, results_of, transfer_result
@@ -111,9 +111,9 @@ def evaluate(
     about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
-        shares = impaired_shares(
-            learnt, dataset, dropping, chosen, copied=copied, unseen_kinds=True, jobs=jobs, failed=failures.add
-        )
+        how = {"copied": copied, "jobs": jobs, "failed": failures.add}
+        [copies] = impaired_copies([learnt], dataset, [dropping], **how)
+        shares = impaired_shares(copies, dropping, chosen, unseen_kinds=True)
         if picture is not None:
             draw_impaired(shares, picture)
     rates = None

@@ -35,7 +35,7 @@ def figures(
     json: options.Json = False,
 ):
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
-    from spherefunc_bullet.batch.batch import simulate_dataset
+    from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.writing import prepare_folder
     from spherefunc_bullet.learning.method import find_cube_method
@@ -59,7 +59,7 @@ def figures(
 
 def require_splittable(dataset: Dataset, train_sizes: str):
     """Raise InputError before the spheres fall, which may take hours, if no figure could be drawn from them."""
-    from spherefunc_bullet.batch.batch import Simulated
+    from spherefunc_bullet.batch.simulated import Simulated
 
     from ..evaluation.protocol import fitting_sizes, labels_of, require_enough
 

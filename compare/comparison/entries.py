@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, require_some, simulate_by_all
 from spherefunc_bullet.console import Failures, say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
@@ -144,12 +144,12 @@ def simulate_candidates(
 def drop_all(
     candidates: Sequence[Candidate], dataset: Dataset, complaints: Complaints, jobs: int, run: Path | None
 ) -> list[Simulated]:
-    """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_dataset`."""
-    done = []
-    for candidate in candidates:
-        failed = partial(complaints.add, candidate.name)
+    """Return a data set by every simulator, of the objects that none of them failed at; see `simulate_by_all`."""
+    failed = [partial(complaints.add, candidate.name) for candidate in candidates]
+    done = simulate_by_all(dataset, candidates, failed=failed, jobs=jobs, run=run)
+    for candidate, simulated in zip(candidates, done, strict=True):
         try:
-            done.append(simulate_dataset(dataset, candidate, failed=failed, jobs=jobs, run=run))
+            require_some(simulated)
         except InputError as error:
             raise InputError(f"{candidate.name}: {error}") from error
     paths = set.intersection(*({item.path for item in simulated.objects} for simulated in done))

@@ -14,7 +14,7 @@ from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import SPHERES, distances_again, sphere_distances
-from ..evaluation.impaired import Shares, impaired_shares
+from ..evaluation.impaired import Shares, impaired_copies, impaired_shares
 from ..evaluation.protocol import Labels, Split, Splits
 from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled
 from .entries import Comparison, Entry, dropped_twice
@@ -46,11 +46,11 @@ def shares_of_copies(
 ) -> Shares:
     """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
     shares: Shares = {}
-    method = find_method(experiment.methods[0])
+    method, entries = find_method(experiment.methods[0]), comparison.entries
+    learnt, droppings = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
     how = {"copied": experiment.copied, "jobs": jobs, "failed": failures.add}
-    for entry in comparison.entries:
-        copies = impaired_shares(entry.simulated, dataset, entry.candidate, method, baselines=not shares, **how)
-        add_shares(shares, copies, entry.name)
+    for entry, impaired in zip(entries, impaired_copies(learnt, dataset, droppings, **how), strict=True):
+        add_shares(shares, impaired_shares(impaired, entry.candidate, method, baselines=not shares), entry.name)
     return shares
 
 

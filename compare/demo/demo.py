@@ -14,7 +14,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands.answer_tables import Row, print_functions
 from spherefunc_bullet.commands.classify import classified_file
@@ -39,7 +39,7 @@ from ..comparison.files import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.evaluation import Confusion, count_confusion
-from ..evaluation.impaired import impaired_shares
+from ..evaluation.impaired import impaired_copies, impaired_shares
 from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
 from ..evaluation.readings import spheres_profiled
 from ..evaluation.tables import About, Result, evaluate_features, print_results, results_of
@@ -94,7 +94,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         results, confusion = evaluated(simulated)
     with step(watch, "asking whether copies that look right still work"):
         how = {"copied": COPIED, "jobs": jobs, "failed": Failures().add}
-        shares = impaired_shares(simulated, open_dataset(DATA), dropping, METHOD, **how)
+        [copies] = impaired_copies([simulated], open_dataset(DATA), [dropping], **how)
+        shares = impaired_shares(copies, dropping, METHOD)
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)

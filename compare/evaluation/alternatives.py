@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import Counts, counted_cubes, quarter_turns

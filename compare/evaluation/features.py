@@ -14,7 +14,7 @@ import numpy as np
 from joblib import Parallel, delayed
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counts_matrix, keys_of_cubes
 from spherefunc_bullet.learning.method import Method

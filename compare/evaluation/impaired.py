@@ -17,8 +17,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
-from spherefunc_bullet.console import print_table, progress
+from spherefunc_bullet.batch.simulated import Simulated, require_some, simulate_by_all
+from spherefunc_bullet.console import print_table
 from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home, writing
@@ -92,16 +92,7 @@ class Impaired:
 
 
 def impaired_shares(
-    learnt: Simulated,
-    dataset: Dataset,
-    dropping: Dropping,
-    method: AnyMethod,
-    *,
-    copied: int | None = None,
-    baselines: bool = True,
-    unseen_kinds: bool = False,
-    jobs: int = -1,
-    failed: Failed,
+    impaired: Impaired, dropping: Dropping, method: AnyMethod, *, baselines: bool = True, unseen_kinds: bool = False
 ) -> Shares:
     """Return the share of every kind of copy that is still called by its function, by spheres and every baseline.
 
@@ -109,20 +100,11 @@ def impaired_shares(
 
     Parameters
     ----------
-    learnt : Simulated
-        The whole objects of the data set.
-    dropping : Dropping
-        How spheres fall; its seed is that of the copies too.
-    copied : int
-        Of each function so many objects at most have copies, evenly chosen; all are learnt.
     baselines : bool
         Whether they are asked too.
     unseen_kinds : bool
         Whether what learns copies is also asked about each kind when it has learnt copies of all other kinds alone.
-    failed : callable
-        Is given the error of each file that cannot be used.
     """
-    impaired = impaired_copies(learnt, dataset, dropping, copied, jobs, failed)
     both, radii, splits = impaired.simulated, dropping.radii, held_out(impaired, dropping.seed)
     asked = readings(both, radii, method) if baselines else {SPHERES: spheres_read(both, radii, method)}
     alone = [[split] for split in splits]
@@ -152,18 +134,43 @@ def apply_stability_check(read: Reading, alone: Sequence[Sequence[Split]]) -> tu
 
 
 def impaired_copies(
-    learnt: Simulated, dataset: Dataset, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
-) -> Impaired:
-    """Return the whole objects and impaired copies of some of them, spheres dropped on all; see `impaired_shares`."""
-    folder = built_copies(replace(dataset, objects=evenly_chosen(learnt.objects, copied)), dropping, failed)
+    learnt: Sequence[Simulated],
+    dataset: Dataset,
+    droppings: Sequence[Dropping],
+    *,
+    copied: int | None = None,
+    jobs: int = -1,
+    failed: Failed,
+) -> list[Impaired]:
+    """Return the whole objects and impaired copies of some of them, spheres dropped on all, for each dropping.
+
+    Parameters
+    ----------
+    learnt : sequence of Simulated
+        The whole objects of the data set by each dropping.
+    droppings : sequence of Dropping
+        How spheres fall; the seed of the first is that of the copies too.
+    copied : int
+        Of each function so many objects at most have copies, evenly chosen; all are learnt.
+    failed : callable
+        Is given the error of each file that cannot be used.
+    """
+    whole = replace(dataset, objects=evenly_chosen(learnt[0].objects, copied))
+    folder = built_copies(whole, droppings[0], jobs, failed)
     copies = {copy.item.path: copy for copy in read_copies(folder)}
     data = Dataset(f"impaired copies of {dataset.name}", tuple(copy.item for copy in copies.values()), folder)
-    simulated = simulate_dataset(data, replace(dropping, loading=Loading()), jobs=jobs, failed=failed)
+    loaded = [replace(dropping, loading=Loading()) for dropping in droppings]
+    done = simulate_by_all(data, loaded, jobs=jobs, failed=[failed] * len(loaded))
+    return [with_originals(own, require_some(one), dataset, copies) for own, one in zip(learnt, done, strict=True)]
+
+
+def with_originals(learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, Copy]) -> Impaired:
+    """Return whole objects with their copies behind them."""
     both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
     kept = [copies[item.path] for item in simulated.objects]
-    originals = np.array([rows[copy.of] for copy in kept])
-    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=originals)
+    of = np.array([rows[copy.of] for copy in kept])
+    return Impaired(simulated=both, labels=labels_of(both), copies=kept, originals=of)
 
 
 def with_copies_learnt(impaired: Impaired, read: Profiled) -> Profiled:
@@ -194,7 +201,7 @@ def scores_for_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence
     return said
 
 
-def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
+def built_copies(dataset: Dataset, dropping: Dropping, jobs: int, failed: Failed) -> Path:
     """Return the folder of a data set's copies, made in the cache the first time; see `catalogue.built_catalogue`."""
     home = cache_home() / "impaired"
     folder = home / content_name(dataset, dropping)
@@ -202,21 +209,14 @@ def built_copies(dataset: Dataset, dropping: Dropping, failed: Failed) -> Path:
         with writing(home, "a folder"):
             home.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=home) as scratch:
-            make_copies(dataset, Path(scratch) / "copies", dropping, failed)
+            how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
+            impair_dataset(dataset, Path(scratch) / "copies", **how, jobs=jobs, failed=failed)
             try:
                 os.replace(Path(scratch) / "copies", folder)
             except OSError as error:  # another process may have been first
                 if not (folder / "manifest.csv").is_file():
                     raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
     return folder
-
-
-def make_copies(dataset: Dataset, folder: Path, dropping: Dropping, failed: Failed):
-    """Make a data set's copies in a folder."""
-    how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
-    impair_dataset(
-        dataset, folder, **how, failed=failed, progress=lambda items: progress(items, len(items), "making copies")
-    )
 
 
 def content_name(dataset: Dataset, dropping: Dropping) -> str:

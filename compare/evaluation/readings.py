@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from joblib import Parallel, delayed
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of

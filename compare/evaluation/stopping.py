@@ -16,7 +16,7 @@ import numpy as np
 import typer
 from joblib import Parallel, delayed
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import open_dataset
@@ -120,7 +120,8 @@ def main(
     failures = Failures()
     dropping, dataset = options.dropping(backend, None, None, 0, "z", "m", PROFILE), open_dataset(data)
     simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
-    impaired = impaired_copies(simulated, dataset, dropping, copied, jobs, failures.add) if copied else None
+    how = {"copied": copied, "jobs": jobs, "failed": failures.add}
+    impaired = impaired_copies([simulated], dataset, [dropping], **how)[0] if copied else None
     models = [FunctionClassifier(radii=dropping.radii, early_drops=int(count)) for count in counts.split(",")]
     rows = [row for model in models for row in stoppings(simulated, impaired, model)]
     if json:

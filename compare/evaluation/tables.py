@@ -7,7 +7,7 @@ from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.batch.batch import Simulated
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import AnyMethod

@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.batch import simulate_dataset
+from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.batch.batch import simulate_dataset
+from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.options import dropping
 from spherefunc_bullet.console import progress, say

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset

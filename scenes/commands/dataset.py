@@ -210,8 +210,8 @@ def impair(
         directory,
         seed=seed,
         impairments=impairments,
+        jobs=-1,
         failed=failures.add,
-        progress=lambda objects: progress(objects, len(objects), "making copies"),
     )
     made, left_out = copies.made, copies.left_out
     about = {"manifest": str(copies.manifest), "objects": sum(made.values()), "made": made, "left_out": left_out}

@@ -6,17 +6,20 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from csv import DictReader
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
-from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
+from spherefunc_bullet.processes.tasks import run_tasks
 
 from .impairments import IMPAIRMENTS
 from .specimen import FUNCTIONS, Impairment, Specimen
@@ -54,8 +57,8 @@ def impair_dataset(
     impairments: Sequence[Impairment] = IMPAIRMENTS,
     up: str = BY_FILE,
     units: str = "m",
+    jobs: int = 1,
     failed: Failed,
-    progress: Callable[[list], Iterable] = iter,
 ) -> Copies:
     """Write impaired copies of a data set's functional objects, and ``manifest.csv`` at the end.
 
@@ -67,8 +70,6 @@ def impair_dataset(
         How the files are read (see `load_cloud`); copies are in metres, z up.
     failed : callable
         Is given the error of each file that cannot be used; the others go on.
-    progress : callable
-        Passes on the list of objects that it is given and may show how far it is.
 
     Raises
     ------
@@ -80,23 +81,42 @@ def impair_dataset(
     if not any(function_of(item) for _, item in numbered):
         raise InputError(f"{dataset.name}: expected objects labelled {', '.join(FUNCTIONS)}, got none of them")
     prepare_folder(directory)
-    rows, left_out = [], Counter()
-    for number, item in progress(numbered):
-        try:
-            specimen = Specimen(load_cloud(item.path, up=up, units=units), kind_of(item))
-        except InputError as error:
-            failed(error)
-            continue
-        for impairment, surface in changed_copies(specimen, dataset.name_of(item.path), seed, impairments):
-            if surface is None:
-                left_out[f"{specimen.function} {impairment.kind}"] += 1
-                continue
-            file = f"{number:04d}_{item.path.stem}_{impairment.kind}.ply"
-            write_bytes(directory / file, copy_ply(surface))
-            rows.append(manifest_row(file, dataset.name_of(item.path), item, impairment))
+    reading = partial(load_cloud, up=up, units=units)
+    fixed = directory, seed, impairments, reading
+    tasks = [(number, item, dataset.name_of(item.path), *fixed) for number, item in numbered]
+    names, done = [item.path for _, item in numbered], {}
+    for index, outcome in progress(run_tasks(write_copies, tasks, names, jobs=jobs), len(tasks), "making copies"):
+        if isinstance(outcome, InputError):
+            failed(outcome)
+        else:
+            done[index] = outcome
+    rows = [row for index in sorted(done) for row in done[index][0]]
+    left_out = sum((done[index][1] for index in sorted(done)), Counter())
     made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
     manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
     return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
+
+
+def write_copies(
+    number: int,
+    item: DatasetObject,
+    name: str,
+    directory: Path,
+    seed: int,
+    impairments: Sequence[Impairment],
+    reading: Callable[[Path], Cloud],
+) -> tuple[list[tuple], Counter[str]]:
+    """Write the copies of one object; return their rows of the manifest, and how often which kind cannot be made."""
+    rows, left_out = [], Counter()
+    specimen = Specimen(reading(item.path), kind_of(item))
+    for impairment, surface in changed_copies(specimen, name, seed, impairments):
+        if surface is None:
+            left_out[f"{specimen.function} {impairment.kind}"] += 1
+            continue
+        file = f"{number:04d}_{item.path.stem}_{impairment.kind}.ply"
+        write_bytes(directory / file, copy_ply(surface))
+        rows.append(manifest_row(file, name, item, impairment))
+    return rows, left_out
 
 
 def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[DatasetObject, ...]:

@@ -16,7 +16,7 @@ from ..formats.writing import require_place
 from . import options
 
 if TYPE_CHECKING:
-    from ..batch.batch import Simulated
+    from ..batch.simulated import Simulated
     from ..datasets.dataset import Dataset
     from ..learning.classifier import CloudClassifier
     from ..settling.records import Dropping
@@ -43,7 +43,7 @@ def train(
     json: options.Json = False,
 ):
     """Train a model on labelled objects and write it to a file."""
-    from ..batch.batch import simulate_dataset
+    from ..batch.simulated import simulate_dataset
     from ..datasets.agreement import require_agreement
     from ..datasets.dataset import joined_datasets, open_dataset
     from ..learning.model_file import save_model

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.batch import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
 from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset, sources_of

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from ...clouds.cloud import Cloud
+from ...clouds.thinning import one_per_cell
 from ...errors import InputError
 from ..mechanics import Matter
 
@@ -137,7 +138,7 @@ def spread_out(points: np.ndarray, count: int) -> np.ndarray:
 def loose_parts(cloud: Cloud) -> int:
     """Return in how many parts an object's surface falls that lie apart."""
     apart = max(LOOSE, LOOSE * float(cloud.size.max()))
-    cells = np.unique(np.floor(cloud.points / apart).astype(np.int64), axis=0)
+    cells = np.floor(one_per_cell(cloud.points, apart, cloud.bounds) * (1 / apart))
     pairs = cKDTree(cells).query_pairs(1.8, output_type="ndarray")  # a cell and the 26 around it
     links = coo_array((np.ones(len(pairs), bool), (pairs[:, 0], pairs[:, 1])), shape=(len(cells), len(cells)))
     return int(connected_components(links, directed=False)[0])
