@@ -23,7 +23,7 @@ from spherefunc_bullet.settling.records import ObjectRecord
 from .evaluation import Evaluation, Trial, Weights, evaluate, run_trial
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
-from .related.fixed import related
+from .related.examiner import related
 
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
