@@ -40,12 +40,12 @@ SCANS := ../shared/data/scenes
 
 bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
-	@$(BIN)/python -m spherefunc_bullet.compare.bench.peers
-	@$(BIN)/python -m spherefunc_bullet.compare.bench.engine_share
-	@$(BIN)/python -m spherefunc_bullet.compare.bench.strips
-	@$(BIN)/python -m spherefunc_bullet.compare.bench.growth
-	@$(BIN)/python -m spherefunc_bullet.compare.bench.mechanics
-	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench.scene_stages $(SCANS))
+	@$(BIN)/python -m spherefunc_bullet.compare.bench peers
+	@$(BIN)/python -m spherefunc_bullet.compare.bench engine_share
+	@$(BIN)/python -m spherefunc_bullet.compare.bench strips
+	@$(BIN)/python -m spherefunc_bullet.compare.bench growth
+	@$(BIN)/python -m spherefunc_bullet.compare.bench mechanics
+	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench scene_stages $(SCANS))
 
 scans: tools  ## the exam of real scans: by object and by place, by function and source, with intervals
 	@$(BIN)/python -m spherefunc_bullet.compare.rooms.real_scans $(SCANS)

@@ -54,8 +54,7 @@ class FastSimulator(FastOptions):
     def poses(self, cloud: Cloud, settings: PoseSettings, seed: int = 0) -> PoseResult:
         """Return by statics how a cloud's object can lie (see `SupportsPoses.poses`); nothing is dropped."""
         from spherefunc_bullet.simulator.statics.body import body_of
-        from spherefunc_bullet.simulator.statics.facets import facets_of
-        from spherefunc_bullet.simulator.statics.poses import stable_poses
+        from spherefunc_bullet.simulator.statics.facets import facets_of, stable_poses
 
         started = time.perf_counter()
         body = body_of(cloud, settings.matter)

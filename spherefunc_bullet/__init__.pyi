@@ -29,7 +29,7 @@ from .scenes.fusion.scene_fusion import FusedObject as FusedObject
 from .scenes.fusion.scene_fusion import SceneFusion as SceneFusion
 from .scenes.recognition.objects import FoundObject as FoundObject
 from .scenes.recognition.objects import find_objects as find_objects
-from .scenes.recognition.places import find_places as find_places
+from .scenes.recognition.objects import find_places as find_places
 from .scenes.scans.depth_image import Intrinsics as Intrinsics
 from .shapes.compared import Shapes as Shapes
 from .shapes.compared import compare_shapes as compare_shapes

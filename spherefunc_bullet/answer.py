@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
 from .classification import Decision
 from .classification import classify as decision_about
@@ -103,46 +103,28 @@ class Answer:
         return f"{image_html(escape(self.name), png_of_figure(self.plot()))}<p>{lines}</p>"
 
 
-@overload
-def classify(
-    anything: list[Anything],
-    *,
-    units: str = "m",
-    up: str = BY_FILE,
-    model: str | Path | CloudClassifier | None = None,
-    backend: str | None = None,
-    function: str | None = None,
-    explain: bool = True,
-    cache: bool = False,
-) -> list[Answer]: ...
+class Options(TypedDict, total=False):
+    """How objects are read and classified; see `classify`."""
+
+    units: str
+    up: str
+    model: str | Path | CloudClassifier | None
+    backend: str | None
+    function: str | None
+    explain: bool
+    cache: bool
 
 
 @overload
-def classify(
-    anything: dict[str, Anything],
-    *,
-    units: str = "m",
-    up: str = BY_FILE,
-    model: str | Path | CloudClassifier | None = None,
-    backend: str | None = None,
-    function: str | None = None,
-    explain: bool = True,
-    cache: bool = False,
-) -> dict[str, Answer]: ...
+def classify(anything: list[Anything], **how: Unpack[Options]) -> list[Answer]: ...
 
 
 @overload
-def classify(
-    anything: Anything,
-    *,
-    units: str = "m",
-    up: str = BY_FILE,
-    model: str | Path | CloudClassifier | None = None,
-    backend: str | None = None,
-    function: str | None = None,
-    explain: bool = True,
-    cache: bool = False,
-) -> Answer: ...
+def classify(anything: dict[str, Anything], **how: Unpack[Options]) -> dict[str, Answer]: ...
+
+
+@overload
+def classify(anything: Anything, **how: Unpack[Options]) -> Answer: ...
 
 
 def classify(

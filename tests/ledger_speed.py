@@ -8,8 +8,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from spherefunc_bullet.batch.folder import status
 from spherefunc_bullet.batch.ledger import DONE, Ledger, Row, RunConfig
-from spherefunc_bullet.batch.status import status
 
 RADII = (0.005, 0.01, 0.02, 0.03, 0.05)  # metres
 SETTINGS = '{"loading": {"units": "m", "up": "z"}, "max_spheres": 20000, "miss_limit": 50, "version": "3"}'

@@ -23,10 +23,9 @@ from mishaps import MishapSimulator
 from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.batch import Batch, Limits, run_batch
-from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs
+from spherefunc_bullet.batch.folder import RunFolder, is_alive, merge_runs, status
 from spherefunc_bullet.batch.ledger import DONE, Ledger
 from spherefunc_bullet.batch.simulated import simulate_dataset
-from spherefunc_bullet.batch.status import status
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.errors import InputError

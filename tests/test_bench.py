@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.compare.bench import answers, backends, engine_share, growth, peers
-from spherefunc_bullet.compare.bench.bench import apart
-from spherefunc_bullet.compare.bench.timing import Case
+from spherefunc_bullet.compare.bench import answers, engine_share, peers, piles
+from spherefunc_bullet.compare.bench.harness import Case, apart
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
@@ -31,7 +30,7 @@ def test_an_answer_s_steps_are_printed_for_a_mug_a_chair_and_a_sofa(capsys):
 
 
 def test_backends_stand_beside_each_other(capsys):
-    backends.print_backends("household", ["fast"], 8)
+    answers.compare_backends("household", "fast", 8)
     printed = capsys.readouterr().out
     assert "spheres kept" in printed and re.search(r"^fast +8 +\d+ ", printed, re.MULTILINE)
 
@@ -71,8 +70,8 @@ def test_the_naive_script_drops_as_many_as_asked(tmp_path):
 
 
 def test_the_cost_of_drops_is_of_each_stretch_of_a_run(tmp_path):
-    cloud = load_cloud(growth.write_crate(tmp_path))
-    parts = growth.stretches(cloud, "fast", 0.02, (1, 50, 200))
+    cloud = load_cloud(piles.write_crate(tmp_path))
+    parts = piles.stretches(cloud, "fast", 0.02, (1, 50, 200))
     assert [(part.first, part.last) for part in parts] == [(1, 50), (50, 200)]
-    growth.draw({"fast": parts}, tmp_path / "growth.svg")
+    piles.draw({"fast": parts}, tmp_path / "growth.svg")
     assert "spheres that have settled" in re.sub(r"<!--|-->", "", (tmp_path / "growth.svg").read_text())

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.scenes.recognition.choosing import BARS, Candidate, chosen, claiming
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal, shared_points
+from spherefunc_bullet.scenes.recognition.room import BARS, Candidate, chosen, claiming
 
 
 def candidate(place: int, by: str, members: range, **scores: float) -> Candidate:

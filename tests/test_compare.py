@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 import spherefunc_bullet.compare.comparison.experiment as experiments
-import spherefunc_bullet.compare.evaluation.profiled as profiled
+import spherefunc_bullet.compare.evaluation.readings as profiled
 import spherefunc_bullet.learning.function_classifier as function_classifier
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.commands.compare import compare

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.function_model import Reading
-from spherefunc_bullet.learning.function_classifier import FAMILIAR, FunctionClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import group_copies
+from spherefunc_bullet.learning.profiles.profile_model import FAMILIAR
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.learning.profiles.words import cells_of, deciding, met, nearest, sentences, with_unit
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows

@@ -15,8 +15,8 @@ from spherefunc_bullet.classification import FALLS
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
-from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
+from spherefunc_bullet.compare.evaluation.readings import Profiled
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model

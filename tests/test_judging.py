@@ -15,9 +15,9 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, save_model
-from spherefunc_bullet.scenes.recognition.choosing import BARS
 from spherefunc_bullet.scenes.recognition.judging import RecognitionContext, judged, surroundings_for
 from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Proposal
+from spherefunc_bullet.scenes.recognition.room import BARS
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 

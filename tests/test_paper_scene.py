@@ -14,7 +14,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.scenes.commands.scene import require_method
 from spherefunc_bullet.scenes.recognition.examples import recognise_as_paper
-from spherefunc_bullet.scenes.scans.plane import level_by_ransac
+from spherefunc_bullet.scenes.scans.levelling import level_by_ransac
 from spherefunc_bullet.scenes.scans.scan import scan_from_points
 
 

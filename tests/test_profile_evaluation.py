@@ -13,8 +13,8 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import profiles, stopping
-from spherefunc_bullet.compare.evaluation.profiled import ACROSS, fused, points_as_drops, profiled, reliability
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, labels_of
+from spherefunc_bullet.compare.evaluation.readings import ACROSS, fused, points_as_drops, profiled, reliability
 from spherefunc_bullet.compare.figures import budget
 from spherefunc_bullet.compare.pages.plates import write_plate
 from spherefunc_bullet.datasets.dataset import DatasetObject

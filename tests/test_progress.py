@@ -15,8 +15,8 @@ import pytest
 from batch_runs import small_objects
 from sklearn.neighbors import KNeighborsClassifier
 
-from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
+from spherefunc_bullet.compare.evaluation.readings import Profiled
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.quantities import NAMES

@@ -32,8 +32,8 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     leave_one_group_out,
     leave_one_out,
     random_splits,
+    wanted_sizes,
 )
-from spherefunc_bullet.compare.evaluation.sizes import wanted_sizes
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices, cube_keys

@@ -11,8 +11,7 @@ from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol
-from spherefunc_bullet.compare.evaluation.related.examiner import ball_bottoms, examined
-from spherefunc_bullet.compare.evaluation.related.fixed import RELATED, fixed, related
+from spherefunc_bullet.compare.evaluation.related.examiner import RELATED, ball_bottoms, examined, fixed, related
 from spherefunc_bullet.compare.evaluation.related.rules import (
     NOTHING,
     TopView,

@@ -9,8 +9,7 @@ import numpy as np
 from browser import CHROMIUM, FLAGS, needs_browser
 
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.scenes.recognition.choosing import BARS
-from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
+from spherefunc_bullet.scenes.recognition.room import BARS, Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.scans.levelling import Levelling
 from spherefunc_bullet.scenes.scans.scan import Scan

@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.commands.rooms import conditions
+from spherefunc_bullet.compare.rooms.baselines import Training, trained_classifier, whole_fold
 from spherefunc_bullet.compare.rooms.exam import curve_rows, write_report
-from spherefunc_bullet.compare.rooms.training import Training, trained_classifier, whole_fold
 from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError

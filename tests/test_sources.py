@@ -15,7 +15,7 @@ import trimesh
 from cloud_files import cloud_bytes, mesh_bytes, mug, require_reader
 from typer.testing import CliRunner
 
-from spherefunc_bullet.batch.freshness import source_stamp
+from spherefunc_bullet.batch.task import source_stamp
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import sources

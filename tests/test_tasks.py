@@ -11,9 +11,9 @@ import pytest
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.comparison.experiment import LABELS, as_toml, read_asked, read_experiment
-from spherefunc_bullet.compare.evaluation import profiled
+from spherefunc_bullet.compare.evaluation import readings
 from spherefunc_bullet.compare.mechanics.measures import benefit_sentence, beside, measured, read_tasks, task_reports
-from spherefunc_bullet.compare.mechanics.tasks import Outcome
+from spherefunc_bullet.compare.mechanics.standing import Outcome
 from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -149,7 +149,7 @@ def test_data_without_furniture_have_nothing_that_stands():
 
 def test_compare_and_evaluate_take_tasks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(function_classifier, "TREES", 8)  # what forests say is not looked at
-    monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
+    monkeypatch.setattr(readings, "WORTH_CORES", 10**6)
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "cafe_table_01", "vase_01")
     write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "objects", "six")
     asked = ["--tasks", "labels,standing", "--task-objects", "2", "--trials", "1", "--radii", "3cm", "--jobs", "1"]

@@ -14,8 +14,8 @@ from spherefunc_bullet.compare.evaluation.impaired import (
     scores_for_unseen_kinds,
     with_copies_learnt,
 )
-from spherefunc_bullet.compare.evaluation.profiled import Profiled
 from spherefunc_bullet.compare.evaluation.protocol import Labels
+from spherefunc_bullet.compare.evaluation.readings import Profiled
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.quantities import QUANTITIES

@@ -1,8 +1,35 @@
-"""``python -m spherefunc_bullet.compare.bench``."""
+"""``python -m spherefunc_bullet.compare.bench [BENCH] [OPTIONS]``; without a BENCH, the simulators' speed."""
+
+import sys
+from importlib import import_module
+
+import typer
 
 from spherefunc_bullet.console import run
 
-from .bench import main
+BENCHES = {  # where each is, and its function
+    "answers": ("answers", "print_answers"),
+    "labels": ("answers", "time_labels"),
+    "mechanics": ("answers", "time_mechanics"),
+    "scene_stages": ("answers", "time_scenes"),
+    "peers": ("peers", "compare_peers"),
+    "backends": ("answers", "compare_backends"),
+    "depth": ("piles", "measure_depths"),
+    "growth": ("piles", "measure_growth"),
+    "strips": ("piles", "measure_strips"),
+    "engine_share": ("engine_share", "print_engine_share"),
+    "batch_overhead": ("batches", "measure_overhead"),
+    "cost_model": ("batches", "print_cost_model"),
+}
+
+
+def main():
+    """Run the bench that is named."""
+    module, function = "speed", "print_speed"
+    if len(sys.argv) > 1 and sys.argv[1] in BENCHES:
+        module, function = BENCHES[sys.argv.pop(1)]
+    typer.run(getattr(import_module(f".{module}", __package__), function))
+
 
 if __name__ == "__main__":  # the processes that it starts import this file
     run(main)

@@ -1,8 +1,12 @@
-"""What an answer costs: importing, `classify` in a new process, and each step of a label in one that is up.
+"""What answers cost: a process, a label and its steps, backends, questions of mechanics, and the stages of a scan.
 
-    python -m spherefunc_bullet.compare.bench.answers [--backend fast] [--repeats 5]
+    python -m spherefunc_bullet.compare.bench answers [--backend fast] [--repeats 5]
+    python -m spherefunc_bullet.compare.bench labels DATA [--backends fast,bullet] [--count 40]
+    python -m spherefunc_bullet.compare.bench backends DATA [--backends fast,bullet,mujoco] [--count 40]
+    python -m spherefunc_bullet.compare.bench mechanics [--repeats 3]
+    python -m spherefunc_bullet.compare.bench scene_stages ../shared/data/scenes [--points 300000] [--only NAME]
 
-Processor time, so that other work on the machine counts little.
+Processor time where it says so, so that other work on the machine counts little.
 """
 
 from __future__ import annotations
@@ -11,26 +15,54 @@ import os
 import resource
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import process_time
+from time import perf_counter, process_time
 from typing import Annotated
 
 import numpy as np
 import typer
+from sklearn.metrics import f1_score
 
-from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table, run
-from spherefunc_bullet.datasets.catalogue import built_catalogue
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.classification import decide
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.console import Failures, print_table, progress, say
+from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
+from spherefunc_bullet.scenes.recognition.recognition import recognise
+from spherefunc_bullet.scenes.scans.scan import load_scan
+from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
+from spherefunc_bullet.settling.kept_object import CloudObject
+from spherefunc_bullet.settling.places import resting_places
+from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
+from spherefunc_bullet.simulator import Simulator, make_simulator
+from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, StandSettings
+
+from ..comparison.entries import evenly
+from ..evaluation.protocol import labels_of, leave_one_out
+from ..evaluation.readings import spheres_profiled
+from ..machine import usable_backends
+from ..rooms.real_scans import scan_files
+from ..rooms.scan_trials import some_points
+from .harness import Backends, Count, Data, Repeats, of_household, timed
 
 OBJECTS = {"mug": "mug_01", "chair": "shell_chair_01", "sofa": "sofa_02"}
+HANDLED = ("mug_01", "shell_chair_01", "dining_table_02")  # and asked about poses, standing and carrying
 IMPORT = "import spherefunc_bullet as sf; sf.load_cloud, sf.make_simulator, sf.load_model"
 STEPS = ("reading", "sampling", "simulation", "features", "scores")  # of one label
+SMALL = 1 / 26  # of a mug's largest extent, the radius of which 300 spheres are half of what it holds
+WANTED = {"poses, 100 drops": "2", "keeping 300 small spheres": "3"}  # seconds at most
+HEAD = ["backend", "objects", "drops", "drops/s", "median ms an object", "spheres kept"]
+TURNS = 3  # of each scan, of which the fastest counts
 
 
 def label_steps(path: Path, model: FunctionClassifier) -> list[float]:
@@ -59,18 +91,18 @@ def processor_seconds(command: Sequence[str], cache: Path) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def print_processes(mug: Path):
-    """Print the processor time of an import, and of a first and a second `classify` of a mug."""
+def print_answers(
+    backend: Annotated[str, typer.Option(help="Whose model, one that ships, is asked.")] = "fast",
+    repeats: Repeats = 5,
+):
+    """Print the processor time of an import and of `classify` in a new process, and of each step of a label."""
+    paths = {title: of_household(name) for title, name in OBJECTS.items()}
     with TemporaryDirectory() as folder:
-        classify = [sys.executable, "-m", "spherefunc_bullet", "classify", str(mug), "--json"]
+        classify = [sys.executable, "-m", "spherefunc_bullet", "classify", str(paths["mug"]), "--json"]
         calls = {"python alone": [sys.executable, "-c", ""], "import": [sys.executable, "-c", IMPORT]}
         calls |= {"first classify of a mug": classify, "second classify of it": classify}
         rows = [[name, f"{processor_seconds(command, Path(folder)):.2f}"] for name, command in calls.items()]
     print_table("\nA process of its own, seconds of the processor", ["call", "s"], rows)
-
-
-def print_labels(backend: str, paths: dict[str, Path], repeats: int):
-    """Print the milliseconds of each step of a label in a process that is up, the median of some times."""
     model, rows = load_model(shipped_model(backend)), []
     # The first round compiles and loads what is to be timed.
     rounds = [[label_steps(path, model) for path in paths.values()] for _ in range(1 + repeats)][1:]
@@ -80,16 +112,119 @@ def print_labels(backend: str, paths: dict[str, Path], repeats: int):
     print_table(f"\nA label by {backend} in a process that is up, ms of the processor", ["object", *STEPS, "all"], rows)
 
 
-def print_answers(
-    backend: Annotated[str, typer.Option(help="Whose model, one that ships, is asked.")] = "fast",
-    repeats: Annotated[int, typer.Option(min=1, help="Of each label.")] = 5,
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TimedObject(CloudObject):
+    """A cloud, and the seconds that each run of drops on it has taken."""
+
+    seconds: list[float] = field(default_factory=list)
+
+    def drops(self, length: RunLimit) -> DropsByRadius:
+        """Return what becomes of the spheres in runs of some length."""
+        start = perf_counter()
+        drops = super().drops(length)
+        self.seconds.append(perf_counter() - start)
+        return drops
+
+
+def seconds_of(cloud: Cloud, model: CloudClassifier) -> tuple[float, float]:
+    """Return the seconds that drops, and then quantities and scores, take on a cloud that is loaded."""
+    item = TimedObject(own=cloud, dropping=model.dropping())
+    start = perf_counter()
+    decide(item, model)
+    dropping = sum(item.seconds)
+    return dropping, perf_counter() - start - dropping
+
+
+def time_labels(data: Data, backends: Backends = "fast,bullet", count: Count = 40):
+    """Print the milliseconds of a label in a process that is up, the median over objects and the mean."""
+    objects, rows = open_dataset(data).objects, []
+    chosen = [objects[k * len(objects) // count].path for k in range(min(count, len(objects)))]
+    for backend in backends.split(","):
+        model = load_model(shipped_model(backend))
+        seconds_of(load_cloud(chosen[0]), model)  # compiles and loads what is to be timed
+        taken = np.array([seconds_of(load_cloud(path), model) for path in progress(chosen, len(chosen), backend)])
+        totals, medians = taken.sum(axis=1), np.median(taken, axis=0)
+        times = [np.median(totals), totals.mean(), totals.max(), *medians]
+        rows.append([backend, str(len(chosen)), *(f"{1000 * time:.1f}" for time in times)])
+    head = ["backend", "objects", "median ms", "mean", "longest", "median of drops", "of quantities and scores"]
+    print_table(f"a label of the models that ship, objects of {data}, loading and sampling excluded", head, rows)
+
+
+def questions(simulator: Simulator, cloud: Cloud) -> dict[str, Callable[[], object]]:
+    """Return what one asks of an object, by what the table calls it."""
+    places = resting_places(cloud)
+    asked: dict[str, Callable[[], object]] = {
+        "poses, 100 drops": lambda: simulator.poses(cloud, PoseSettings(), 0),
+        "standing, 100 places": lambda: simulator.stands(cloud, StandSettings(load=20.0), places, 0),
+    }
+    if hasattr(simulator, "carry"):
+        asked["keeping"] = lambda: simulator.carry(cloud, CarrySettings(), 0)
+        if cloud.size.max() < 0.2:
+            small = CarrySettings(radius=float(cloud.size.max()) * SMALL)
+            asked["keeping 300 small spheres"] = lambda: simulator.carry(cloud, small, 0)
+    return asked
+
+
+def time_mechanics(repeats: Repeats = 3):
+    """Print the least seconds of poses, standing and carrying, by the processor and by the clock, without loading."""
+    rows = []
+    for backend in usable_backends(("fast", "bullet")):
+        simulator = make_simulator(backend)
+        for name in HANDLED:
+            for words, question in questions(simulator, load_cloud(of_household(name))).items():
+                question()  # compiles and loads what is to be timed
+                both, _ = timed(question, repeats, lambda: np.array([process_time(), perf_counter()]))
+                rows.append([name, backend, words, *(f"{least:.2f}" for least in np.min(both, axis=0))])
+                rows[-1].append(WANTED.get(words, ""))
+    head = ["object", "backend", "question", "processor s", "by the clock", "wanted"]
+    print_table("Mechanics of one object", head, rows)
+
+
+def time_scenes(
+    data: Annotated[Path, typer.Argument(help="Folder of scans.")],
+    points: Annotated[int, typer.Option(help="Take at most so many points, and leave out what has fewer.")] = 300_000,
+    only: Annotated[str, typer.Option(help="Scans whose names hold this, or one of these.")] = "",
 ):
-    """Print what an answer costs."""
-    folder = built_catalogue("household").parent
-    paths = {title: folder / f"{name}.ply" for title, name in OBJECTS.items()}
-    print_processes(paths["mug"])
-    print_labels(backend, paths, repeats)
+    """Print the seconds of recognition, stage by stage: of the fastest turn of each scan, by the clock."""
+    model, table = load_model(shipped_model("fast", scans=True)), []
+    scans = [load_scan(path, report=say) for path in scan_files(data, only)]
+    scans = [some_points(scan, points) for scan in scans if len(scan) >= points]
+    if not scans:
+        raise InputError(f"{data}: expected a scan of {points:,} points or more, found none")
+    for scan in progress(scans, len(scans), "recognising"):
+        turns = [recognise(scan, model).stages for _ in range(TURNS + 1)][1:]  # after one to warm up
+        stages = min(turns, key=lambda stages: sum(stages.values()))
+        table.append([scan.name, *stages.values(), sum(stages.values())])
+    table.append(["mean", *np.mean([row[1:] for row in table], axis=0)])
+    cells = [[row[0], *(f"{value:.3f}" for value in row[1:])] for row in table]
+    print_table(f"Seconds of scans of {points:,} points", ["scan", *stages, "all"], cells)
 
 
-if __name__ == "__main__":
-    run(lambda: typer.run(print_answers))
+def table_row(backend: str, simulated: Simulated) -> tuple[list[str], dict[str, float]]:
+    """Return a backend's row of the table, and its F-measure of each function, leaving one object out."""
+    records = simulated.records
+    drops = sum(sum(record.drops.values()) for record in records)
+    seconds = np.array([sum(record.seconds.values()) for record in records])
+    kept = sum(len(drops.rests) for record in records for drops in record.settled.values())
+    row = [backend, str(len(records)), str(drops), f"{drops / seconds.sum():.0f}", f"{1e3 * np.median(seconds):.0f}"]
+    return [*row, f"{kept / drops:.2f}"], left_out_f_measures(simulated)
+
+
+def left_out_f_measures(simulated: Simulated) -> dict[str, float]:
+    """Return the F-measure of each function, every object classified by a model of all others."""
+    labels = labels_of(simulated)
+    trial = spheres_profiled(simulated, labels, PROFILE_RADII).trial(leave_one_out(len(labels), 0))
+    said, true = trial.scores > 0.5, labels.members[trial.rows]
+    return {name: float(f1_score(true[:, k], said[:, k], zero_division=0.0)) for k, name in enumerate(labels.functions)}
+
+
+def compare_backends(data: Data, backends: Backends = "fast,bullet", count: Count = 40):
+    """Print one row for each backend: its speed, and its quality by the default method, leaving one object out."""
+    dataset, rows, functions = open_dataset(data), [], []
+    some = replace(dataset, objects=evenly(dataset.objects, count))  # so in the data set's proportions
+    for backend in backends.split(","):
+        dropping = Dropping(simulator=backend, radii=PROFILE_RADII, length=METHODS[PROFILE].length)
+        row, f_measures = table_row(backend, simulate_dataset(some, dropping, jobs=1, failed=Failures().add))
+        functions = [f"F {name}" for name in f_measures]
+        rows.append([*row, *(f"{value:.2f}" for value in f_measures.values())])
+    print_table(f"backends on {data}: 200 drops at each radius, one process, leaving one out", HEAD + functions, rows)

@@ -1,13 +1,12 @@
 """Where `bullet` spends its time: how much of it the engine's own `stepSimulation` takes.
 
-    python -m spherefunc_bullet.compare.bench.engine_share
+    python -m spherefunc_bullet.compare.bench engine_share
 
 Processor time, so that other work on the machine counts little.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,14 +17,14 @@ from spherefunc_bullet.bullet.collision.shape import collision_shape
 from spherefunc_bullet.bullet.dropping import DropRun
 from spherefunc_bullet.bullet.world import World
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.console import print_table, run
-from spherefunc_bullet.datasets.catalogue import built_catalogue
+from spherefunc_bullet.console import print_table
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.settling.drops import DROPS
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings
 
-from .timing import Case
+from .harness import Case, of_household, write_plain_table
+from .speed import cases
 
 FEW = {"mug_01": "1cm", "shell_chair_01": "2cm", "dining_table_02": "2cm"}  # as one radius of a label asks for
 
@@ -76,26 +75,15 @@ def shares_of(path: Path, settings: DropSettings) -> Shares:
     return Shares(drops=drops, surface=made - started, loading=ready - made, stepping=world.stepping, rest=rest)
 
 
-def print_shares(cases: Iterable[Case]):
+def print_engine_share():
     """Print a row for each full run, and for the first drops of one radius as a label asks for them."""
-    folder = built_catalogue("household").parent
-    few = [Case(title=name, path=folder / f"{name}.ply", radius=parse_length(r)) for name, r in FEW.items()]
+    few = [Case(title=name, path=of_household(name), radius=parse_length(radius)) for name, radius in FEW.items()]
     rows = []
-    for case, drops in [*((case, None) for case in cases), *((case, DROPS) for case in few)]:
-        settings = DropSettings(radius=case.radius, max_drops=drops, miss_limit=drops or 50)
-        rows.append([case.title, format_length(case.radius), *shares_of(case.path, settings).row])
+    with TemporaryDirectory() as folder:
+        full = cases("bullet", write_plain_table(Path(folder)), quick=False)
+        for case, drops in [*((case, None) for case in full), *((case, DROPS) for case in few)]:
+            settings = DropSettings(radius=case.radius, max_drops=drops, miss_limit=drops or 50)
+            rows.append([case.title, format_length(case.radius), *shares_of(case.path, settings).row])
     head = ["object", "radius", "drops", "surface ms", "loading ms", "stepSimulation ms", "rest of the drops ms"]
     title = "\nWhere bullet's time goes, processor time; stepSimulation's share"
     print_table(title, [*head, "share of the drops", "of all"], rows)
-
-
-def main():
-    """Print the table of docs/speed.md."""
-    from .bench import cases, write_plain_table
-
-    with TemporaryDirectory() as folder:
-        print_shares(cases("bullet", write_plain_table(Path(folder)), quick=False))
-
-
-if __name__ == "__main__":
-    run(main)

@@ -1,43 +1,141 @@
 """The same spheres on the same objects by peers: the naive PyBullet script, MuJoCo, and our backends.
 
-    python -m spherefunc_bullet.compare.bench.peers [--drops 500] [--objects mug,table,chair]
+    python -m spherefunc_bullet.compare.bench peers [--drops 500] [--objects mug,table,chair]
 
-Everybody drops as many spheres, one radius an object, and meets the mesh's own triangles, `fast` its points. What came
-of them is measured on the mesh by somebody else (Open3D): how deep spheres lie in each other and in the object, and how
-many hang in the air. MuJoCo runs by `examples/mujoco_backend`, as good as we know to do it; it is left out where
-`mujoco` or this file's repository is not there.
+Of peers everybody drops as many spheres, one radius an object, and meets the mesh's own triangles, `fast` its points.
+What came of them is measured on the mesh by somebody else (Open3D): how deep spheres lie in each other and in the
+object, and how many hang in the air. MuJoCo runs by `examples/mujoco_backend`, as good as we know to do it; it is left
+out where `mujoco` or this file's repository is not there. The naive script is what one would write with PyBullet at
+first, without this package: one rigid body per sphere, the default 240 Hz, frozen by setting its mass to 0 when it is
+slow. It is here to be measured, not used; the ``bullet`` backend does better.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
+import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
-from spherefunc_bullet.clouds.cloud import Mesh, load_cloud
-from spherefunc_bullet.console import print_table, run, say, show
-from spherefunc_bullet.datasets.catalogue import built_catalogue
+from spherefunc_bullet.clouds.cloud import Mesh, load_cloud, placed
+from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 
-from ..machine import machine, usable_backends
-from .bench import OBJECTS, PEER_RADIUS, TABLE_RADIUS, apart, use_one_core, write_plain_table
-from .peer import peer_mug, run_naively
-from .timing import Case
+from ..machine import usable_backends
+from .harness import (
+    PEER_RADIUS,
+    PLAIN_TABLE,
+    TABLE_RADIUS,
+    Case,
+    apart,
+    of_household,
+    peer_mug,
+    print_machine,
+    use_one_core,
+    write_plain_table,
+)
+from .speed import OBJECTS
+
+if TYPE_CHECKING:
+    from pybullet_utils.bullet_client import BulletClient
 
 DROPS = 500
 NAIVE_SECONDS = 60.0  # an object; where they do not do, its row says how many drops it came to
 HANGING = 0.05  # radii to the nearest object beyond which a sphere that came to rest is said to hang in the air
 EXAMPLE = Path(__file__).parents[2] / "examples" / "mujoco_backend" / "spherefunc_mujoco.py"
+GRAVITY = -9.81  # m/s^2
+MASS = 0.01  # kg, of a sphere
+SLOW = 0.01  # m/s: below this a sphere counts as at rest
+SLOW_STEPS = 5  # in a row: one slow step may be the top of a bounce
+MAX_STEPS = 1200  # five seconds of simulated time
+
+
+@dataclass(frozen=True, kw_only=True)
+class NaiveRun:
+    """What came of the script, as far as it got."""
+
+    drops: int
+    centers: np.ndarray  # (S, 3) metres, where spheres settled
+    ends: np.ndarray  # (S, 3) metres, where they are in the end: mass 0 alone does not hold them
+    seconds: float
+
+
+def run_naively(path: Path, radius: float, seconds: float, most: int) -> NaiveRun:
+    """Drop spheres of a radius in metres on a mesh until so many seconds or drops are over.
+
+    For a process of its own: stdout is closed to PyBullet, which prints on it and would spoil JSON.
+    """
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    import pybullet as p
+    from pybullet_utils.bullet_client import BulletClient
+
+    geometry = read_geometry(path)
+    vertices = placed(geometry.vertices)  # where the simulator has it
+    client = BulletClient(connection_mode=p.DIRECT)
+    client.setGravity(0, 0, GRAVITY)
+    add_object(client, vertices, geometry.faces)
+    sphere = client.createCollisionShape(p.GEOM_SPHERE, radius=radius)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    columns, top = np.random.default_rng(0), high[2]
+    drops, centers, settled = 0, [], []
+    started, spent = time.perf_counter(), 0.0
+    while spent < seconds and drops < most:
+        x, y = columns.uniform(low[:2], high[:2])
+        center = drop_naively(client, sphere, [x, y, top + 2 * radius], radius)
+        drops += 1
+        if center is not None:
+            top = max(top, center[2] + radius)
+            centers.append(center)
+            settled.append(client.getBodyUniqueId(client.getNumBodies() - 1))
+        spent = time.perf_counter() - started
+    ends = [client.getBasePositionAndOrientation(body)[0] for body in settled]
+    client.disconnect()
+    centers, ends = (np.array(places, float).reshape(-1, 3) for places in (centers, ends))
+    return NaiveRun(drops=drops, centers=centers, ends=ends, seconds=spent)
+
+
+def add_object(client: BulletClient, vertices: np.ndarray, faces: np.ndarray):
+    """Add a mesh as a static body, hollows and all."""
+    import pybullet as p
+    import trimesh
+
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "object.obj"
+        trimesh.Trimesh(vertices, faces, process=False).export(path)
+        shape = client.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=p.GEOM_FORCE_CONCAVE_TRIMESH)
+    client.createMultiBody(0, shape)
+
+
+def drop_naively(
+    client: BulletClient, sphere: int, start: Sequence[float], radius: float
+) -> tuple[float, float, float] | None:
+    """Return where one sphere comes to rest, metres, or None if it misses or never does."""
+    body = client.createMultiBody(MASS, sphere, basePosition=start)
+    slow = 0
+    for _ in range(MAX_STEPS):
+        client.stepSimulation()
+        center = client.getBasePositionAndOrientation(body)[0]
+        slow = slow + 1 if np.linalg.norm(client.getBaseVelocity(body)[0]) < SLOW else 0
+        if center[2] < radius:
+            break
+        if slow == SLOW_STEPS:
+            client.changeDynamics(body, -1, mass=0)
+            return center
+    client.removeBody(body)
+    return None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,11 +231,10 @@ def cases(names: list[str], folder: Path) -> list[Case]:
         If there is no such object.
     """
     _, chair, radius = next(each for each in OBJECTS["bullet"] if each[0] == "chair")
-    chair_file = built_catalogue("household").parent / f"{chair}.ply"
     known = {
         "mug": Case(title="PyBullet's mug", path=peer_mug(), radius=PEER_RADIUS),
-        "table": Case(title="table of 1.2 x 0.8 m", path=write_plain_table(folder), radius=TABLE_RADIUS),
-        "chair": Case(title=f"chair ({chair})", path=chair_file, radius=parse_length(radius)),
+        "table": Case(title=PLAIN_TABLE, path=write_plain_table(folder), radius=TABLE_RADIUS),
+        "chair": Case(title=f"chair ({chair})", path=of_household(chair), radius=parse_length(radius)),
     }
     for name in names:
         if name not in known:
@@ -156,7 +253,7 @@ def print_peers(case: Case, drops: int):
     print_table(f"\nThe same {drops} drops by peers", head, [one.row(naive) for one in runs if one is not None])
 
 
-def main(
+def compare_peers(
     drops: Annotated[int, typer.Option(min=10, help="Spheres that each drops.")] = DROPS,
     objects: Annotated[str, typer.Option(help="Objects, comma-separated.")] = "mug,table,chair",
 ):
@@ -167,8 +264,4 @@ def main(
     with TemporaryDirectory() as folder:
         for case in cases(objects.split(","), Path(folder)):
             print_peers(case, drops)
-    show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))
-
-
-if __name__ == "__main__":  # the processes that it starts import this file
-    run(lambda: typer.run(main))
+    print_machine()

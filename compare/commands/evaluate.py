@@ -12,7 +12,7 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
 from spherefunc_bullet.errors import InputError
 
-from ..evaluation.sizes import TRAIN_SIZES, wanted_sizes
+from ..evaluation.protocol import TRAIN_SIZES, wanted_sizes
 
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated

@@ -14,7 +14,7 @@ from spherefunc_bullet.console import Failures, print_json, progress, say, show
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
 
-    from ..figures.evaluated_data import EvaluatedData
+    from ..figures.budget import EvaluatedData
 
 SIZES = "20,45,85"  # the paper's
 
@@ -41,7 +41,7 @@ def figures(
     from spherefunc_bullet.learning.method import find_cube_method
 
     from ..evaluation.protocol import Protocol
-    from ..figures.evaluated_data import evaluate_data
+    from ..figures.budget import evaluate_data
 
     failures = Failures()
     chosen = find_cube_method(method)
@@ -61,8 +61,7 @@ def require_splittable(dataset: Dataset, train_sizes: str):
     """Raise InputError before the spheres fall, which may take hours, if no figure could be drawn from them."""
     from spherefunc_bullet.batch.simulated import Simulated
 
-    from ..evaluation.protocol import labels_of
-    from ..evaluation.sizes import fitting_sizes, require_enough
+    from ..evaluation.protocol import fitting_sizes, labels_of, require_enough
 
     labels_of(Simulated(dataset.name, dataset.objects, ()))
     require_enough(dataset.name, len(dataset))
@@ -71,7 +70,7 @@ def require_splittable(dataset: Dataset, train_sizes: str):
 
 def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
     """Return the training sizes that fit, and say what stands in for those that do not."""
-    from ..evaluation.sizes import fitting_sizes
+    from ..evaluation.protocol import fitting_sizes
 
     sizes, too_large = fitting_sizes(train_sizes, count)
     if too_large:

@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from ..mechanics.measures import Measured
     from ..mechanics.poses import KeepScore, PoseScore
     from ..mechanics.sitting import SitScore
-    from ..mechanics.standing import Agreement, StandScore
-    from ..mechanics.tasks import Verdict
+    from ..mechanics.standing import Agreement, StandScore, Verdict
 
 
 def mechanics(

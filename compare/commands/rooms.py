@@ -69,7 +69,7 @@ def rooms(
     from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..rooms.training import Training, two_folds, whole_fold
+    from ..rooms.baselines import Training, two_folds, whole_fold
     from ..rooms.trials import RoomTrial, run_trial
 
     failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)

@@ -17,8 +17,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.settling.records import ObjectRecord
 
 from ..evaluation.evaluation import Evaluation
-from ..evaluation.protocol import labels_of
-from ..evaluation.sizes import require_enough
+from ..evaluation.protocol import labels_of, require_enough
 from .costs import Runs
 from .experiment import Candidate, Experiment
 from .report import ObjectFigures

@@ -15,9 +15,8 @@ from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import SPHERES, distances_again, sphere_distances
 from ..evaluation.impaired import Shares, impaired_copies, impaired_shares
-from ..evaluation.profiled import evaluations, spheres_profiled
 from ..evaluation.protocol import Labels, Split, Splits
-from ..evaluation.readings import baselines_read, shapes_read
+from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled
 from .entries import Comparison, Entry, dropped_twice
 from .experiment import Experiment
 

@@ -40,9 +40,8 @@ from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.evaluation import Confusion, count_confusion
 from ..evaluation.impaired import impaired_copies, impaired_shares
-from ..evaluation.profiled import spheres_profiled
-from ..evaluation.protocol import Protocol, labels_of
-from ..evaluation.sizes import wanted_sizes
+from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
+from ..evaluation.readings import spheres_profiled
 from ..evaluation.tables import About, Result, evaluate_features, print_results, results_of
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends

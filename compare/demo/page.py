@@ -18,7 +18,7 @@ from ..comparison.report import Report
 from ..comparison.tables import with_spread
 from ..evaluation.evaluation import Confusion
 from ..evaluation.features import SPHERES
-from ..evaluation.profiled import POINTS
+from ..evaluation.readings import POINTS
 from ..evaluation.tables import Qualities, Result
 from ..pages.html import filled_template, report_page
 

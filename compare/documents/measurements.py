@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..bench.__main__ import BENCHES
 from .saved import Measurement
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
@@ -67,8 +68,9 @@ def script(
     json: bool = True,
     timed: bool = False,
 ) -> Measurement:
-    """Return the measurement of one module that is run as a program."""
-    path = f"compare/{module.replace('.', '/')}.py"
+    """Return the measurement of one module that is run as a program, or of ``bench NAME``."""
+    place = f"bench.{BENCHES[module.split()[1]][0]}" if module.startswith("bench ") else module
+    path = f"compare/{place.replace('.', '/')}.py"
     return Measurement(
         name=name,
         command=f"python -m spherefunc_bullet.compare.{module} {arguments}".strip(),

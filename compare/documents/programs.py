@@ -39,14 +39,14 @@ BOTH = tuple(BACKENDS.values())
 def timed(name: str, arguments: str = "", files: tuple[str, ...] = ()) -> Measurement:
     """Return one of the programs of ``compare/bench``, which take times."""
     modules = (*BOTH, *HOUSEHOLD)
-    return script(f"bench-{name}", f"bench.{name}", arguments, *modules, files=files, json=False, timed=True)
+    return script(f"bench-{name}", f"bench {name}", arguments, *modules, files=files, json=False, timed=True)
 
 
 BENCH = {
     backend: Measurement(
         name=f"bench-{backend}",
         command=f"python -m spherefunc_bullet.compare.bench --backends {backend}",
-        modules=("compare/bench/bench.py", path, *HOUSEHOLD),
+        modules=("compare/bench/speed.py", path, *HOUSEHOLD),
         without=("spherefunc_bullet/bullet/bodies/",),
         json=False,
         timed=True,
@@ -128,7 +128,7 @@ TASKS = Measurement(
 COLUMNS = script("mechanics-columns", "mechanics.columns", MODELS, BACKENDS["bullet"], json=False)
 ENGINES = script(
     "bench-backends",
-    "bench.backends",
+    "bench backends",
     "household --backends fast,bullet,mujoco --count 40",
     *BOTH,
     *HOUSEHOLD,

@@ -29,9 +29,8 @@ from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
-from .profiled import Profiled, trials_of
 from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from .readings import Reading, readings, spheres_read
+from .readings import Profiled, Reading, readings, spheres_read, trials_of
 
 VERSION = 2  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out

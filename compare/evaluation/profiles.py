@@ -36,10 +36,8 @@ from spherefunc_bullet.settling.records import Dropping
 from .alternatives import f_measures, print_beside, side_by_side
 from .evaluation import Evaluation, Trial
 from .features import SPHERES
-from .profiled import ACROSS, POINTS, Profiled, fused, profiled, reliability, spheres_profiled
-from .protocol import Labels, Protocol, Splits, labels_of
-from .readings import Reading, readings
-from .sizes import wanted_sizes
+from .protocol import Labels, Protocol, Splits, labels_of, wanted_sizes
+from .readings import ACROSS, POINTS, Profiled, Reading, fused, profiled, readings, reliability, spheres_profiled
 from .tables import Result, print_baselines, results_of
 
 SURE = 0.003  # a probability beyond this counts as this much, so that one object cannot decide a mean

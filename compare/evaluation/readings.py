@@ -3,17 +3,178 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial, reduce
 from typing import Protocol
 
-from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.learning.method import CUBES, AnyMethod, Method
+import numpy as np
+from joblib import Parallel, delayed
 
-from .evaluation import Evaluation, Trial, evaluate, run_trial
-from .features import SPHERES, Distances, baseline_distances, sphere_distances
-from .profiled import POINTS, points_profiled, spheres_profiled
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.clouds.thinning import thin
+from spherefunc_bullet.console import progress
+from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.method import CUBES, DROPS, METHODS, AnyMethod, Method
+from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
+from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
+from spherefunc_bullet.settling.records import ObjectRecord
+
+from .evaluation import Evaluation, Trial, Weights, evaluate, run_trial
+from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
-from .related.fixed import related
+from .related.examiner import related
+
+POINTS = "points"  # by the same quantities
+ACROSS = "leave_one_group_out"
+PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
+WORTH_CORES = 1000  # objects to be learnt in all, in some seconds: for fewer, other processes take longer to start
+BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Profiled:
+    """All objects' quantities, and the classifier that learns from them."""
+
+    profiles: np.ndarray  # (N, R * Q) float
+    labels: Labels
+    classifier: FunctionClassifier
+    copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
+    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they have no function
+
+    def trial(self, splits: Sequence[Split]) -> Trial:
+        """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
+        return self.trials([splits])[0]
+
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials; see `trials_of`."""
+        return trials_of([(self, splits) for splits in asked])
+
+    def scores_of(self, fold: Split) -> tuple[np.ndarray, list[Weights], np.ndarray]:
+        """Return the scores (T, F) of what a fold tests, which radius counts most for each function, what is unsure."""
+        rows, functions = fold.train, self.labels.functions
+        members, names = self.labels.members[rows], [str(row) for row in rows]
+        copy_groups = None if self.copy_groups is None else self.copy_groups.of(rows)
+        learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, copy_groups)
+        weights = [{learnt.radius_[name]: 1.0} for name in functions]
+        scores = learnt.score_profiles(self.profiles[fold.test])
+        if self.fallen is not None:
+            scores[self.fallen[fold.test]] = 0.0
+        return scores, weights, learnt.are_doubtful(scores)
+
+    def evaluation(self, splits: Splits) -> Evaluation:
+        """Return what was said of the objects under a protocol."""
+        return evaluations([(self, splits)])[0]
+
+
+def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
+    """Return what was said of objects under protocols, all of it learnt side by side."""
+    wanted: list[tuple[Profiled, Sequence[Split]]] = []
+    for one, protocol in asked:
+        wanted += [(one, [split]) for trials in protocol.halves.values() for split in trials]
+        wanted += [(one, splits) for splits in protocol.left_out.values()]
+    said = iter(trials_of(wanted))
+    return [
+        Evaluation(
+            labels=one.labels,
+            method=METHODS["profile"],
+            trials={size: [next(said) for _ in trials] for size, trials in protocol.halves.items()},
+            left_out={name: next(said) for name in protocol.left_out},
+        )
+        for one, protocol in asked
+    ]
+
+
+def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
+    """Return a trial for each, on all cores; see `folds_of`."""
+    folds = [folds_of(splits) for _, splits in asked]
+    work = [delayed(one.scores_of)(fold) for (one, _), own in zip(asked, folds, strict=True) for fold in own]
+    rows = sum(len(fold.train) for own in folds for fold in own)
+    learning = Parallel(n_jobs=-1 if rows >= WORTH_CORES else 1, return_as="generator")
+    said = iter(list(progress(learning(work), len(work), "learning and testing")))
+    return [joined(splits, own, [next(said) for _ in own]) for (_, splits), own in zip(asked, folds, strict=True)]
+
+
+def folds_of(splits: Sequence[Split]) -> list[Split]:
+    """Return splits that are learnt at once: where many leave out one object each, a tenth of them at a time."""
+    if len(splits) <= PARTS:
+        return list(splits)
+    parts = [[splits[k] for k in part] for part in np.array_split(np.arange(len(splits)), PARTS)]
+    return [
+        Split(
+            train=reduce(np.intersect1d, [split.train for split in part]),
+            test=np.concatenate([split.test for split in part]),
+        )
+        for part in parts
+    ]
+
+
+def joined(
+    splits: Sequence[Split], folds: Sequence[Split], said: Sequence[tuple[np.ndarray, list[Weights], np.ndarray]]
+) -> Trial:
+    """Return one trial from what was said in each of its folds."""
+    return Trial(
+        learnt=round(float(np.mean([len(split.train) for split in splits]))),
+        rows=np.concatenate([fold.test for fold in folds]),
+        scores=np.concatenate([scores for scores, _, _ in said]),
+        weights=[weights for _, weights, _ in said],
+        unsure=np.concatenate([unsure for _, _, unsure in said]),
+    )
+
+
+def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: FunctionClassifier) -> Profiled:
+    """Return the quantities of objects, each given by its drops at every radius."""
+    return Profiled(profiles=classifier.profiles(objects), labels=labels, classifier=classifier)
+
+
+def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
+    """Return the quantities of the spheres that fell on objects, and which objects fall over."""
+    read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
+    fallen = np.array([record.falls_over for record in simulated.records], bool)
+    return replace(read, copy_groups=copy_groups_in(simulated.objects), fallen=fallen)
+
+
+def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:
+    """Return which objects are copies of others, as their manifests say; None where none is."""
+    names, originals = distinct_names(objects)
+    return group_copies(names, originals) if any(originals) else None
+
+
+def sure_across_sources(read: Profiled, objects: Sequence[DatasetObject]) -> Profiled:
+    """Return what learns how sure to be from the objects of each source when nothing of that source is learnt."""
+    names, originals = distinct_names(objects)
+    return replace(read, copy_groups=group_copies(names, originals, sources_of(objects)))
+
+
+def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
+    """Return the same quantities of the objects' own points: what the spheres have to beat."""
+    points = of_each(partial(points_as_drops, radii=radii), simulated.records)
+    return replace(
+        profiled(points, labels, FunctionClassifier(radii=radii)), copy_groups=copy_groups_in(simulated.objects)
+    )
+
+
+def fused(features: Sequence[Profiled]) -> Profiled:
+    """Return the quantities of several features (N, Q1 + Q2 + ...) side by side, as the paper hopes for (§IV-B)."""
+    return replace(features[0], profiles=np.hstack([feature.profiles for feature in features]))
+
+
+def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
+    """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
+    points = voxel_centers(record)
+    mixed = np.random.default_rng(seed).permutation(points)
+    return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
+
+
+def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:
+    """Return, for scores within each bin, how many there are, their mean, and the share that is true."""
+    members, rows = labels.members[trial.rows], []
+    bins = np.clip(np.searchsorted(BINS, trial.scores, side="right") - 1, 0, len(BINS) - 2)
+    for place in np.unique(bins).tolist():
+        here = bins == place
+        said, true = float(trial.scores[here].mean()), float(members[here].mean())
+        rows.append({"from": BINS[place], "to": BINS[place + 1], "scores": int(here.sum()), "said": said, "true": true})
+    return rows
 
 
 class Reading(Protocol):

@@ -8,7 +8,7 @@ Times are those of this machine: keep it idle meanwhile. Docs/method.md has the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Annotated
@@ -24,13 +24,16 @@ from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, say
 from spherefunc_bullet.datasets.dataset import open_dataset
-from spherefunc_bullet.learning.method import DROPS, PROFILE
+from spherefunc_bullet.learning.method import DROPS, PROFILE, Method
 from spherefunc_bullet.settling.drops import RunLimit
+from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 
+from ..evaluation.evaluation import Evaluation, evaluate
+from ..evaluation.features import sphere_distances
 from ..evaluation.profiles import few_drops
-from ..evaluation.protocol import Protocol, labels_of
+from ..evaluation.protocol import Labels, Protocol, labels_of, require_enough
 from ..machine import usable_backends
 from ..pages.plates import DOUBLE, Plate, look, write_plate
 
@@ -148,6 +151,68 @@ def print_rows(rows: Sequence[Budget]):
         table.setdefault((row.backend, row.drops), begin).append(f"{row.f_measure:.3f}")
     functions = list(dict.fromkeys(row.function for row in rows))
     print_table("across sources", ["backend", "drops", "ms", *(f"F {name}" for name in functions)], [*table.values()])
+
+
+LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
+APART = 0.9  # of the last rung: one nearer to it would only crowd the figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluatedData:
+    """A data set's objects, and what was said of them when they were not learnt."""
+
+    simulated: Simulated
+    dropping: Dropping
+    protocol: Protocol  # its training sizes are those of the confusion matrices
+    evaluation: Evaluation  # at the training sizes of the learning curve
+
+    @property
+    def name(self) -> str:
+        return self.simulated.name
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Metres, ascending."""
+        return self.dropping.radii
+
+    @property
+    def labels(self) -> Labels:
+        return self.evaluation.labels
+
+    @property
+    def half(self) -> int:
+        """The largest number of training examples."""
+        return self.evaluation.halves[0]
+
+    def cloud(self, index: int) -> Cloud:
+        """Return an object's cloud, as it was when the spheres fell."""
+        return self.dropping.cloud(self.simulated.objects[index].path)
+
+
+def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, protocol: Protocol) -> EvaluatedData:
+    """Return a data set with its evaluation, at more training sizes than the protocol has, and each object left out.
+
+    Raises
+    ------
+    InputError
+        If all objects have one label, or there are too few.
+    """
+    labels = labels_of(simulated)
+    require_enough(simulated.name, len(labels))
+    distances, trials = sphere_distances(simulated, dropping.radii, method), {}
+    sizes = ladder(len(labels), protocol.train_sizes)
+    for size in progress(sizes, len(sizes), "learning and testing"):
+        splits = replace(protocol, train_sizes=(size,)).splits(labels)
+        trials |= evaluate(distances, labels, method, splits).trials
+    alone = replace(protocol, train_sizes=(), leave_one_out=True).splits(labels)
+    evaluation = replace(evaluate(distances, labels, method, alone), trials=trials)
+    return EvaluatedData(simulated=simulated, dropping=dropping, protocol=protocol, evaluation=evaluation)
+
+
+def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:
+    """Return the training sizes of the learning curve: up to half of the objects, ``sizes`` among them."""
+    half = count // 2
+    return sorted({half, *sizes, *(size for size in LADDER if size < APART * half)})
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings, Matter, Stance,
 from spherefunc_bullet.simulator.statics.body import body_of
 
 from ..evaluation.alternatives import f_measures
-from ..evaluation.profiled import ACROSS, Profiled, spheres_profiled
 from ..evaluation.protocol import Protocol, labels_of
+from ..evaluation.readings import ACROSS, Profiled, spheres_profiled
 
 PLACES = 60
 NOT_KNOWN = (-1.0, -1.0, -1.0)  # of what cannot be asked: a flat sheet does not stand

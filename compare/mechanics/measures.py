@@ -16,8 +16,7 @@ from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
 from .sitting import SitScore, score_sitting
-from .standing import Agreement, StandScore, agreement, score_standing
-from .tasks import Outcome
+from .standing import Agreement, Outcome, StandScore, agreement, score_standing
 
 # By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}

@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .tasks import Score, Verdict, asked, evenly, score_of
+from .standing import Score, Verdict, asked, evenly, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -137,9 +137,8 @@ def score_keeping(
             curves[WHOLE if true else OTHER].append(whole)
             for kind, curve in kept.items():
                 curves.setdefault(kind, []).append(curve)
-            holds = whole[-1] >= SHARE
             about = {"name": item.path.name, "kind": item.category, "true": true}
-            verdicts.append(Verdict(**about, positive=holds, value=whole[-1]))
+            verdicts.append(Verdict(**about, positive=whole[-1] >= SHARE, value=whole[-1]))
     if not curves[WHOLE] or not curves[OTHER]:
         return None
     return KeepScore(

@@ -22,7 +22,7 @@ from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
 from ..places.proofs import SEAT, SURE, impairs_seat, useless_seats
-from .tasks import Score, Verdict, asked, evenly, score_of
+from .standing import Score, Verdict, asked, evenly, score_of
 
 WHOLE = "whole"
 

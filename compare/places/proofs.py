@@ -18,15 +18,14 @@ from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven
 from spherefunc_bullet.places.place import FUNCTION, KINDS
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.seats import tilted_seat
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
-from spherefunc_bullet.scenes.impairment.tops import spikes_on_top
+from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from ..evaluation.profiled import spheres_profiled
 from ..evaluation.protocol import labels_of, leave_one_group_out
+from ..evaluation.readings import spheres_profiled
 
 SEAT = "sittable"
 SURE, CLAIMED = {SEAT: 1.0}, 0.5

@@ -13,23 +13,31 @@ from typing import Protocol
 import numpy as np
 from sklearn.metrics.pairwise import euclidean_distances
 
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
-from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.console import say
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_model import FunctionModel
+from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.labels import memberships
 from spherefunc_bullet.learning.method import CUBES, PROFILE_RADII
+from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.learning.validation import member_scores
-from spherefunc_bullet.scenes.recognition.judging import SMALLEST_RADII, value_for_size
+from spherefunc_bullet.scenes.recognition.judging import LARGE, SMALLEST_RADII, value_for_size
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
+from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, scan_room
 from spherefunc_bullet.settling.drops import DropsByRadius, resting_drops
-from spherefunc_bullet.settling.records import ObjectRecord, shape_of
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord, shape_of
+from spherefunc_bullet.settling.settling import settle
 
 from ..evaluation.features import level_sizes, voxel_centers
-from ..evaluation.profiled import points_as_drops
+from ..evaluation.readings import points_as_drops
 from .lessons.files import lesson_paths, read_lessons
 from .lessons.lesson import counted, examples_kept, record_of
+from .trials import Fold, split_in_halves
 
 CUBE_RADII = (0.01, 0.02, 0.03, 0.05)  # metres, of the cubes, where the model that is compared with has none
 
@@ -165,3 +173,79 @@ class PointsQuantities:
     def scores(self, records: Sequence[ObjectRecord]) -> np.ndarray:
         """Return the scores (P, F) of objects."""
         return self.classifier.score_settled([points_as_drops(record, PROFILE_RADII) for record in records])
+
+
+EXAMPLES = ("whole", "views", "both", "both-large")
+VIEWS, NOISE = 3, 1.0  # of the scans that partial views are cut out of
+OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training(Dropping):
+    """What is learnt from, and how."""
+
+    examples: str = "whole"  # one of EXAMPLES
+    completion: tuple[str, ...] = ()
+    method: str = "cubes"
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.examples not in EXAMPLES:
+            raise InputError(f"--examples {self.examples}: expected one of {', '.join(EXAMPLES)}")
+
+
+def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
+    """Return each half of a data set with a model that has learnt the other half.
+
+    Parameters
+    ----------
+    failed : callable
+        Is given the error of each file that cannot be used; the rest goes on.
+    """
+    simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
+    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
+    return [
+        Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
+        for tested, learnt in ((one, other), (other, one))
+    ]
+
+
+def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
+    """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
+    classifier = load_model(model)
+    learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
+    if learnt:
+        say(f"{model}: has learnt {len(learnt)} objects of the names of those it is to tell; the figures may flatter")
+    return Fold(dataset=dataset, model=classifier, jobs=jobs)
+
+
+def trained_classifier(
+    dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
+) -> CloudClassifier:
+    """Return a classifier that has learnt a data set's objects as whole models, partial views, or both.
+
+    Of ``both-large``, partial views of large objects only: those of small ones look like what they are not.
+    """
+    examples: list[tuple[DropsByRadius, frozenset[str], str]] = []
+    if training.examples != "views":
+        by_path = {record.path: record.settled for record in simulated.records}
+        examples += [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
+    if training.examples != "whole":
+        examples += partial_examples(dataset, training, failed)
+    settled, labels, names = ([example[column] for example in examples] for column in range(3))
+    return new_classifier(training, training.method).fit_settled(settled, labels, names)
+
+
+def partial_examples(
+    dataset: Dataset, training: Training, failed: Callable[[InputError], None]
+) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
+    """Yield settled centres, functions and name of what scans of rooms show of a data set's objects."""
+    rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
+    for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
+        scan = scan_room(room, VIEWS, NOISE, training.seed)
+        for number, cloud in partial_views(scan, training.completion):
+            if training.examples == "both-large" and cloud.size.max() < LARGE:
+                continue
+            item = room.objects[number].item
+            settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)
+            yield settled, item.functions, f"{item.path.stem} in {room.name}"

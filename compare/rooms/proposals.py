@@ -13,10 +13,10 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import THRESHOLD, Membership
-from spherefunc_bullet.scenes.recognition.choosing import Candidate, chosen
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.proposals import Proposal
 from spherefunc_bullet.scenes.recognition.recognition import FEWEST, FINE, MANY, Room, SceneObject
+from spherefunc_bullet.scenes.recognition.room import Candidate, chosen
 from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box

@@ -87,7 +87,7 @@ def build(
     """Write a built-in catalogue as PLY files with a manifest."""
     from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 
-    from ..household.parts.family import stretched
+    from ..household.parts.legs import stretched
 
     objects = make_catalogue(catalogue, seed)
     objects = stretched(objects, stretch, seed) if stretch else objects

@@ -57,7 +57,7 @@ def places_of_file(
     file: Path, simulator: Simulator, put: Path | None, prove: bool, person: float, up: str, units: str, seed: int
 ) -> tuple[list[Place], float]:
     """Return the places of one file's object, and the seconds that it took."""
-    from ..recognition.places import find_places
+    from ..recognition.objects import find_places
 
     started = time.perf_counter()
     how = {"backend": simulator.name, "up": up, "units": units, "seed": seed}

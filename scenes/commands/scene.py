@@ -213,7 +213,7 @@ def write_files(scan: Scan, room: Room, out: Path, file: Path):
 
 def places_in(scan: Scan, room: Room, put: Path | None) -> dict[int | None, list[Place]]:
     """Return the places of each object of a room, and how long it took to find them."""
-    from ..recognition.places import places_in_room
+    from ..recognition.objects import places_in_room
 
     watch = Stopwatch()
     found = places_in_room(scan, room, put)

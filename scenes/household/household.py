@@ -11,13 +11,12 @@ from .furniture.chairs import CHAIRS
 from .furniture.desks import DESKS, LOW_TABLES, STOOLS
 from .furniture.sofas import SOFAS
 from .furniture.tables import TABLES
-from .parts.family import CatalogueObject, Family, draw_objects
+from .parts.legs import CatalogueObject, Family, draw_objects
 from .wares.belongings import BELONGINGS
 from .wares.boxes import BOXES
-from .wares.containers import CONTAINERS
+from .wares.containers import BOWLS, CONTAINERS, DISHES
 from .wares.cups import CUPS
 from .wares.devices import DEVICES
-from .wares.dishes import BOWLS, DISHES
 from .wares.fixtures import FIXTURES
 from .wares.lamps import LAMPS, PLANTS, TOOLS
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .cavities import Cavity, still_holds
-from .poses import laid, level_direction, upside_down
-from .specimen import Specimen, circle, loft
+from .levels import Cavity, still_holds
+from .specimen import Specimen, circle, laid, level_direction, loft, upside_down
 from .surfaces import Surface
 
 HOLE = 0.7  # of the cavity's radius at its floor

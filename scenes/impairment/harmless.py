@@ -8,8 +8,7 @@ from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
 from .levels import still_serves
-from .poses import turn, turned
-from .specimen import Specimen, box
+from .specimen import Specimen, box, turn, turned
 from .surfaces import Surface
 
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis

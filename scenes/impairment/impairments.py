@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from spherefunc_bullet.errors import require_known
 
-from . import cups, harmless, seats, tops
+from . import cups, harmless, tops
 from .specimen import FUNCTIONS, Change, Impairment
 from .use.copies import AS_SENSED, IN_USE
 
@@ -37,11 +37,11 @@ IMPAIRMENTS = (
     *useless(
         "sittable",
         missing=tops.missing,
-        gaps=seats.gaps_in_seat,
-        tilted=seats.tilted_seat,
-        occupied=seats.box_on_seat,
+        gaps=tops.gaps_in_seat,
+        tilted=tops.tilted_seat,
+        occupied=tops.box_on_seat,
         upside_down=tops.turned_over,
-        on_back=seats.seat_on_back,
+        on_back=tops.seat_on_back,
     ),
     *useless(
         "table",

@@ -13,11 +13,10 @@ import trimesh
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from .cavities import Cavity
 from .cups import away_from_handle
 from .impairments import Impairment, useless
-from .poses import level_direction
-from .specimen import Specimen
+from .levels import Cavity
+from .specimen import Specimen, level_direction
 from .surfaces import Surface
 
 CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn

@@ -11,8 +11,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 
-from .cavities import Cavity, find_cavity
-from .levels import Level, find_level
+from .levels import Cavity, Level, find_cavity, find_level
 from .surfaces import Surface, surface_of
 
 HEIGHTS = {"sittable": (0.15, 0.95), "table": (0.2, 1.3)}  # metres: of seats, of table tops
@@ -126,3 +125,30 @@ def spike(centre: np.ndarray, base: float, foot: float, tip: float) -> np.ndarra
     ring = rectangle(centre - base / 2, centre + base / 2, foot)
     top = np.broadcast_to([*centre, tip], ring.shape)
     return np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0), top], axis=1), fan(ring[::-1])])
+
+
+def turn(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Return the rotation matrix (3, 3) by an angle, radians, about a unit vector (3,)."""
+    x, y, z = axis
+    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
+
+
+def turned(surface: Surface, rotation: np.ndarray) -> Surface:
+    """Return a surface rotated (3, 3), and standing on the ground again."""
+    return surface.mapped(lambda points: points @ rotation.T).standing()
+
+
+def upside_down(surface: Surface, rng: np.random.Generator) -> Surface:
+    """Return a surface turned over, about x or about y."""
+    return turned(surface, turn(np.eye(3)[rng.integers(2)], np.pi))
+
+
+def laid(surface: Surface, toward: np.ndarray) -> Surface:
+    """Return a surface laid on the side that a level unit vector (2,) points to."""
+    return turned(surface, turn(np.array([-toward[1], toward[0], 0.0]), np.pi / 2))
+
+
+def level_direction(angle: float) -> np.ndarray:
+    """Return the level unit vector (2,) at an angle from +x, radians."""
+    return np.array([np.cos(angle), np.sin(angle)])

@@ -15,16 +15,15 @@ from spherefunc_bullet.simulator import Simulator
 from ..pools.cutting import STRICT_CUTS
 from ..scans.cells import cells
 from ..scans.depth_image import filled
-from ..scans.levelling import level
-from ..scans.plane import level_by_ransac
+from ..scans.levelling import level, level_by_ransac
 from ..scans.scan import Scan
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, is_floor, numbered_by_size, segment
-from .choosing import Candidate
 from .completion import DEFAULT
 from .judging import RecognitionContext, is_fragment, judged, object_cloud
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, propose
 from .recognition import Room, scene_object
+from .room import Candidate
 from .surroundings import Surroundings
 
 _OBJECT = 0.4  # intersection over union from which on a proposal is an object

@@ -21,9 +21,9 @@ from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box
-from .choosing import Bar, Candidate, claiming
 from .completion import TOP, complete
 from .proposals import Proposal
+from .room import Bar, Candidate, claiming
 from .surroundings import NAMES, Surroundings
 
 Memberships = dict[str, Membership]  # by the function's name

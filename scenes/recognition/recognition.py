@@ -18,12 +18,11 @@ from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
-from .choosing import BARS, Candidate, chosen
 from .completion import DEFAULT, smoothed
 from .inferring import inferred_seats
 from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
-from .room import Room, SceneObject
+from .room import BARS, Candidate, Room, SceneObject, chosen
 
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,8 +11,144 @@ from spherefunc_bullet.function_model import THRESHOLD, Membership
 
 from ..scans.levelling import Levelling
 from ..segmentation.clusters import Box
-from .choosing import Bar
-from .proposals import CLUSTERS
+from .proposals import CLUSTERS, POOLS, Proposal, shared_points
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bar:
+    """The score above which a proposal claims a function."""
+
+    usual: float
+    by_function: Mapping[str, float] = field(default_factory=dict)  # of those that have another
+
+    def of(self, name: str) -> float:
+        """Return a function's."""
+        return self.by_function.get(name, self.usual)
+
+
+# In rooms of objects that nobody had learnt, seen as a whole and from near by, F hardly changes with these over two
+# tenths, but of seats in clusters, where even what is unsure mostly is one. Of tables, pools have parts. Of scores that
+# are probabilities.
+BARS = {
+    CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
+    POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
+}
+_SAME = 0.35  # intersection over union from which on two claims are of one object
+_WITHIN = (
+    0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one object
+)
+_NEARLY = 0.1  # of score: what differs by less is as sure
+_LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
+_WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Candidate:
+    """A proposal and what was said of it."""
+
+    proposal: Proposal
+    functions: dict[str, Membership]
+    place: int  # in the order of proposals
+
+    @property
+    def claimed(self) -> frozenset[str]:
+        """The functions that it has."""
+        return frozenset(name for name, membership in self.functions.items() if membership.member)
+
+    @property
+    def score(self) -> float:
+        """Of the function that it has most surely, 0 of none."""
+        return max((membership.score for membership in self.functions.values() if membership.member), default=0.0)
+
+    def taking(self, members: np.ndarray) -> Candidate:
+        """Return it with other points."""
+        box = self.proposal.box if np.array_equal(members, self.proposal.members) else None
+        return replace(self, proposal=replace(self.proposal, members=members, box=box))
+
+
+def claiming(functions: dict[str, Membership], bar: Bar) -> dict[str, Membership]:
+    """Return what is said of a proposal, with those functions claimed whose scores are above the bar."""
+    return {name: replace(membership, member=membership.score > bar.of(name)) for name, membership in functions.items()}
+
+
+def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+    """Return the candidates that are objects, with the points that are theirs alone, those of most points first.
+
+    Of claims of the same object the surest stays. What claims nothing is an object if it is a cluster of which claims
+    leave enough. Points that several objects hold are the smallest one's: a cup's, not the table's.
+
+    Parameters
+    ----------
+    candidates : sequence of Candidate
+    least : int
+        Points that an object keeps at least.
+    """
+    claims: list[Candidate] = []
+    for candidate in sorted((one for one in candidates if one.claimed), key=precedence):
+        if not any(is_same(candidate, other) for other in claims):
+            claims.append(candidate)
+    clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
+    claims = [as_cluster(one, clusters) for one in claims]
+    rest = [one for one in clusters if not one.claimed and free_share(one, claims) >= _LEFT]
+    rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
+    return parted([*claims, *rest], least)
+
+
+def precedence(one: Candidate) -> tuple[int, bool, int, int]:
+    """Return what claims of one object are ordered by: nearly equal scores leave it to clusters, and to the larger one.
+
+    A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
+    as of a sofa one of two seats, which is classified as surely as the whole.
+    """
+    return -round(one.score / _NEARLY), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
+
+
+def is_same(one: Candidate, other: Candidate) -> bool:
+    """Return whether two claims are of the same object."""
+    shared = shared_points(one.proposal, other.proposal)
+    if not shared:
+        return False
+    sizes = len(one.proposal.members), len(other.proposal.members)
+    if shared / (sum(sizes) - shared) >= _SAME:
+        return True
+    return bool(one.claimed & other.claimed) and shared >= _WITHIN * min(sizes)
+
+
+def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
+    """Return a pool's claim with the points of the cluster that it is, if it is one: of it, more was seen."""
+    if claim.proposal.by == CLUSTERS:
+        return claim
+    for cluster in clusters:
+        shared = shared_points(claim.proposal, cluster.proposal)
+        sizes = len(claim.proposal.members), len(cluster.proposal.members)
+        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WHOLE:
+            return claim.taking(cluster.proposal.members)
+    return claim
+
+
+def free_share(cluster: Candidate, claims: Sequence[Candidate]) -> float:
+    """Return the share of a cluster's points that no claim holds."""
+    own = cluster.proposal.members
+    held = np.zeros(len(own), bool)
+    for claim in claims:
+        held |= np.isin(own, claim.proposal.members, assume_unique=True)
+    return float(1 - held.mean())
+
+
+def parted(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+    """Return candidates with the points that no smaller one holds, those of most points first; too few are none."""
+    order = sorted(range(len(candidates)), key=lambda k: (len(candidates[k].proposal.members), k))
+    last = max((one.proposal.members[-1] for one in candidates if len(one.proposal.members)), default=-1)
+    taken = np.zeros(last + 1, bool)
+    kept = []
+    for k in order:
+        members = candidates[k].proposal.members
+        free = members[~taken[members]]
+        taken[free] = True
+        if len(free) >= least:
+            kept.append(candidates[k].taking(free))
+    return sorted(kept, key=lambda one: (-len(one.proposal.members), one.place))
+
 
 FRAGMENT = "it is small and carried by nothing: a part of an object that is not seen whole"
 ASSUMED = "neither floor nor table top is seen: heights are over the lowest point"

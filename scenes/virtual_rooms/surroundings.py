@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.random import Generator
 
-from ..household.parts.family import CatalogueObject, draw_objects, family
+from ..household.parts.legs import CatalogueObject, draw_objects, family
 from ..household.parts.solids import box, cushion, ellipsoid, join, shift, turn
 
 BED, SHELF, SILL, CARTON, PILE, CLUTTER = "bed", "open_shelf", "window_sill", "carton", "pile", "clutter"

@@ -20,9 +20,8 @@ from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..settling.records import Dropping
 from .folder import RunFolder
-from .freshness import valid_row
 from .ledger import Ledger, Row, RunConfig, settings_json
-from .task import Task, kept_rows, settled_rows
+from .task import Task, kept_rows, settled_rows, valid_row
 
 LEAST_MEMORY = 256 << 20
 Outcomes = Iterator[tuple[int, list[Row] | InputError]]

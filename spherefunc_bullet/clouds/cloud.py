@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, one_line, warn_renamed
-from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
-from ..formats.sources import Source, as_source
+from ..formats.sources import Geometry, Source, as_source
 from ..formats.units import BY_FILE
 from .corners import corners_of
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question

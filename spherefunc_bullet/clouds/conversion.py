@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..formats.geometry import Geometry
 from ..formats.reading import read_geometry
+from ..formats.sources import Geometry
 from ..formats.units import BY_FILE
 from .cloud import Cloud, cloud_of
 from .orientation import Report

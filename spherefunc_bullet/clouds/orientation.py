@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, one_line
-from ..formats.geometry import Geometry
+from ..formats.sources import Geometry
 from ..formats.units import BY_FILE, METRES, format_length
 
 Report = Callable[[str], None]

@@ -140,8 +140,7 @@ def work_through(batch: Batch, json: bool, **options):
 
 def show_status(folder: Path, json: bool):
     """Print how far a run is."""
-    from ..batch.folder import RunFolder
-    from ..batch.status import status
+    from ..batch.folder import RunFolder, status
     from ..formats.units import format_duration, format_memory
 
     with RunFolder(folder).ledger() as ledger:

@@ -12,9 +12,8 @@ from typing import IO, BinaryIO
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry
 from .limits import require_counts, require_members, require_unpacked
-from .sources import Source
+from .sources import Geometry, Source
 
 # What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)

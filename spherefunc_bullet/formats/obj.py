@@ -12,9 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry, fan_triangles
 from .limits import require_counts, require_text_size
-from .sources import Source
+from .sources import Geometry, Source, fan_triangles
 
 
 def _corner(word: str, vertex_count: int) -> int:

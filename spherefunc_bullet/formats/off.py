@@ -8,9 +8,8 @@ from array import array
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry, fan_triangles
 from .limits import require_counts, require_text_size
-from .sources import Source
+from .sources import Geometry, Source, fan_triangles
 
 _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")
 

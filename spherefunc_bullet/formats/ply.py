@@ -13,9 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry, fan_triangles
 from .limits import require_counts, require_text_size
-from .sources import Source
+from .sources import Geometry, Source, fan_triangles
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2",

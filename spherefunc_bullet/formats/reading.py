@@ -8,9 +8,8 @@ import warnings
 from pathlib import Path
 
 from ..errors import InputError, one_line
-from .geometry import Geometry
 from .limits import refusing
-from .sources import Source, as_source
+from .sources import Geometry, Source, as_source
 
 # By ending: the module in ``formats`` and its function; imported only when such a file is read.
 READERS = {

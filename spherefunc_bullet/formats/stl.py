@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry
 from .limits import require_counts, require_text_size
 from .scenes.parts import scene_of
-from .sources import Source
+from .sources import Geometry, Source
 
 
 def _count_facets(data: bytes) -> int | None:

@@ -9,8 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from . import FormatError
-from .geometry import Geometry
-from .sources import Source
+from .sources import Geometry, Source
 
 _MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
 _CONTAINERS = (_MAIN, 0x3D3D, _OBJECT)  # file, editor, object

@@ -35,14 +35,12 @@ from .profiles.calibration import (
 from .profiles.forest import Forest, forest_of
 from .profiles.in_scenes import SceneForests
 from .profiles.profile_model import ProfileModel
-from .profiles.quantities import rank_distances
 from .validation import quality
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 TREES = 200
-FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 
 
 class FunctionClassifier(ProfileModel, CloudClassifier):
@@ -225,26 +223,6 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         """Return the scores (N, F) of objects; see `ProfileModel`."""
         check_is_fitted(self, "members_")
         return super().score_settled(typed_drops(settled), any_heading=any_heading)
-
-    def keep(self, rows: np.ndarray) -> FunctionClassifier:
-        """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
-
-        Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
-        """
-        self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
-        self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
-        self.names_ = [self.names_[row] for row in rows]
-        self.forests_ = [one.to_float32() if isinstance(one, Forest) else one for one in self.forests_]
-        return self._know()
-
-    def _know(self) -> FunctionClassifier:
-        """See how far training objects are from one another."""
-        learnt = self.profiles_[self.compared]
-        distances = rank_distances(learnt, learnt)
-        np.fill_diagonal(distances, np.inf)
-        nearest = distances.min(axis=1)
-        self.familiar_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf
-        return self
 
     def _radius(self, grown: ClassifierMixin | None) -> float:
         """Return the radius whose quantities count most in a classifier, metres."""

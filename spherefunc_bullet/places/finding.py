@@ -148,7 +148,7 @@ def uses_of(place: Place, put: Cloud | None) -> list[Use]:
 
 def standing(place: Place) -> np.ndarray:
     """Return the pose (4, 4) of what stands at a place as the surface is there."""
-    from ..simulator.statics.poses import turned_down
+    from ..simulator.statics.facets import turned_down
 
     pose = np.eye(4)
     pose[:3, :3] = turned_down(-place.normal).T

@@ -14,7 +14,7 @@ from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_cloud, geometry_of
 from ..clouds.orientation import Report, to_metres, to_z_up
 from ..errors import InputError, one_line
-from ..formats.geometry import Geometry
+from ..formats.sources import Geometry
 from ..formats.units import BY_FILE
 from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of

@@ -16,12 +16,11 @@ import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, one_line
-from ..formats.geometry import Geometry
 from ..formats.limits import refusing
 from ..formats.reading import READERS, read_geometry
 from ..formats.scenes.packages import find_mesh
 from ..formats.scenes.parts import plain_xml
-from ..formats.sources import as_source
+from ..formats.sources import Geometry, as_source
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000

@@ -22,8 +22,8 @@ from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
 from spherefunc_bullet.scenes.impairment.specimen import NONE
 
 from ..evaluation import Trial
-from ..profiled import spheres_profiled, sure_across_sources
 from ..protocol import Labels, Split, labels_of
+from ..readings import spheres_profiled, sure_across_sources
 
 WHOLE = "whole objects"
 COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first

@@ -29,9 +29,8 @@ from spherefunc_bullet.settling.settling import settle
 
 from ..evaluation import Trial
 from ..features import SPHERES
-from ..profiled import Profiled, sure_across_sources
 from ..protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
-from ..readings import Reading, readings
+from ..readings import Profiled, Reading, readings, sure_across_sources
 
 CLEAN = "clean"
 SEVERITIES = (1, 2, 3, 4, 5)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
-from ..parts.legs import four_legs
+from ..parts.legs import families, family, four_legs
 from ..parts.solids import box, crossbar, cushion, join, lathe, shift, tube, turn
 from .desks import drawers
 

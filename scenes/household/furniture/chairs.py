@@ -6,8 +6,7 @@ import numpy as np
 from numpy.random import Generator
 from trimesh import Trimesh
 
-from ..parts.family import families, family
-from ..parts.legs import four_legs, star_base, stretchers
+from ..parts.legs import families, family, four_legs, star_base, stretchers
 from ..parts.outlines import arch, circle, rectangle, rounded
 from ..parts.solids import beam, box, crossbar, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
 

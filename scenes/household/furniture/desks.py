@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
-from ..parts.legs import apron, four_legs, panel_ends, sled, stretchers
+from ..parts.legs import apron, families, family, four_legs, panel_ends, sled, stretchers
 from ..parts.outlines import arc, at_height, circle, superellipse
 from ..parts.solids import box, crossbar, cushion, hoop, join, lathe, prism, sheet, tube
 from .tables import top

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
-from ..parts.legs import four_legs, stretchers
+from ..parts.legs import families, family, four_legs, stretchers
 from ..parts.outlines import arc, at_height
 from ..parts.solids import beam, box, crossbar, cushion, join, lathe, sheet, shift, tube, turn
 

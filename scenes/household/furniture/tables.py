@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import family
-from ..parts.legs import apron, cross_foot, crossed_legs, four_legs, pedestal, sled, stretchers, trestles
+from ..parts.legs import apron, cross_foot, crossed_legs, family, four_legs, pedestal, sled, stretchers, trestles
 from ..parts.outlines import at_height, circle, rounded_rectangle, superellipse
 from ..parts.solids import beam, box, join, loft, prism, tube
 

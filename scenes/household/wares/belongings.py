@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families
+from ..parts.legs import families
 from ..parts.outlines import arc, arch, at_height, rectangle, rounded, superellipse
 from ..parts.solids import box, cushion, ellipsoid, join, lathe, loft, shift, stacked, sweep, tube, turn
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import at_height, circle, rectangle, rounded, superellipse
 from ..parts.solids import beam, box, cushion, hoop, join, lathe, loft, shift, stacked, tube, turn
 from .cups import vessel

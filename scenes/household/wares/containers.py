@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import superellipse
-from ..parts.solids import beam, box, join, lathe, stacked
-from .cups import vessel
+from ..parts.solids import beam, box, cushion, join, lathe, shift, stacked, tube, turn
+from .cups import handle, vessel, wall_profile
 
 
 def bottle(rng: Generator, *, kind: str = "wine"):
@@ -96,4 +97,86 @@ CONTAINERS = [
     family("vase", vase, kind="narrow"),
     family("vase", vase, kind="flared"),
     family("flower_pot", flower_pot),
+]
+
+
+def utensil_pot(rng: Generator):
+    """Return a pot crowded with spoons and spatulas."""
+    radius, height = rng.uniform(0.05, 0.065), rng.uniform(0.13, 0.16)
+    parts = [vessel(wall_profile(radius, radius, height), 0.005, 0.008)]
+    for angle in np.linspace(0, 2 * np.pi, 7)[:-1] + rng.uniform(0, 1):
+        x, y = np.cos(angle), np.sin(angle)
+        tip = np.array([0.085 * x, 0.085 * y, rng.uniform(0.28, 0.34)])
+        parts.append(tube([[-0.5 * radius * x, -0.5 * radius * y, 0.009], tip], 0.006, sections=6))
+        parts.append(shift(cushion(0.05, 0.01, 0.07, rounding=0.004, corner=0.004), *(tip - [0, 0, 0.02])))
+    return join(parts)
+
+
+def kettle(rng: Generator, *, tea: bool = False):
+    """Return a kettle or teapot with its lid on, a spout and a handle."""
+    radius, height = rng.uniform(0.07, 0.09), rng.uniform(0.15, 0.2) * (0.75 if tea else 1)
+    t = np.linspace(0, 1, 9)
+    belly = radius * (np.sin(np.pi * (0.2 + 0.7 * t)) if tea else 1 - 0.3 * t**2)
+    profile = [
+        (0, 0), *zip(belly, 0.004 + t * 0.85 * height, strict=True), (0.3 * radius, 0.92 * height),
+        (0.015, 0.94 * height), (0.018, height), (0, height + 0.004),
+    ]
+    bends = [(-0.8, 0.35), (-1.3, 0.55), (-1.7, 0.85)]
+    spout = tube([[x * radius, 0, z * height] for x, z in bends], 0.018, scale=[1.2, 0.9, 0.6])
+    ear = handle(0.85 * radius, 0.7 * radius, 0.2 * height, 0.75 * height, 0.06, 0.009)
+    return join(lathe(profile), spout, ear)
+
+
+def pan(rng: Generator, *, deep: bool = False, lid: bool = False):
+    """Return a frying pan, or a pot, with a long handle or two ears; a lid closes it."""
+    radius = rng.uniform(0.1, 0.15)
+    height = rng.uniform(0.11, 0.15) if deep else rng.uniform(0.035, 0.05)
+    low = 0.98 if deep else 0.75
+    parts = [vessel([(low * radius - 0.004, 0), (low * radius, 0.004), (radius, height)], 0.003, 0.005)]
+    if lid:
+        cover = [(0, -0.003), (1.02 * radius, -0.003), (1.02 * radius, 0.002), (0.6 * radius, 0.02)]
+        knob = [(0.02, 0.028), (0.022, 0.05), (0, 0.052)]
+        parts.append(lathe([(r, height + z) for r, z in cover + knob]))
+        ear = handle(radius, radius, 0.7 * height, 0.85 * height, 0.04, 0.006)
+        return join(parts, ear, turn(ear, "z", 180))
+    return join(parts, tube([[radius - 0.004, 0, 0.8 * height], [radius + 0.18, 0, 0.8 * height + 0.03]], 0.011))
+
+
+def plate(rng: Generator):
+    """Return a dinner plate with a raised rim."""
+    reach, rise = rng.uniform(0.09, 0.14), rng.uniform(0.016, 0.026)
+    profile = [
+        (0, 0), (0.55 * reach, 0), (0.68 * reach, 0.005), (reach, rise), (reach, rise + 0.003), (0.66 * reach, 0.01),
+        (0.55 * reach, 0.005), (0, 0.005),
+    ]
+    return lathe(profile, sections=40)
+
+
+DISHES = [
+    family("utensil_pot", utensil_pot),
+    family("kettle", kettle, tea=False),
+    family("teapot", kettle, tea=True),
+    family("frying_pan", pan, deep=False),
+    family("cooking_pot", pan, deep=True, lid=True),
+    family("plate", plate),
+]
+
+
+def bowl(rng: Generator, *, width: float, height: float, rim: float = 0.0):
+    """Return a round bowl on a foot, about so wide and high, with a flat rim if that is given a width; metres."""
+    radius, height = 0.5 * width * rng.uniform(0.93, 1.07), height * rng.uniform(0.92, 1.08)
+    inner = radius - rim
+    wall = [(0.45, 0), (0.47, 0.08), (0.72, 0.25), (0.88, 0.5), (0.96, 0.75), (1, 1)]
+    outside = [(share * inner, z * height) for share, z in wall]
+    if rim:
+        outside.append((radius, height + 0.004))
+    return vessel(outside, 0.004, 0.01)
+
+
+BOWLS = [
+    family("cereal_bowl", bowl, width=0.15, height=0.065),
+    family("soup_bowl", bowl, width=0.155, height=0.06, rim=0.012),
+    family("rice_bowl", bowl, width=0.115, height=0.06),
+    family("coffee_bowl", bowl, width=0.13, height=0.075),
+    family("salad_bowl", bowl, width=0.165, height=0.08),
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import ArrayLike
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import circle, rounded
 from ..parts.solids import join, lathe, shift, stacked, tube
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import arch, circle
 from ..parts.solids import beam, box, cushion, join, lathe, prism, shift, stacked, sweep, tube, turn
 from .cups import handle

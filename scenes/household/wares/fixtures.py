@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import arch, at_height, circle, rounded, superellipse
 from ..parts.solids import beam, box, crossbar, cushion, join, lathe, loft, prism, shift, stacked, tube, turn
 

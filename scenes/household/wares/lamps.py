@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.random import Generator
 
-from ..parts.family import families, family
+from ..parts.legs import families, family
 from ..parts.outlines import arc, at_height, circle, rectangle, rounded
 from ..parts.solids import beam, box, ellipsoid, join, lathe, prism, sheet, shift, stacked, sweep, tube, turn
 from .containers import flower_pot

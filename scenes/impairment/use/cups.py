@@ -8,8 +8,7 @@ import numpy as np
 
 from ...household.furniture.chairs import CHAIRS
 from ...household.parts import solids
-from ..poses import level_direction, turn
-from ..specimen import Specimen, box, circle, loft
+from ..specimen import Specimen, box, circle, level_direction, loft, turn
 from ..surfaces import Surface
 from .placing import Placed, made, small_object, upright_box, with_objects
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...household.parts.family import Family
+from ...household.parts.legs import Family
 from ...household.wares.belongings import BELONGINGS
-from ...household.wares.containers import CONTAINERS
+from ...household.wares.containers import BOWLS, CONTAINERS, DISHES
 from ...household.wares.cups import CUPS
 from ...household.wares.devices import DEVICES
-from ...household.wares.dishes import BOWLS, DISHES
 from ...household.wares.lamps import LAMPS, PLANTS
 from ..levels import Level
-from ..poses import turn
-from ..specimen import box, circle, loft
+from ..specimen import box, circle, loft, turn
 from ..surfaces import Surface
 
 TRIES = 30  # places and headings that are tried for each

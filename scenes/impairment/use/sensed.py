@@ -12,7 +12,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import placed
 from spherefunc_bullet.clouds.corners import corners_of
 
-from ..poses import level_direction, turn
+from ..specimen import level_direction, turn
 
 Corrupt = Callable[[np.ndarray, float, np.random.Generator], np.ndarray]
 PIXELS = 240  # across an object in a depth image of it

@@ -7,8 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Pose, PoseSettings
 from ...simulator.statics.body import Body
-from ...simulator.statics.facets import facets_of
-from ...simulator.statics.poses import at_rest, counted, stable_poses, turned_down
+from ...simulator.statics.facets import at_rest, counted, facets_of, stable_poses, turned_down
 from .parallel_drops import ParallelDropWorld, free_body
 
 GOLDEN = np.pi * (3 - np.sqrt(5))  # the angle between neighbours of a sunflower's seeds

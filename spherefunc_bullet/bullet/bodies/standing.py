@@ -8,8 +8,7 @@ import numpy as np
 
 from ...simulator.mechanics import Stance, StandSettings
 from ...simulator.statics.body import Body
-from ...simulator.statics.facets import Facets, facets_of
-from ...simulator.statics.poses import at_rest
+from ...simulator.statics.facets import Facets, at_rest, facets_of
 from ...simulator.statics.standing import Stand, let_down, stance_at
 from .parallel_drops import ROLLING, ParallelDropWorld, Rests, free_body
 

@@ -6,9 +6,8 @@ import io
 import struct
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import require_counts, require_unpacked
-from ..sources import Source
+from ..sources import Geometry, Source
 
 _RECORD, _LONG_RECORD = 54, 60  # bytes at least, of what the header counts beside the points
 

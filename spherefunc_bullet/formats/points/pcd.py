@@ -11,9 +11,8 @@ import io
 import numpy as np
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import require_counts, require_text_size, require_unpacked
-from ..sources import Source
+from ..sources import Geometry, Source
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}
 _KEPT = ("x", "y", "z", "rgb", "rgba")  # fields with a use

@@ -11,9 +11,8 @@ import re
 import numpy as np
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import require_counts, require_text_size
-from ..sources import Source
+from ..sources import Geometry, Source
 
 _COMMENT = re.compile(r"(?:#|//|%)[^\n]*")
 _NUMBER = re.compile(r"[-+.\d]|nan|inf", re.IGNORECASE)

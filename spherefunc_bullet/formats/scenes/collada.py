@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .. import FormatError
-from ..geometry import Geometry
-from ..sources import Source
+from ..sources import Geometry, Source
 from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
 # To z up: the rows are what becomes x, y and z.

@@ -11,9 +11,8 @@ from typing import Any
 from urllib.parse import unquote
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
-from ..sources import Source, inside
+from ..sources import Geometry, Source, inside
 from .parts import joined, parts_of, scene_of
 
 Tree = dict[str, Any]  # a part of the file's JSON

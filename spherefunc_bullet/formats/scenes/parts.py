@@ -12,8 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import require_text_size
+from ..sources import Geometry
 
 if TYPE_CHECKING:
     import trimesh

@@ -6,9 +6,8 @@ import io
 import zipfile
 
 from .. import FormatError
-from ..geometry import Geometry
 from ..limits import require_members
-from ..sources import Source
+from ..sources import Geometry, Source
 from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 
 _METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}

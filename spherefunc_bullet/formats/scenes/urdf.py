@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import FormatError
-from ..geometry import Geometry
-from ..sources import Source
+from ..sources import Geometry, Source
 from .packages import PACKAGE_PATH, find_mesh
 from .parts import Part, joined, plain_xml
 

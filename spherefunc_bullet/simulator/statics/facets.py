@@ -14,6 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
+from ..mechanics import Pose, PoseSettings
 from .body import Body
 
 TURN_DEG = 35.0  # between neighbouring poses of one way to lie: a prism of eleven sides is round
@@ -169,3 +170,67 @@ def facets_of(body: Body) -> Facets:
     corners = (body.corners - body.center) / body.extent
     hull = ConvexHull(corners)
     return Facets(corners, hull.simplices, hull.neighbors, hull.equations[:, :3], -hull.equations[:, 3])
+
+
+AWAY_DEG = 3.0  # from every facet it could rest on: a body that is still so far off is balanced, not at rest
+
+
+def stable_poses(facets: Facets, settings: PoseSettings, counts: np.ndarray | None = None) -> tuple[Pose, ...]:
+    """Return the poses that are likely enough, the likeliest first.
+
+    Parameters
+    ----------
+    counts : (W,) float, optional
+        Share of an engine's drops that ended in each way to lie; without it statics is the answer.
+    """
+    statics = np.bincount(facets.pose_numbers, weights=facets.solid_angles())
+    shares = statics if counts is None else counts
+    likely = [
+        number
+        for number in np.unique(facets.pose_numbers[facets.stable])
+        if max(shares[number], statics[number]) >= settings.least
+    ]
+    poses = [
+        Pose(
+            rotation=turned_down(facets.normals[facets.lowest(number)]),
+            probability=float(shares[number]),
+            statics=float(statics[number]),
+        )
+        for number in likely
+    ]
+    return tuple(sorted(poses, key=lambda pose: (-round(pose.probability, 9), -round(pose.statics, 9))))
+
+
+def counted(facets: Facets, down: np.ndarray) -> np.ndarray:
+    """Return in which share of rests, directions (N, 3) that point down, a body lay in each way, (W,)."""
+    pose_numbers = facets.pose_numbers[facets.nearest(down)] if len(down) else np.empty(0, np.int64)
+    return np.bincount(pose_numbers, minlength=facets.pose_numbers.max() + 1) / max(1, len(down))
+
+
+def at_rest(facets: Facets, down: np.ndarray) -> np.ndarray:
+    """Return which directions (N, 3) that point down are those of a body that rests and is not balanced, (N,) bool.
+
+    What is round may be held between two of its facets, by friction of rolling, hardly higher than on either.
+    """
+    nearest = facets.nearest(down)
+    turn = np.einsum("ni,ni->n", down, facets.normals[nearest])
+    rise = (down @ facets.corners.T).max(axis=1) - facets.heights[nearest]
+    between = (turn > np.cos(np.radians(TURN_DEG / 2))) & (rise < SILL * facets.heights[nearest])
+    return between | (turn > np.cos(np.radians(AWAY_DEG)))
+
+
+def turned_down(down: np.ndarray) -> np.ndarray:
+    """Return the shortest rotation (3, 3) after which a direction (3,) points down.
+
+    Examples
+    --------
+    >>> turned_down(np.array([0.0, 0.0, -1.0])).tolist()
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    up = -np.asarray(down, float)
+    if up[2] < -1 + 1e-9:
+        return np.diag([1.0, -1.0, -1.0])
+    x, y, z = up
+    lean = 1 / (1 + z)
+    rotation = np.array([[1 - x * x * lean, -x * y * lean, -x], [-x * y * lean, 1 - y * y * lean, -y], [x, y, z]])
+    return rotation + 0.0

@@ -17,8 +17,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from ..mechanics import LEVEL, Stance, StandResult, StandSettings
 from .body import Body
-from .facets import Facets, facets_of
-from .poses import turned_down
+from .facets import Facets, facets_of, turned_down
 from .round_bottoms import rest_at
 
 DOWN = np.array([[0.0, 0.0, -1.0]])

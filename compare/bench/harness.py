@@ -1,0 +1,103 @@
+"""What benches share: objects, a warm simulator, seconds of repeated runs, a process of its own, one core."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import typer
+
+from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
+from spherefunc_bullet.console import show
+from spherefunc_bullet.datasets.catalogue import built_catalogue
+from spherefunc_bullet.formats.units import parse_length
+from spherefunc_bullet.settling.settling import warm_up
+from spherefunc_bullet.simulator import Simulator, make_simulator
+
+from ..machine import machine
+
+Made = TypeVar("Made")
+Data = Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifest.csv, or a catalogue's name.")]
+Backends = Annotated[str, typer.Option(help="Which simulators are measured, or whose models are asked.")]
+Count = Annotated[int, typer.Option(min=1, help="Objects, evenly chosen; or of each kind.")]
+Repeats = Annotated[int, typer.Option(min=1, help="Runs of each.")]
+PLAIN_TABLE = "table of 1.2 x 0.8 m"
+TABLE_RADIUS = parse_length("1cm")
+PEER_RADIUS = parse_length("5mm")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One object to be measured."""
+
+    title: str
+    path: Path
+    radius: float  # metres
+
+
+def of_household(name: str) -> Path:
+    """Return the file of an object of the catalogue."""
+    return built_catalogue("household").parent / f"{name}.ply"
+
+
+def peer_mug() -> Path | None:
+    """Return the mug that comes with PyBullet, or None without PyBullet."""
+    try:
+        import pybullet_data
+    except ImportError:
+        return None
+    return Path(pybullet_data.getDataPath()) / "objects" / "mug.obj"
+
+
+def write_plain_table(folder: Path) -> Path:
+    """Write a table of 1.2 x 0.8 m on four legs, and return its path."""
+    from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
+
+    legs = [shift(box(0.05, 0.05, 0.72), x, y) for x in (-0.56, 0.56) for y in (-0.36, 0.36)]
+    path = folder / "plain_table.ply"
+    join(shift(box(1.2, 0.8, 0.03), z=0.72), *legs).export(path)
+    return path
+
+
+def warm(case: Case, backend: str) -> tuple[Simulator, Cloud]:
+    """Return a simulator and an object's cloud, all that has to be compiled for them compiled."""
+    simulator, cloud = make_simulator(backend), load_cloud(case.path)
+    warm_up(simulator)
+    return simulator, cloud
+
+
+def timed(
+    make: Callable[[], Made], repeats: int, clock: Callable[[], float] = time.perf_counter
+) -> tuple[list[float], Made]:
+    """Return the seconds of every run by a clock, and what the last returned."""
+    seconds = []
+    for _ in range(repeats):
+        started = clock()
+        made = make()
+        seconds.append(clock() - started)
+    return seconds, made
+
+
+def apart(function: Callable[..., Made], *arguments: object) -> Made:
+    """Return what a function returns in a fresh process."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
+def use_one_core():
+    """Keep this process and those it starts to one core."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+        os.environ[name] = "1"
+    if hasattr(os, "sched_setaffinity"):  # Linux; elsewhere the variables have to do
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def print_machine():
+    """Print what it was measured on."""
+    show("\n" + "\n".join(f"{name}: {value}" for name, value in machine().items()))

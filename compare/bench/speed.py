@@ -1,0 +1,182 @@
+"""The simulators' speed on one core.
+
+    python -m spherefunc_bullet.compare.bench [--quick] [--json] [--backends fast,bullet] [--file PATH --radius 5mm]
+
+Loading and compilation are not counted. Every object runs in a process of its own, so that peak memory is its own.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any
+
+import typer
+
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.console import print_json, print_table, progress, show
+from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.units import format_length, parse_length
+from spherefunc_bullet.learning.histogram import CubeHistogram
+from spherefunc_bullet.processes.memory import peak_bytes
+from spherefunc_bullet.simulator import DropSettings
+
+from ..machine import machine, usable_backends
+from .answers import print_answers
+from .harness import (
+    PEER_RADIUS,
+    PLAIN_TABLE,
+    TABLE_RADIUS,
+    Backends,
+    Case,
+    apart,
+    of_household,
+    peer_mug,
+    print_machine,
+    timed,
+    use_one_core,
+    warm,
+    write_plain_table,
+)
+
+OBJECTS = {  # of the catalogue: title, name, radius
+    "fast": [
+        ("mug", "mug_01", "5mm"),
+        ("chair", "shell_chair_01", "5mm"),
+        ("sofa", "sofa_02", "5mm"),
+        ("table", "dining_table_02", "1cm"),
+    ],
+    "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
+}
+STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
+SPAN = 500  # settled spheres, at the beginning and at the end
+Measured = dict[str, Any]  # what was measured of one object, by name; seconds
+
+
+def cases(backend: str, table: Path, quick: bool) -> list[Case]:
+    """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
+    chosen = [
+        Case(title=f"{title} ({name})", path=of_household(name), radius=parse_length(radius))
+        for title, name, radius in OBJECTS.get(backend, OBJECTS["fast"])
+        if not (quick and title == "sofa")
+    ]
+    chosen.append(Case(title=PLAIN_TABLE, path=table, radius=TABLE_RADIUS))
+    mug = peer_mug()
+    return chosen if mug is None else [Case(title="mug (PyBullet's)", path=mug, radius=PEER_RADIUS), *chosen]
+
+
+def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
+    """Return one object's simulation; loading and compilation are not in it, the peak is the whole process's."""
+    simulator, cloud = warm(case, backend)
+    seconds, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
+    about = {"title": case.title, "radius": case.radius, "points": len(cloud), "settled": result.settled}
+    times = {"best": min(seconds), "median": statistics.median(seconds)}
+    return about | {"drops": result.drops} | times | {"peak_bytes": peak_bytes()}
+
+
+def time_growth(case: Case, backend: str, repeats: int) -> Measured:
+    """Return what a drop costs during the first and the last so many settled spheres.
+
+    From runs that stop early, which are the beginnings of the whole one; the one that stops at the first sphere holds
+    what comes before any drop.
+    """
+    simulator, cloud = warm(case, backend)
+    settled = simulator.drop(cloud, DropSettings(radius=case.radius), 0).settled
+    span = min(SPAN, settled // 2)
+    runs = []
+    for stop in (1, span, settled - span, settled):
+        settings = DropSettings(radius=case.radius, max_spheres=stop)
+        runs.append(min((simulator.drop(cloud, settings, 0) for _ in range(repeats)), key=lambda run: run.seconds))
+    first, last = ((b.seconds - a.seconds) / (b.drops - a.drops) for a, b in (runs[:2], runs[2:]))
+    return {"title": case.title, "settled": settled, "first": first, "last": last}
+
+
+def time_stages(case: Case, backend: str, repeats: int) -> Measured:
+    """Return what sampling, simulation and histogram of one object cost at best; a cloud is not sampled."""
+    geometry, (simulator, cloud), sampling = read_geometry(case.path), warm(case, backend), [0.0]
+    if len(geometry.faces):
+        sampling, cloud = timed(lambda: cloud_from_mesh(geometry.vertices, geometry.faces), repeats)
+    simulation, result = timed(lambda: simulator.drop(cloud, DropSettings(radius=case.radius), 0), repeats)
+    histogram, _ = timed(lambda: CubeHistogram(case.radius).fit_transform([result.centers]), repeats)
+    stages = {"sampling": min(sampling), "simulation": min(simulation), "histogram": min(histogram)}
+    return {"title": case.title, "points": len(cloud)} | stages
+
+
+def print_timings(timings: Iterable[Measured], backend: str):
+    """Print the simulations' table."""
+    head = ["object", "radius", "points", "settled", "drops", "best s", "median s", "drops/s", "settled/s", "peak MiB"]
+    rows = [
+        [
+            one["title"],
+            format_length(one["radius"]),
+            *(f"{one[count]:,}" for count in ("points", "settled", "drops")),
+            *(f"{one[seconds]:.3f}" for seconds in ("best", "median")),
+            *(f"{one[count] / one['best']:,.0f}" for count in ("drops", "settled")),
+            "" if one["peak_bytes"] is None else f"{one['peak_bytes'] / 2**20:,.0f}",
+        ]
+        for one in timings
+    ]
+    print_table(f"Simulation by {backend}, one core, compilation and loading excluded", head, rows)
+
+
+def print_stages(stages: Iterable[Measured], backend: str):
+    """Print what an object costs before and after its simulation."""
+    rows = []
+    for one in stages:
+        sampling, simulation, histogram = times = [one[name] for name in ("sampling", "simulation", "histogram")]
+        ratio = f"{(sampling + histogram) / simulation:.2f}" if simulation else ""
+        rows.append([one["title"], f"{one['points']:,}", *(f"{1000 * seconds:.1f}" for seconds in times), ratio])
+    head = ["object", "points", "sampling ms", "simulation ms", "histogram ms", "(sampling + histogram) / simulation"]
+    radius = format_length(STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"]))
+    print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
+
+
+def print_growth(one: Measured, backend: str):
+    """Print how much dearer a drop gets as spheres settle."""
+    show(
+        f"\n{backend}, {one['title']}, {one['settled']:,} settled: {1e3 * one['first']:.3f} ms a drop during the first "
+        f"500 settled, {1e3 * one['last']:.3f} ms during the last 500: {one['last'] / one['first']:.2f} times"
+    )
+
+
+def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
+    """Return what is measured of one backend, each object in a process of its own."""
+    radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
+    each = progress(chosen, len(chosen), f"timing {backend}")
+    simulation = [apart(time_simulation, case, backend, repeats) for case in each]
+    staged = progress(chosen, len(chosen), "timing the stages")
+    stages = [apart(time_stages, replace(case, radius=radius), backend, repeats) for case in staged]
+    growth = [apart(time_growth, case, backend, repeats) for case in chosen if case.title == PLAIN_TABLE]
+    return {"simulation": simulation, "stages": stages, "growth": growth[0] if growth else None}
+
+
+def print_speed(
+    quick: Annotated[bool, typer.Option("--quick", help="One run of each, without the sofa.")] = False,
+    backends: Backends = "fast,bullet",
+    file: Annotated[Path | None, typer.Option(help="Measure this file instead.")] = None,
+    radius: Annotated[str, typer.Option(help="Of the spheres on --file.")] = "5mm",
+    json: Annotated[bool, typer.Option("--json", help="Print JSON on stdout instead of tables.")] = False,
+):
+    """Print the simulators' speed on one core; with the name of another bench, that one (see its --help)."""
+    use_one_core()
+    repeats, measured = 1 if quick else 3, {}
+    with TemporaryDirectory() as folder:
+        table = write_plain_table(Path(folder))
+        for backend in usable_backends(backends.split(",")):
+            chosen = cases(backend, table, quick)
+            if file is not None:
+                chosen = [Case(title=file.name, path=file, radius=parse_length(radius))]
+            measured[backend] = measure(chosen, backend, repeats)
+    if json:
+        return print_json({"machine": machine(), "repeats": repeats, "backends": measured})
+    for name, of_backend in measured.items():
+        print_timings(of_backend["simulation"], name)
+        print_stages(of_backend["stages"], name)
+        if of_backend["growth"] is not None:
+            print_growth(of_backend["growth"], name)
+    if file is None:
+        print_answers()
+    print_machine()
