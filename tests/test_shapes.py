@@ -164,9 +164,9 @@ def test_the_command_prints_its_contract(tmp_path):
 
 
 def test_free_space_is_not_bridged_by_thin_pieces(subject):
-    from spherefunc_bullet.shapes.exposure import of_fitting
+    from spherefunc_bullet.shapes.exposure import Fitting
 
-    row = row_of(subject, of_fitting(subject, 1.2), Kept())
+    row = row_of(subject, Fitting(subject).of(1.2), Kept())
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 

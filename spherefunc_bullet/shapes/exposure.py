@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .fitting import Exposed, fitted_pieces
+from .fitting import Exposed, cut, joined
 from .solid import Solid, capped, of_pieces
 from .spaces import NARROW
 
@@ -83,10 +84,19 @@ def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:
     return cells[tuple(index.T)]
 
 
-def of_fitting(subject: Subject, scale: float) -> Solid:
-    """Return convex pieces that follow an object's exposed surface within tolerances that are scaled."""
-    pieces = fitted_pieces(simplified(subject.mesh), exposed_surface(subject, scale))
-    return of_pieces("fitted", [capped(piece) for piece in pieces])
+class Fitting:
+    """Convex pieces that follow an object's exposed surface; finer ones go on from the cuts of the coarser."""
+
+    def __init__(self, subject: Subject, enough: Callable[[], bool] = lambda: False):
+        self.subject, self.enough = subject, enough
+        self.parts: list[np.ndarray] = []
+
+    def of(self, scale: float) -> Solid:
+        """Return pieces within tolerances that are scaled, or what there is of them where it is said to be enough."""
+        exposed = exposed_surface(self.subject, scale)
+        parts = cut(self.parts or [simplified(self.subject.mesh)], exposed, self.enough)
+        self.parts = [part.triangles for part in parts]
+        return of_pieces("fitted", [capped(piece) for piece in joined(parts, exposed, self.enough)])
 
 
 def simplified(solid: Solid) -> np.ndarray:

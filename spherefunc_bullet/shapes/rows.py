@@ -25,21 +25,26 @@ class Row:
     faces: int
     bytes: int
     build_seconds: float
-    step_us: float
     capacity_ml: float
     capacity_kept: float | None  # None: the object is no vessel
     level_kept: float
     level_higher_mm: float
-    settled: int
-    settled_kept: float
-    moved_mm: float
-    deeper: int
     openings_closed: int
+    step_us: float = float("nan")
+    settled: int = 0
+    settled_kept: float | None = None  # None: no spheres were dropped, since it has lost something without them
+    moved_mm: float = 0.0
+    deeper: int = 0
     functions: Functions = field(default_factory=dict)
     lost: tuple[str, ...] = ()  # in words, the gravest first
     keeps: bool = True
     verdict: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether all of it is known."""
+        return self.settled_kept is not None
 
 
 @dataclass(frozen=True, kw_only=True)

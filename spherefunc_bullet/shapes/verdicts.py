@@ -28,14 +28,14 @@ def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
         by = abs(row.level_higher_mm)
         moved = f", it is {by:.3g} mm {side}" if by > 1 else ""
         yield f"keeps {row.level_kept:.0%} of the level at {truth.level_mm:.0f} mm{moved}"
-    if row.settled_kept < kept.share:
+    if row.settled_kept is not None and row.settled_kept < kept.share:
         yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
     if row.openings_closed:
         yield f"closes {row.openings_closed} opening{'s' if row.openings_closed > 1 else ''}"
     if kept.moved is not None and not row.moved_mm <= 1e3 * kept.moved:
         yield f"resting places moved by {row.moved_mm:.2g} mm"
     for name, (member, _) in truth.functions.items():
-        if member and not row.functions[name][0]:
+        if member and name in row.functions and not row.functions[name][0]:
             yield f"is no {name} any more"
 
 
