@@ -146,6 +146,18 @@ def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
     assert np.allclose(solid.vertices.max(axis=0), subject.high, atol=1e-6)
 
 
+def test_what_stands_still_may_be_written_concave(subject, tmp_path):
+    from spherefunc_bullet.shapes.files import write_shape
+    from spherefunc_bullet.simulator.mechanics import Matter
+    from spherefunc_bullet.simulator.statics.body import body_of
+
+    body = body_of(subject.cloud, Matter())
+    path = write_shape(tmp_path / "cup.urdf", subject.mesh, subject.mesh, body)
+    assert next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3)))).pieces is None
+    with pytest.raises(InputError, match="MuJoCo"):
+        write_shape(tmp_path / "cup.xml", subject.mesh, subject.mesh, body)
+
+
 def test_the_command_prints_its_contract(tmp_path):
     from typer.testing import CliRunner
 

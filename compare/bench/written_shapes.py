@@ -2,7 +2,8 @@
 
 Written URDFs and MJCFs are loaded in a plain PyBullet (`loadURDF`) and a plain MuJoCo, by nothing of this package, and
 spheres are dropped on them one by one. What rests there within 1.25 radii of a sphere on the visual mesh, loaded as a
-concave one, is kept. Timings alternate, so that another load on the machine meets both.
+concave one, is kept. What contacts cost is a step with spheres at rest less one with them in the air. Timings
+alternate, so that another load on the machine meets both.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.shapes.compared import compare_shapes
 
 SIDE, STEP, SECONDS, NEAR = 14, 1 / 480, 1.5, 1.25  # spheres along a side, s, s of a fall, radii
+AIR = 1_000.0  # radii: how high spheres are that touch nothing
 CONTACTS, TIMED = 50, 30  # spheres and steps of a timing
 MANY_FACES, ENOUGH = 5_000, 0.95
 
@@ -42,7 +44,7 @@ class Checked:
     spread: float  # what the mesh keeps of itself, dropped beside
     bullet: float  # share of the mesh's spheres that are kept
     mujoco: float
-    cheaper: float  # times
+    cheaper: float  # times, what contacts cost
     seconds: float  # to find the shape
 
 
@@ -153,15 +155,18 @@ def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     one, two = (on_object(mesh.drop(starts), radius) for starts in (first, second))
     reference = np.vstack([one, two])
     share = kept(one, two, len(two), radius)
-    bullet = kept(reference, on_object(other.drop(first), radius), len(one), radius)
+    rest = on_object(other.drop(first), radius)
+    bullet = kept(reference, rest, len(one), radius)
     there = kept(reference, on_object(in_mujoco(mjcf, first, radius), radius), len(one), radius)
-    times = np.array([(a, b) for a, b, _ in zip(mesh.steps(one), other.steps(one), range(TIMED), strict=False)])
-    mesh.close(), other.close()
-    cost = np.median(times, axis=0)
+    empty = Plain(None, visual, radius)
+    held = [mesh.steps(one), other.steps(rest if len(rest) else one), empty.steps(one + [0, 0, AIR * radius])]
+    times = np.array([next(zip(*held, strict=True)) for _ in range(TIMED)])
+    mesh.close(), other.close(), empty.close()
+    seen, written, air = np.median(times, axis=0)
     return Checked(
         file=path.name, label=label, group=group, shape=best.name, keeps=best.row.keeps, pieces=best.solid.count,
         faces=len(shapes.subject.mesh.faces), spread=share, bullet=bullet, mujoco=there,
-        cheaper=float(cost[0] / cost[1]), seconds=seconds,
+        cheaper=float((seen - air) / (written - air)), seconds=seconds,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from ..errors import InputError
 from .options import BY_FILE, Json, PackagePath, Units, Up
 
 if TYPE_CHECKING:
-    from ..shapes.compared import Shapes
+    from ..shapes.compared import BestShape
 
 COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
 COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_closed", "keeps", "verdict"]
@@ -26,6 +26,7 @@ def shapes(
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
     best: Annotated[bool, typer.Option("--best", help="Find and write the cheapest that keeps everything.")] = False,
+    still: Annotated[bool, typer.Option("--static", help="It never moves: --best may be the concave mesh.")] = False,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where --best writes.")] = Path("."),
     form: Annotated[str, typer.Option("--format", help="Of what --best writes: urdf, sdf or mjcf.")] = "urdf",
     keep: Annotated[
@@ -48,6 +49,8 @@ def shapes(
 
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
+    if still and form == "mjcf":
+        raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
     thresholds = thresholds_of(coacd)
     failures, results = Failures(), []
@@ -58,7 +61,7 @@ def shapes(
             )
             row = compared.as_dict(str(file))
             if best:
-                row["best"] = written(compared, file, out, form)
+                row["best"] = written(compared.best_for(still), file, out, form)
         except InputError as error:
             failures.add(error)
             row = {"file": str(file), "error": str(error)}
@@ -108,11 +111,10 @@ def thresholds_of(text: str | None) -> tuple[float, ...]:
         raise InputError(f"--coacd {text}: expected numbers, such as 0.05,0.2") from error
 
 
-def written(compared: Shapes, file: Path, out: Path, form: str) -> dict[str, Any]:
+def written(shape: BestShape, file: Path, out: Path, form: str) -> dict[str, Any]:
     """Write the best shape of an object, and return what is printed of it."""
     from ..shapes.compared import as_row
 
-    shape = compared.best
     if not shape.row.keeps:
         say(f"{file.name}: none that was tried keeps everything; written is the one that keeps most")
     place = shape.write(out / f"{file.stem}{SUFFIX[form]}", form)

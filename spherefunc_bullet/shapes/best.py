@@ -8,7 +8,7 @@ from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from .candidates import Make, made, of_hull, of_vhacd
+from .candidates import Make, made, of_hull, of_mesh, of_vhacd
 from .comparison import Subject, row_of
 from .exposure import Fitting
 from .rows import Kept, Row
@@ -24,18 +24,19 @@ STRICT = Kept(capacity=0.95, moved=0.002)
 Tried = tuple["Solid", Row]
 
 
-def best_shape(subject: Subject, kept: Kept) -> Tried:
+def best_shape(subject: Subject, kept: Kept, still: bool = False) -> Tried:
     """Return the cheapest candidate that keeps everything, with its row; where none does, the one that keeps most.
 
     Cheapest by a measured step with spheres in contact. Of each kind the first that keeps everything is taken, since
-    the finer ones that follow are dearer. What loses water, level or openings is not asked about spheres.
+    the finer ones that follow are dearer. What loses water, level or openings is not asked about spheres. What stands
+    ``still`` may also be the concave mesh.
     """
     until, tried = time.process_time() + BUDGET, []
 
     def enough() -> bool:
         return time.process_time() > until
 
-    for kind in kinds(subject, enough):
+    for kind in kinds(subject, enough, still):
         for name, make in kind:
             if tried and enough():
                 break
@@ -43,14 +44,16 @@ def best_shape(subject: Subject, kept: Kept) -> Tried:
             tried.append((solid, row_of(subject, solid, kept, early=True)))
             if tried[-1][1].keeps:
                 break
-        if tried[-1][1].keeps and tried[-1][1].pieces == 1:
-            break  # nothing is cheaper than one piece
+        if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
+            break  # nothing is cheaper than one convex piece
     solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
     return (solid, row) if row.measured else (solid, row_of(subject, solid, kept))
 
 
-def kinds(subject: Subject, enough: Callable[[], bool]) -> Iterator[list[tuple[str, Make]]]:
+def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator[list[tuple[str, Make]]]:
     """Yield what can be tried of each kind, by name, the coarsest first."""
+    if still:
+        yield [("mesh", partial(of_mesh, subject.cloud))]
     yield [("hull", partial(of_hull, subject.cloud))]
     fitting = Fitting(subject, enough)
     yield [(f"fitted {scale:g}", partial(fitting.of, scale)) for scale in SCALES]

@@ -69,8 +69,12 @@ class Shapes:
 
     @cached_property
     def best(self) -> BestShape:
-        """The cheapest that keeps everything, found when it is asked for; that takes up to a minute."""
-        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT)
+        """The cheapest of convex pieces that keeps everything, found when it is asked for, within a minute."""
+        return self.best_for()
+
+    def best_for(self, still: bool = False) -> BestShape:
+        """Return the cheapest that keeps everything; for what stands still that may be the concave mesh."""
+        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT, still)
         return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
 
     def as_dict(self, file: str) -> dict[str, Any]:
