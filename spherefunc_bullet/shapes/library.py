@@ -23,6 +23,7 @@ from .verdicts import NOTHING
 
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
+ELEVATION = 42.0  # degrees: into a vessel
 TIME = 600.0  # seconds of one object of a library
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
@@ -74,12 +75,12 @@ def written(compared: Shapes, file: Path, asked: Asked) -> Result:
 
 
 def pictures(compared: Shapes) -> str:
-    """Return what is seen beside what the first shape is for the engine, as WebP in base64; small ones cut open."""
+    """Return what is seen beside what the first shape is for the engine, as WebP in base64."""
     from PIL import Image
 
-    from ..viewer.pictures import CUT_BELOW, View, render
+    from ..viewer.pictures import View, render
 
-    view = View(size=PICTURE, cut=compared.subject.extent < CUT_BELOW)
+    view = View(size=PICTURE, elevation_deg=ELEVATION)
     both = Image.new("RGB", (2 * PICTURE[0], PICTURE[1]))
     shown: list[Solid] = [compared.subject.mesh, compared.solids[0]]
     for number, solid in enumerate(shown):
