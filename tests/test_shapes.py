@@ -209,3 +209,21 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     assert (first.name, second.name) == ("a", "b")
     assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
     assert second.vertices[:, 2].max() == pytest.approx(0.25)
+
+
+def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
+    from typer.testing import CliRunner
+
+    from spherefunc_bullet.commands.command_line import application
+
+    (tmp_path / "in" / "deeper").mkdir(parents=True)
+    cup().export(tmp_path / "in" / "deeper" / "cup.obj")
+    (tmp_path / "in" / "bad.obj").write_text("v 0 0")
+    line = ["shapes", str(tmp_path / "in"), "--only-collision", "--report", str(tmp_path / "out"), "--json"]
+    first, again = (CliRunner().invoke(application("shapes"), line) for _ in range(2))
+    assert first.exit_code == again.exit_code == 2 and first.stdout == again.stdout  # times among it: it was kept
+    bad, good = json.loads(first.stdout)
+    assert "error" in bad and good["shapes"][0]["capacity_kept"] == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<b>1 of 1</b> vessels hold nothing" in page and "data:image/webp" in page
+    assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3

@@ -2,8 +2,7 @@
 
 Written URDFs and MJCFs are loaded in a plain PyBullet (`loadURDF`) and a plain MuJoCo, by nothing of this package, and
 spheres are dropped on them one by one. What rests there within 1.25 radii of a sphere on the visual mesh, loaded as a
-concave one, is kept. What contacts cost is a step with spheres at rest less one with them in the air. Timings
-alternate, so that another load on the machine meets both.
+concave one, is kept. What contacts cost is a step with spheres at rest less one with them in the air.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Checked:
     bullet: float  # share of the mesh's spheres that are kept
     mujoco: float
     cheaper: float  # times, what contacts cost
-    seconds: float  # to find the shape
+    seconds: float  # of the processor, to find the shape
 
 
 class Plain:
@@ -90,9 +89,9 @@ class Plain:
         while True:
             for body, center in zip(bodies, centers[np.arange(CONTACTS) % len(centers)], strict=True):
                 p.resetBasePositionAndOrientation(body, center, [0, 0, 0, 1], **self.at)
-            started = time.perf_counter()
+            started = time.thread_time()
             p.stepSimulation(**self.at)
-            yield time.perf_counter() - started
+            yield time.thread_time() - started
 
     def close(self):
         p.disconnect(**self.at)
@@ -144,9 +143,9 @@ def kept(reference: np.ndarray, ends: np.ndarray, count: int, radius: float) -> 
 
 def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     """Return what becomes of one object."""
-    started = time.perf_counter()
+    started = time.process_time()
     shapes = compare_shapes(path, shapes=False)
-    best, seconds = shapes.best, time.perf_counter() - started
+    best, seconds = shapes.best, time.process_time() - started
     urdf, mjcf = best.write(folder / f"{path.stem}.urdf"), best.write(folder / f"{path.stem}.xml")
     vertices, radius = shapes.subject.mesh.vertices, shapes.subject.radius
     visual = folder / f"{path.stem}_meshes" / "visual.obj"

@@ -57,6 +57,8 @@ def shapes(
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip
     chosen, failures, results = list(objects_in(files)), Failures(), []
+    if best and len({file.stem for file in chosen}) < len(chosen):
+        raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
     kept = None if report is None else report / "objects"
     for result in progress(answers(chosen, asked, jobs, kept), len(chosen), "asking"):
         if "error" in result:

@@ -25,6 +25,7 @@ SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
 ELEVATION = 42.0  # degrees: into a vessel
 TIME = 600.0  # seconds of one object of a library
+LOSSES = {"vessel": "hold nothing", "sittable": "cannot be sat on", "table": "do not carry at their level"}
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
 
@@ -133,7 +134,7 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
     read = [result for result in results if result.get("shapes")]
     counts = {"objects": len(read), "failed": len(results) - len(read)}
     counts["keep everything"] = sum(result["shapes"][0]["keeps"] for result in read)
-    for name, loss in (("vessel", "hold nothing"), ("sittable", "cannot be sat on"), ("table", "do not carry at their level")):
+    for name, loss in LOSSES.items():
         lost = [lost for result in read if (lost := loses(result, name)) is not None]
         counts |= {f"{name}s": len(lost), f"{name}s that {loss}": sum(lost)}
     return counts
