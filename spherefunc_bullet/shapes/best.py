@@ -17,7 +17,7 @@ from .solid import MOST_CORNERS
 if TYPE_CHECKING:
     from .solid import Solid
 
-SCALES = (2.0, 1.2, 0.8)  # of the tolerances, the coarsest first
+SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 HULLS = (8, 32)  # of V-HACD, at most
 BUDGET = 30.0  # seconds of the processor (a busy machine finds the same), after which nothing more is begun
 STRICT = Kept(capacity=0.95, moved=0.002)
