@@ -16,13 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from spherefunc_bullet.bullet.backend import BulletSimulator
-from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.console import print_table
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.shapes.comparison import SPHERE
 from spherefunc_bullet.shapes.solid import Solid, of_pieces, surface
-from spherefunc_bullet.shapes.spheres import engine_shape, lying, step_time
+from spherefunc_bullet.shapes.spheres import step_cost
 
 from ..pages.plates import COLOURS, GREY, MARKERS, SINGLE, STYLE
 
@@ -60,21 +58,11 @@ def costs() -> Iterator[list[Any]]:
     """Yield shape, contacts of a sphere, and microseconds of a step with 50 spheres less one with them in the air."""
     grid = (np.arange(7) + 0.5) / 7
     centers = np.stack(np.meshgrid(grid, grid, [SPHERE]), axis=-1).reshape(-1, 3)
-    simulator = BulletSimulator()
-    air = step_time(simulator, engine_shape(tessellated(1), SPHERE), centers + [0, 0, 1e3 * SPHERE], SPHERE)
+    air, _ = step_cost(tessellated(1), centers + [0, 0, 1e3 * SPHERE], SPHERE)
     shapes = [tessellated(n) for n in (1, 7, 20, 50, 100, 200)] + [tiled(n) for n in (1, 4, 8, 16, 32)]
     for solid in [*shapes, *map(disc, (8, 32, 64, 256, 1024))]:
-        shape = engine_shape(solid, SPHERE)
-        yield [solid.name, contacts(simulator, shape, centers), step_time(simulator, shape, centers, SPHERE) - air]
-
-
-def contacts(simulator: BulletSimulator, shape: Any, centers: np.ndarray) -> float:
-    """Return how many contacts a sphere has on average."""
-    with lying(simulator, shape, centers / SPHERE) as world:
-        for _ in range(10):
-            world.step()
-        found = [len(pybullet().getContactPoints(bodyA=body, physicsClientId=world.client)) for body in world.air]
-    return float(np.mean(found))
+        cost, contacts = step_cost(solid, centers, SPHERE)
+        yield [solid.name, contacts, cost - air]
 
 
 def measured(folder: Path) -> dict[str, list[dict[str, Any]]]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,41 +62,33 @@ def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Rest:
         run = DropRun(world, shape, cloud, settings, seed)
         run.until_over()
     result = run.result(0.0, {"backend": "", "version": "", "settings": {}, "seed": seed})
-    step = step_time(simulator, shape, result.centers[result.on_object], radius)
+    step, _ = step_cost(solid, result.centers[result.on_object], radius)
     return Rest(centers=result.centers, on_object=result.on_object, step_us=step)
 
 
-def step_time(simulator: BulletSimulator, shape: CollisionShape, centers: np.ndarray, radius: float) -> float:
-    """Return the microseconds of a time step with spheres that lie on a shape, all awake; the median of many.
+def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> tuple[float, float]:
+    """Return the microseconds of a time step with 50 spheres on a shape, all awake, and the contacts of each.
 
-    By the clock of the processor, so that other programs do not count.
+    The median of many, by the clock of the processor, so that other programs do not count. Where fewer lie on it, some
+    are put into one place twice; they do not touch each other.
     """
+    from ..bullet.engine import pybullet
+
     if not len(centers):
-        return float("nan")
-    with lying(simulator, shape, centers / radius) as world:
-        seconds = []
+        return float("nan"), 0.0
+    p, simulator, seconds = pybullet(), BulletSimulator(), []
+    with World(simulator) as world:
+        world.add_object(engine_shape(solid, radius))
+        world.add_spheres(IN_CONTACT)
+        for slot in range(IN_CONTACT):
+            world.place(slot, centers[slot % len(centers)] / radius)
+            p.setCollisionFilterGroupMask(world.air[slot], -1, *APART, physicsClientId=world.client)
         for _ in range(2 * STEPS):
             started = time.thread_time()
             world.step()
             seconds.append(time.thread_time() - started)
-    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6)
-
-
-@contextmanager
-def lying(simulator: BulletSimulator, shape: CollisionShape, centers: np.ndarray) -> Iterator[World]:
-    """Give a world with a shape and 50 spheres at centres (S, 3), in radii, that do not touch each other.
-
-    Where there are fewer centres, some are taken twice.
-    """
-    from ..bullet.engine import pybullet
-
-    with World(simulator) as world:
-        world.add_object(shape)
-        world.add_spheres(IN_CONTACT)
-        for slot in range(IN_CONTACT):
-            world.place(slot, centers[slot % len(centers)])
-            pybullet().setCollisionFilterGroupMask(world.air[slot], -1, *APART, physicsClientId=world.client)
-        yield world
+        contacts = [len(p.getContactPoints(bodyA=body, physicsClientId=world.client)) for body in world.air]
+    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6), float(np.mean(contacts))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
