@@ -227,3 +227,20 @@ def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<b>1 of 1</b> vessels hold nothing" in page and "data:image/webp" in page
     assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
+
+
+def test_what_is_kept_is_held_against_its_cost(tmp_path):
+    from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
+
+    def row(name, cost, kept):
+        shares = {"capacity_kept": None, "level_kept": kept, "settled_kept": 1.0}
+        return shares | {"name": name, "step_us": cost, "pieces": 1, "build_seconds": 1.0, "keeps": kept > 0.9}
+
+    rows = [row("mesh", 100.0, 1.0), row("hull", 20.0, 0.1), row("vhacd 8", 50.0, 0.95)]
+    (tmp_path / "objects").mkdir()
+    result = {"shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
+    (tmp_path / "objects" / "cup.json").write_text(json.dumps(result))
+    kinds = measured(tmp_path)
+    assert {line[0]: line[-1] for line in kept_table(kinds)} == {"mesh": 0, "hull": 0, "vhacd 8": 0, "--best": 1}
+    draw(kinds, tmp_path / "shapes.svg")
+    assert (tmp_path / "shapes.svg").stat().st_size > 1_000
