@@ -13,11 +13,10 @@ from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
 from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
-from .rows import Functions, Kept, Row, Truth
+from .rows import Functions, Kept, Row, Truth, judged
 from .solid import Solid, surface
 from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
 from .spheres import Seen, at_rest, moved
-from .verdicts import judged
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
 SMALLEST, LARGEST = 0.002, 0.04  # metres

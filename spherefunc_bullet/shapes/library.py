@@ -18,8 +18,8 @@ from ..formats.writing import write_bytes
 from ..processes.tasks import run_tasks
 from ..viewer.page import page_html, viewer_file
 from .compared import SAYS_COLLISION, Shapes, as_row, compare_shapes
+from .rows import NOTHING
 from .solid import Solid
-from .verdicts import NOTHING
 
 SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
