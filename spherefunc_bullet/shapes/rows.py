@@ -81,7 +81,7 @@ def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
         yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
     if row.openings_closed:
         yield f"closes {row.openings_closed} opening{'s' if row.openings_closed > 1 else ''}"
-    if kept.moved is not None and not row.moved_mm <= 1e3 * kept.moved:
+    if kept.moved is not None and row.moved_mm > 1e3 * kept.moved:
         yield f"resting places moved by {row.moved_mm:.2g} mm"
     for name, (member, _) in truth.functions.items():
         if member and name in row.functions and not row.functions[name][0]:

@@ -21,6 +21,7 @@ SPHERES, DROPS = 250, 600  # at most, of a run
 IN_CONTACT = 50
 STEPS = 40  # that are timed, after as many that are not
 APART = 4, 2  # group and mask of spheres that meet what stands still, the engine's group 2, and not each other
+FEW = 4  # spheres: no more than that rest on an object by chance
 NEAR = 1.25  # radii: a sphere so near to one on the object is in its place
 DEEP = 0.8  # radii: a centre that is nearer than that to the object's surface has sunk in it
 
@@ -113,8 +114,12 @@ class Seen:
         return self.matched(self.rests[1].centers) / max(1, len(self.rests[0].centers))
 
     def kept(self, rest: Rest) -> float:
-        """Return the share of the spheres that rest on a shape in the places that they have on the object."""
-        return min(1.0, self.matched(rest.centers) / max(1, self.matched(self.rests[1].centers)))
+        """Return the share of the spheres that rest on a shape in the places that they have on the object.
+
+        Where none rests on the object, such as a round one, there is none to keep.
+        """
+        expected = self.matched(self.rests[1].centers)
+        return min(1.0, self.matched(rest.centers) / expected) if expected >= FEW else 1.0
 
     def deeper(self, rest: Rest) -> int:
         """Return how many spheres on a shape have sunk into the object's surface."""
