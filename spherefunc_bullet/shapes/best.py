@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
 HULLS = (8, 32)  # of V-HACD, at most
 BUDGET = 30.0  # seconds of the processor (a busy machine finds the same), after which nothing more is begun
-STRICT = Kept(capacity=0.95, moved=0.002)
+STRICT = Kept(share=0.95, moved=0.002)
 Tried = tuple["Solid", Row]
 
 

@@ -133,8 +133,8 @@ def compare_shapes(
     coacd : floats
         Thresholds of CoACD, which takes minutes.
     keep : float
-        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, and of the best shape the
-        capacity within 5 % and places within 2 mm.
+        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, of the best shape 0.95
+        and places within 2 mm.
 
     Raises
     ------

@@ -40,7 +40,8 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     chosen = (share < OTHER) | (np.arange(len(share)) % FEWER == 0)
     places, outward, share = places[chosen], outward[chosen], share[chosen]
     room, grazed = free_places(subject), GRAZED * subject.extent
-    followed = np.maximum(FINEST, scale * share * subject.extent)
+    scales = np.where(share == RESTED, min(scale, 1.0), scale)  # a slope that differs lets a sphere roll
+    followed = np.maximum(FINEST, scales * share * subject.extent)
     return Exposed(
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
