@@ -146,6 +146,18 @@ def test_what_is_written_is_what_engines_load(subject, tmp_path, suffix):
     assert np.allclose(solid.vertices.max(axis=0), subject.high, atol=1e-6)
 
 
+def test_what_stands_still_may_be_written_concave(subject, tmp_path):
+    from spherefunc_bullet.shapes.files import write_shape
+    from spherefunc_bullet.simulator.mechanics import Matter
+    from spherefunc_bullet.simulator.statics.body import body_of
+
+    body = body_of(subject.cloud, Matter())
+    path = write_shape(tmp_path / "cup.urdf", subject.mesh, subject.mesh, body)
+    assert next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3)))).pieces is None
+    with pytest.raises(InputError, match="MuJoCo"):
+        write_shape(tmp_path / "cup.xml", subject.mesh, subject.mesh, body)
+
+
 def test_the_command_prints_its_contract(tmp_path):
     from typer.testing import CliRunner
 
@@ -164,9 +176,9 @@ def test_the_command_prints_its_contract(tmp_path):
 
 
 def test_free_space_is_not_bridged_by_thin_pieces(subject):
-    from spherefunc_bullet.shapes.exposure import of_fitting
+    from spherefunc_bullet.shapes.exposure import Fitting
 
-    row = row_of(subject, of_fitting(subject, 1.2), Kept())
+    row = row_of(subject, Fitting(subject).of(1.2), Kept())
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 
@@ -197,3 +209,38 @@ def test_primitives_of_other_peoples_files_are_placed(tmp_path, name, text):
     assert (first.name, second.name) == ("a", "b")
     assert np.allclose(first.vertices.min(axis=0), [0.9, -0.2, 0.95], atol=1e-6)
     assert second.vertices[:, 2].max() == pytest.approx(0.25)
+
+
+def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
+    from typer.testing import CliRunner
+
+    from spherefunc_bullet.commands.command_line import application
+
+    (tmp_path / "in" / "deeper").mkdir(parents=True)
+    cup().export(tmp_path / "in" / "deeper" / "cup.obj")
+    (tmp_path / "in" / "bad.obj").write_text("v 0 0")
+    line = ["shapes", str(tmp_path / "in"), "--only-collision", "--report", str(tmp_path / "out"), "--json"]
+    first, again = (CliRunner().invoke(application("shapes"), line) for _ in range(2))
+    assert first.exit_code == again.exit_code == 2 and first.stdout == again.stdout  # times among it: it was kept
+    bad, good = json.loads(first.stdout)
+    assert "error" in bad and good["shapes"][0]["capacity_kept"] == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<b>1 of 1</b> vessels hold nothing" in page and "data:image/webp" in page
+    assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
+
+
+def test_what_is_kept_is_held_against_its_cost(tmp_path):
+    from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
+
+    def row(name, cost, kept):
+        shares = {"capacity_kept": None, "level_kept": kept, "settled_kept": 1.0}
+        return shares | {"name": name, "step_us": cost, "pieces": 1, "build_seconds": 1.0, "keeps": kept > 0.9}
+
+    rows = [row("mesh", 100.0, 1.0), row("hull", 20.0, 0.1), row("vhacd 8", 50.0, 0.95)]
+    (tmp_path / "objects").mkdir()
+    result = {"shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
+    (tmp_path / "objects" / "cup.json").write_text(json.dumps(result))
+    kinds = measured(tmp_path)
+    assert {line[0]: line[-1] for line in kept_table(kinds)} == {"mesh": 0, "hull": 0, "vhacd 8": 0, "--best": 1}
+    draw(kinds, tmp_path / "shapes.svg")
+    assert (tmp_path / "shapes.svg").stat().st_size > 1_000

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from ..console import Failures, print_json, print_table, say, show
+from ..console import Failures, print_json, print_table, progress, show
 from ..errors import InputError
-from .options import BY_FILE, Json, PackagePath, Units, Up
-
-if TYPE_CHECKING:
-    from ..shapes.compared import Shapes
+from .options import BY_FILE, Jobs, Json, PackagePath, Units, Up
 
 COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
 COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_closed", "keeps", "verdict"]
-SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 
 
 def shapes(
@@ -26,6 +22,7 @@ def shapes(
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
     best: Annotated[bool, typer.Option("--best", help="Find and write the cheapest that keeps everything.")] = False,
+    still: Annotated[bool, typer.Option("--static", help="It never moves: --best may be the concave mesh.")] = False,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Where --best writes.")] = Path("."),
     form: Annotated[str, typer.Option("--format", help="Of what --best writes: urdf, sdf or mjcf.")] = "urdf",
     keep: Annotated[
@@ -37,6 +34,10 @@ def shapes(
     table: Annotated[
         Path | None, typer.Option("--csv", metavar="FILE", help="Write a row per shape, also for files that failed.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write a page and a CSV; what is there is not done again.")
+    ] = None,
+    jobs: Jobs = 1,
     up: Up = BY_FILE,
     units: Units = "m",
     package_path: PackagePath = None,
@@ -44,29 +45,34 @@ def shapes(
 ):
     """Say what of an object each collision shape keeps: what it holds, carries and lets through, and at what cost."""
     from ..formats.writing import prepare_folder
-    from ..shapes.compared import compare_shapes
+    from ..shapes.library import SUFFIX, Asked, answers
 
     if form not in SUFFIX:
         raise InputError(f"--format {form}: expected urdf, sdf or mjcf")
+    if still and form == "mjcf":
+        raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
-    thresholds = thresholds_of(coacd)
-    failures, results = Failures(), []
-    for file in objects_in(files):
-        try:
-            compared = compare_shapes(
-                file, collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up, report=say
-            )
-            row = compared.as_dict(str(file))
-            if best:
-                row["best"] = written(compared, file, out, form)
-        except InputError as error:
-            failures.add(error)
-            row = {"file": str(file), "error": str(error)}
-        results.append(row)
+    asked = Asked(
+        collision=collision, shapes=not only, coacd=thresholds_of(coacd), keep=keep, units=units, up=up,
+        best=form if best else None, still=still, out=out, picture=report is not None,
+    )  # fmt: skip
+    chosen, failures, results = list(objects_in(files)), Failures(), []
+    if best and len({file.stem for file in chosen}) < len(chosen):
+        raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
+    kept = None if report is None else report / "objects"
+    for result in progress(answers(chosen, asked, jobs, kept), len(chosen), "asking"):
+        if "error" in result:
+            failures.add(result["error"])
+        results.append(result)
+    results.sort(key=lambda result: chosen.index(Path(result["file"])))
+    if report is not None:
+        table = write_report(report, results, table)
     if table is not None:
         write_table(table, results)
     if json:
-        print_json(results)
+        print_json([{name: value for name, value in result.items() if name != "picture"} for result in results])
+    elif report is not None:
+        print_library(results)
     else:
         for row in results:
             if "error" not in row:
@@ -74,15 +80,40 @@ def shapes(
     failures.exit()
 
 
+def write_report(report: Path, results: list[dict[str, Any]], table: Path | None) -> Path:
+    """Write the page of a library; return where its CSV goes."""
+    from ..formats.writing import write_bytes
+    from ..shapes.library import page
+
+    write_bytes(report / "report.html", page("What collision shapes keep", results).encode())
+    return table or report / "shapes.csv"
+
+
+def print_library(results: list[dict[str, Any]]):
+    """Print one line for each object of a library, and how many keep what they are for."""
+    from ..shapes.library import said, short, summary
+
+    counts = summary(results)
+    rows = []
+    for result in results:
+        if result.get("shapes"):
+            row = result["shapes"][0]
+            kept = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
+            kept = ["" if share is None else f"{share:.2f}" for share in kept]
+            rows.append([short(result), said(result), *kept, str(row["pieces"]), "yes" if row["keeps"] else "no"])
+    print_table("Collision shapes", ["object", "is for", "capacity", "level", "spheres", "pieces", "keeps all"], rows)
+    show("\n".join(f"{name}: {count}" for name, count in counts.items()))
+
+
 def objects_in(files: list[Path]) -> Iterator[Path]:
-    """Yield files, and of folders those that are URDFs or, where there are none, meshes."""
+    """Yield files, and of folders and those in them the URDFs or, where there are none, meshes."""
     from ..formats.reading import READERS
 
     for file in files:
         if not file.is_dir():
             yield file
             continue
-        inside = sorted(path for path in file.iterdir() if path.suffix.lower() in READERS)
+        inside = sorted(path for path in file.rglob("*") if path.suffix.lower() in READERS and path.is_file())
         found = [path for path in inside if path.suffix.lower() == ".urdf"] or inside
         if not found:
             raise InputError(f"{file}: expected URDFs or meshes in the folder, found none")
@@ -106,17 +137,6 @@ def thresholds_of(text: str | None) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(",")) if text else ()
     except ValueError as error:
         raise InputError(f"--coacd {text}: expected numbers, such as 0.05,0.2") from error
-
-
-def written(compared: Shapes, file: Path, out: Path, form: str) -> dict[str, Any]:
-    """Write the best shape of an object, and return what is printed of it."""
-    from ..shapes.compared import as_row
-
-    shape = compared.best
-    if not shape.row.keeps:
-        say(f"{file.name}: none that was tried keeps everything; written is the one that keeps most")
-    place = shape.write(out / f"{file.stem}{SUFFIX[form]}", form)
-    return {"file": str(place)} | as_row(shape.row)
 
 
 def print_shapes(results: dict[str, Any]):

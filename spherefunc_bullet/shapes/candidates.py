@@ -19,7 +19,7 @@ from .solid import Solid, of_pieces, surface
 
 VOXELS = (1 / 3, 2 / 3, 4 / 3)  # of the spheres' radius
 VHACD = (8, 32, 64)  # hulls at most
-COACD = (0.05, 0.2)
+RESOLUTION = 100_000  # voxels of V-HACD: what PyBullet's own `vhacd` takes
 MISSING = "shape '{}' needs its package: pip install 'spherefunc-bullet[{}]'"
 Make = Callable[[], Solid]
 
@@ -83,7 +83,7 @@ def of_vhacd(cloud: Cloud, hulls: int, corners: int = 64) -> Solid:
     mesh = of_mesh(cloud)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
     limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": corners}
-    pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, **limits)
+    pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, resolution=RESOLUTION, **limits)
     return of_pieces("vhacd", [np.asarray(points) for points, _ in pieces])
 
 

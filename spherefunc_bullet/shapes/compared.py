@@ -57,6 +57,7 @@ class Shapes:
 
     subject: Subject
     rows: tuple[Row, ...]
+    solids: tuple[Solid, ...]  # the shape of each row
     frame: Frame
     kept: Kept
     keep: float | None  # what was asked for; None: `best` keeps what `STRICT` says
@@ -69,8 +70,12 @@ class Shapes:
 
     @cached_property
     def best(self) -> BestShape:
-        """The cheapest that keeps everything, found when it is asked for; that takes up to a minute."""
-        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT)
+        """The cheapest of convex pieces that keeps everything, found when it is asked for, within a minute."""
+        return self.best_for()
+
+    def best_for(self, still: bool = False) -> BestShape:
+        """Return the cheapest that keeps everything; for what stands still that may be the concave mesh."""
+        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT, still)
         return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
 
     def as_dict(self, file: str) -> dict[str, Any]:
@@ -81,6 +86,7 @@ class Shapes:
             "capacity_ml": round(1e6 * self.subject.capacity, 1) if self.subject.is_vessel else 0.0,
             "level_mm": round(1e3 * self.subject.level.height, 1),
             "seed_spread": round(self.subject.seen.spread, 3),
+            "keep": self.kept.share,
             "shapes": [as_row(row) for row in self.rows],
         }
 
@@ -127,8 +133,8 @@ def compare_shapes(
     coacd : floats
         Thresholds of CoACD, which takes minutes.
     keep : float
-        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, and of the best shape the
-        capacity within 5 % and places within 2 mm.
+        The share of capacity, level and places that has to be kept, 0 to 1; None: 0.9, of the best shape 0.95
+        and places within 2 mm.
 
     Raises
     ------
@@ -142,20 +148,24 @@ def compare_shapes(
     subject.mesh  # noqa: B018 - points alone are refused before anything is measured
     others = named_collision(anything, collision)
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
-    rows = [row for path in others for row in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
-    rows += [row_of(subject, made(name, make), kept) for name, make in makes.items()]
-    return Shapes(subject=subject, rows=tuple(rows), frame=frame, kept=kept, keep=keep)
+    pairs = [pair for path in others for pair in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
+    for name, make in makes.items():
+        solid = made(name, make)
+        pairs.append((solid, row_of(subject, solid, kept)))
+    solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
+    return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
 
 
-def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Report) -> Iterator[Row]:
-    """Yield the row of one link, or of several those of all together and of each that is as large as what is seen."""
+def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Report) -> Iterator[tuple[Solid, Row]]:
+    """Yield one link with its row, or several together and then each that is as large as what is seen."""
     if len(links) == 1:
-        yield row_of(subject, links[0], kept)
+        yield links[0], row_of(subject, links[0], kept)
         return
-    yield row_of(subject, together(links), kept)
+    whole = together(links)
+    yield whole, row_of(subject, whole, kept)
     for link in links:
         try:
-            yield row_of(subject, link, kept)
+            yield link, row_of(subject, link, kept)
         except InputError as error:
             report(f"link {one_line(link.name)}: {error}")
 

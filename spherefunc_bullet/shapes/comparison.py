@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,11 +13,10 @@ from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
 from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
-from .rows import Functions, Kept, Row, Truth
+from .rows import Functions, Kept, Row, Truth, judged
 from .solid import Solid, surface
 from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
 from .spheres import Seen, at_rest, moved
-from .verdicts import judged
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
 SMALLEST, LARGEST = 0.002, 0.04  # metres
@@ -114,35 +113,47 @@ def functions_of(cloud: Cloud) -> Functions:
     return {name: (name in answer.functions, round(score, 4)) for name, score in answer.scores.items()}
 
 
-def row_of(subject: Subject, solid: Solid, kept: Kept) -> Row:
-    """Return the row of one shape."""
+def row_of(subject: Subject, solid: Solid, kept: Kept, early: bool = False) -> Row:
+    """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
+    row = judged(free_row(subject, solid), subject.truth, kept)
+    return row if early and row.lost else judged(used_row(subject, solid, row), subject.truth, kept)
+
+
+def free_row(subject: Subject, solid: Solid) -> Row:
+    """Return what follows from the free space alone."""
     require_size(subject, solid)
-    space, rest = space_of(subject.space.grid, solid), at_rest(solid, subject.cloud, subject.radius, 0)
-    share, higher = level_kept(
-        subject.level, subject.heights, height_map(solid, subject.low, subject.high), subject.extent
-    )
+    space = space_of(subject.space.grid, solid)
+    heights = height_map(solid, subject.low, subject.high)
+    share, higher = level_kept(subject.level, subject.heights, heights, subject.extent)
     count, _ = closed(subject.reached, space.reached(NARROW), space.grid)
     held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
-    row = Row(
+    return Row(
         name=solid.name,
         pieces=solid.count,
         faces=len(solid.faces),
         bytes=solid.bytes,
         build_seconds=solid.build_seconds,
-        step_us=rest.step_us,
         capacity_ml=space.capacity * 1e6,
         capacity_kept=held if subject.is_vessel else None,
         level_kept=share,
         level_higher_mm=1e3 * higher,
+        openings_closed=count,
+        notes=(*solid.notes, LEAKS) if leaks and subject.is_vessel else solid.notes,
+    )
+
+
+def used_row(subject: Subject, solid: Solid, row: Row) -> Row:
+    """Return a row with what spheres tell."""
+    rest = at_rest(solid, subject.cloud, subject.radius, 0)
+    return replace(
+        row,
+        step_us=rest.step_us,
         settled=len(rest.centers),
         settled_kept=subject.seen.kept(rest),
         moved_mm=1e3 * moved(subject.seen, rest, subject.tree(solid)),
         deeper=subject.seen.deeper(rest),
-        openings_closed=count,
         functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name)),
-        notes=(*solid.notes, LEAKS) if leaks and subject.is_vessel else solid.notes,
     )
-    return judged(row, subject.truth, kept)
 
 
 def require_size(subject: Subject, solid: Solid):

@@ -17,6 +17,7 @@ from ..formats.writing import write_bytes
 from ..simulator.statics.body import Body
 from .solid import Solid, hull_of
 
+CONCAVE = "concave.obj"  # PyBullet keeps it as it is where the link says so
 FORMATS = ("urdf", "sdf", "mjcf")
 FIRM = {"solref": "0.004 1", "solmix": "1000"}  # MuJoCo's default contact gives way by more than a wall is thick
 
@@ -29,20 +30,22 @@ def write_shape(path: Path, visual: Solid, shape: Solid, body: Body, form: str |
     path : Path
         Ends in .urdf, .sdf or .xml, which says the format unless ``form`` does.
     visual, shape : Solid
-        In the same frame; the shape of convex pieces.
+        In the same frame; the shape of convex pieces or, for what stands still, a concave surface.
     body : Body
         Gives mass, centre and inertia.
     """
     form = form or {".xml": "mjcf", ".mjcf": "mjcf"}.get(path.suffix.lower(), path.suffix[1:].lower())
     if form not in FORMATS:
         raise InputError(f"{path}: expected a name that ends in .urdf, .sdf or .xml")
-    if shape.pieces is None:
-        raise InputError(f"{path}: expected convex pieces to write, since no engine moves a concave mesh")
+    if shape.pieces is None and form == "mjcf":
+        raise InputError(f"{path}: expected convex pieces to write, since MuJoCo takes the hull of every mesh")
     folder = f"{path.stem}_meshes"
     seen = f"{folder}/visual.obj"
     write_bytes(path.parent / seen, obj(visual.vertices, visual.faces))
-    names = []
-    for number, piece in enumerate(shape.pieces):
+    names = [] if shape.pieces else [f"{folder}/{CONCAVE}"]
+    for name in names:
+        write_bytes(path.parent / name, obj(shape.vertices, shape.faces))
+    for number, piece in enumerate(shape.pieces or ()):
         names.append(f"{folder}/piece_{number:03d}.obj")
         write_bytes(path.parent / names[-1], obj(*hull_of(piece)))
     tree = {"urdf": urdf, "sdf": sdf, "mjcf": mjcf}[form](path.stem, seen, names, body)
@@ -71,7 +74,7 @@ def moments(body: Body) -> dict[str, str]:
 def urdf(name: str, seen: str, pieces: list[str], body: Body) -> Element:
     """Return a URDF of one link."""
     robot = Element("robot", name=name)
-    link = SubElement(robot, "link", name="base")
+    link = SubElement(robot, "link", name="base", **({"concave": "yes"} if CONCAVE in pieces[0] else {}))
     inertial = SubElement(link, "inertial")
     SubElement(inertial, "origin", xyz=numbers(*body.center))
     SubElement(inertial, "mass", value=numbers(body.mass))

@@ -9,12 +9,13 @@ convex decomposition: Lien and Amato, 2007; Wei et al., 2022, who measure concav
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from ..processes.compilation import njit
 from .solid import thickened
 
 MOST = 400  # pieces
@@ -31,33 +32,62 @@ class Exposed:
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
     reach: np.ndarray  # (S,) metres around them that count as they do
 
-    def excess(self, corners: Corners) -> tuple[np.ndarray, np.ndarray]:
+    def excess(self, hull: Hull) -> tuple[np.ndarray, np.ndarray]:
         """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
-        reach = self.reach[:, None]
-        near = (self.places > corners.min(axis=0) - reach) & (self.places < corners.max(axis=0) + reach)
-        near = near.all(axis=1)
-        which = np.flatnonzero(near)
-        if not len(which):
-            return which, np.empty(0)
-        planes = equations(corners)
-        height = self.places[which] @ planes[:, :3].T + planes[:, 3] - reach[which]
-        inside = (height < 1e-9).all(axis=1)
-        which, height = which[inside], height[inside]
-        speed = self.outward[which] @ planes[:, :3].T
-        with np.errstate(divide="ignore", invalid="ignore"):
-            way = np.where(speed > 1e-6, -height / speed, np.inf).min(axis=1, initial=np.inf)
-        way = np.where(np.isfinite(way), way, -height.max(axis=1))
-        covered = way / self.tolerance[which]
-        over = covered > 1
-        return which[over], covered[over]
+        ways = ways_out(self.places, self.outward, self.reach, *ends(hull.corners), hull.planes)
+        covered = ways / self.tolerance
+        which = np.flatnonzero(covered > 1)
+        return which, covered[which]
+
+    def taken(self, hull: Hull) -> float:
+        """Return how much of the free space a hull takes."""
+        return float(np.minimum(self.excess(hull)[1], 50).sum())
 
 
-def equations(corners: Corners) -> np.ndarray:
-    """Return the planes (F, 4) of a hull, their normals outward."""
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A convex hull."""
+
+    corners: Corners
+    planes: np.ndarray  # (F, 4), their normals outward
+
+
+def hull_around(points: np.ndarray) -> Hull:
+    """Return the hull of points (N, 3); of flat ones that of a thin slab."""
     try:
-        return ConvexHull(corners).equations
+        hull = ConvexHull(points)
+        return Hull(points[hull.vertices], hull.equations)
     except (QhullError, ValueError):
-        return ConvexHull(thickened(corners), qhull_options="QJ").equations
+        points = np.unique(points, axis=0)
+        return Hull(points, ConvexHull(thickened(points), qhull_options="QJ").equations)
+
+
+def ends(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest corner of the box around points (N, 3)."""
+    return points.min(axis=0), points.max(axis=0)
+
+
+@njit(cache=True, error_model="numpy")
+def ways_out(places, outward, reach, low, high, planes):
+    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it."""
+    ways = np.zeros(len(places))
+    for n in range(len(places)):
+        x, y, z, slack = places[n, 0], places[n, 1], places[n, 2], reach[n]
+        if not (low[0] - slack < x < high[0] + slack and low[1] - slack < y < high[1] + slack):
+            continue
+        way, depth = np.inf, -np.inf
+        for f in range(len(planes)):
+            a, b, c = planes[f, 0], planes[f, 1], planes[f, 2]
+            height = a * x + b * y + c * z + planes[f, 3] - slack
+            if height >= 1e-9:
+                way = depth = 0.0
+                break
+            depth = max(depth, height)
+            speed = a * outward[n, 0] + b * outward[n, 1] + c * outward[n, 2]
+            if speed > 1e-6:
+                way = min(way, -height / speed)
+        ways[n] = way if way < np.inf else -depth
+    return ways
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +95,7 @@ class Part:
     """A part of the surface, cut out by planes."""
 
     triangles: np.ndarray  # (T, 3, 3)
-    corners: Corners  # of its hull
+    hull: Hull
     which: np.ndarray  # places that it covers
     covered: np.ndarray  # by how many tolerances
 
@@ -77,50 +107,44 @@ class Part:
 
 def part_of(triangles: np.ndarray, exposed: Exposed) -> Part:
     """Return a part of the surface with its hull."""
-    corners = hull_corners(triangles.reshape(-1, 3))
-    return Part(triangles, corners, *exposed.excess(corners))
+    hull = hull_around(triangles.reshape(-1, 3))
+    return Part(triangles, hull, *exposed.excess(hull))
 
 
-def hull_corners(points: np.ndarray) -> Corners:
-    """Return the corners (K, 3) of a hull, or the points where there is none."""
-    points = np.unique(points, axis=0)
-    try:
-        return points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):
-        return points
+def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool], most: int = MOST) -> list[Part]:
+    """Return parts of a surface that take none of the free space, cut out of parts (T, 3, 3) of its triangles.
 
-
-def fitted_pieces(triangles: np.ndarray, exposed: Exposed, most: int = MOST) -> list[Corners]:
-    """Return the corners of convex pieces that together cover all triangles (T, 3, 3).
-
-    The part that takes most of the free space is cut next, until none takes any, or there are too many.
+    The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
     """
-    first = part_of(triangles, exposed)
-    waiting, done, number = [(-first.cost, 0, first)], [], 0
+    waiting = [(-part.cost, number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)]
+    heapq.heapify(waiting)
+    done, number = [], len(waiting)
     while waiting:
         cost, _, part = heapq.heappop(waiting)
-        halves = best_cut(part, exposed) if cost < 0 and len(waiting) + len(done) < most else None
+        goes_on = cost < 0 and len(waiting) + len(done) < most and not enough()
+        halves = best_cut(part, exposed) if goes_on else None
         if halves is None:
-            done.append(part.corners)
+            done.append(part)
             continue
         for half in halves:
             number += 1
             heapq.heappush(waiting, (-half.cost, number, half))
-    return joined(done, exposed)
+    return done
 
 
 def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
     """Return the two parts that together take the least of the free space; None where no plane cuts."""
-    best, chosen, low = np.inf, None, np.ptp(part.corners, axis=0).max() * 1e-4
+    best, chosen, low = np.inf, None, np.ptp(part.hull.corners, axis=0).max() * 1e-4
     for normal, offset in planes_for(part, exposed):
         height = part.triangles @ normal - offset
         if height.min() > -low or height.max() < low:
             continue
-        halves = [hull_corners(clipped(part.triangles, sign * height).reshape(-1, 3)) for sign in (1, -1)]
+        halves = [clipped(part.triangles, sign * height).reshape(-1, 3) for sign in (1, -1)]
         if min(map(len, halves)) < 3:
             continue
-        cost = sum(np.minimum(exposed.excess(half)[1], 50).sum() for half in halves)
-        cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(half, axis=0))) for half in halves) / low * 1e-4
+        hulls = [hull_around(half) for half in halves]
+        cost = sum(exposed.taken(hull) for hull in hulls)
+        cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(hull.corners, axis=0))) for hull in hulls) / low * 1e-4
         if cost < best:
             best, chosen = cost, height
     if chosen is None:
@@ -141,13 +165,13 @@ def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float
         yield normal, float(normal @ place)
         if len(seen) == 4:
             break
-    low, high = part.corners.min(axis=0), part.corners.max(axis=0)
+    low, high = ends(part.hull.corners)
     middle, places = (low + high) / 2, exposed.places[part.which]
     deep = np.average(places, axis=0, weights=part.covered)
     for axis in np.eye(3):
         yield axis, float(axis @ middle)
         yield axis, float(axis @ deep)
-    axes = np.linalg.eigh(np.cov(part.corners.T))[1].T
+    axes = np.linalg.eigh(np.cov(part.hull.corners.T))[1].T
     for axis in axes:
         yield axis, float(axis @ middle)
     for angle in np.pi * (np.arange(TURNS) + 0.5) / TURNS:
@@ -179,22 +203,22 @@ def clipped(triangles: np.ndarray, height: np.ndarray) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def joined(pieces: Sequence[Corners], exposed: Exposed) -> list[Corners]:
-    """Return pieces, of which those are one whose common hull takes no more of the free space than they do."""
-    pieces = list(pieces)
-    costs = [float(exposed.excess(piece)[1].sum()) for piece in pieces]
+def joined(parts: Sequence[Part], exposed: Exposed, enough: Callable[[], bool]) -> list[Corners]:
+    """Return the pieces of parts, of which those are one whose common hull takes no more free space than they do."""
+    pieces: list[Corners | None] = [part.hull.corners for part in parts]
+    costs = [float(part.covered.sum()) for part in parts]
     waiting = [pair for a in range(len(pieces)) for pair in pairs_with(pieces, a, a)]
     heapq.heapify(waiting)
-    while waiting:
+    while waiting and not enough():
         _, a, b = heapq.heappop(waiting)
         if pieces[a] is None or pieces[b] is None:
             continue
-        hull = hull_corners(np.concatenate([pieces[a], pieces[b]]))
+        hull = hull_around(np.concatenate([pieces[a], pieces[b]]))
         cost = float(exposed.excess(hull)[1].sum())
         if cost > costs[a] + costs[b] + 1e-9:
             continue
         pieces[a] = pieces[b] = None
-        pieces.append(hull)
+        pieces.append(hull.corners)
         costs.append(cost)
         for pair in pairs_with(pieces, len(pieces) - 1, len(pieces) - 1):
             heapq.heappush(waiting, pair)

@@ -1,9 +1,12 @@
-"""A row of the table of shapes, and what it has to keep."""
+"""A row of the table of shapes, what it has to keep, and what it says in words."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 
+NOTHING = 0.02  # of the capacity: what holds no more is solid
 Functions = dict[str, tuple[bool, float]]  # by name: whether it has it, and the score
 
 
@@ -25,21 +28,26 @@ class Row:
     faces: int
     bytes: int
     build_seconds: float
-    step_us: float
     capacity_ml: float
     capacity_kept: float | None  # None: the object is no vessel
     level_kept: float
     level_higher_mm: float
-    settled: int
-    settled_kept: float
-    moved_mm: float
-    deeper: int
     openings_closed: int
+    step_us: float = float("nan")
+    settled: int = 0
+    settled_kept: float | None = None  # None: no spheres were dropped, since it has lost something without them
+    moved_mm: float = 0.0
+    deeper: int = 0
     functions: Functions = field(default_factory=dict)
     lost: tuple[str, ...] = ()  # in words, the gravest first
     keeps: bool = True
     verdict: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether all of it is known."""
+        return self.settled_kept is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,3 +58,39 @@ class Truth:
     level_mm: float  # height of the carrying level
     functions: Functions
     step_us: float  # of the mesh itself
+
+
+def judged(row: Row, truth: Truth, kept: Kept) -> Row:
+    """Return a row with its verdict."""
+    lost = tuple(losses(row, truth, kept))
+    return replace(row, lost=lost, keeps=not lost, verdict="; ".join(lost) if lost else price(row, truth))
+
+
+def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
+    """Yield what a shape does not keep."""
+    capacity = kept.share if kept.capacity is None else kept.capacity
+    if row.capacity_kept is not None and row.capacity_kept < capacity:
+        held = f"holds {row.capacity_kept * truth.capacity_ml:.3g} of {truth.capacity_ml:.3g} ml"
+        yield f"{held}: solid for the engine" if row.capacity_kept < NOTHING else held
+    if row.level_kept < kept.share:
+        side = "higher" if row.level_higher_mm > 0 else "lower"
+        by = abs(row.level_higher_mm)
+        moved = f", it is {by:.3g} mm {side}" if by > 1 else ""
+        yield f"keeps {row.level_kept:.0%} of the level at {truth.level_mm:.0f} mm{moved}"
+    if row.settled_kept is not None and row.settled_kept < kept.share:
+        yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
+    if row.openings_closed:
+        yield f"closes {row.openings_closed} opening{'s' if row.openings_closed > 1 else ''}"
+    if kept.moved is not None and row.moved_mm > 1e3 * kept.moved:
+        yield f"resting places moved by {row.moved_mm:.2g} mm"
+    for name, (member, _) in truth.functions.items():
+        if member and name in row.functions and not row.functions[name][0]:
+            yield f"is no {name} any more"
+
+
+def price(row: Row, truth: Truth) -> str:
+    """Return at which cost everything is kept."""
+    mesh = truth.step_us
+    if not (math.isfinite(mesh) and math.isfinite(row.step_us)) or row.name == "mesh":
+        return "keeps everything"
+    return f"keeps everything at {row.step_us / mesh:.2g} times the cost of the mesh"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
-MOST_CORNERS = 32  # of a convex piece: an engine asks each of them in every contact
+MOST_CORNERS = 64  # of a convex piece: an engine asks each of them in every contact, and fewer leave gaps
 OFF = 1e-3  # of a piece's extent: corners that lie no farther outside are not worth their cost
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
 

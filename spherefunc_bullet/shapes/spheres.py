@@ -21,6 +21,7 @@ SPHERES, DROPS = 250, 600  # at most, of a run
 IN_CONTACT = 50
 STEPS = 40  # that are timed, after as many that are not
 APART = 4, 2  # group and mask of spheres that meet what stands still, the engine's group 2, and not each other
+FEW = 4  # spheres: no more than that rest on an object by chance
 NEAR = 1.25  # radii: a sphere so near to one on the object is in its place
 DEEP = 0.8  # radii: a centre that is nearer than that to the object's surface has sunk in it
 
@@ -62,33 +63,33 @@ def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Rest:
         run = DropRun(world, shape, cloud, settings, seed)
         run.until_over()
     result = run.result(0.0, {"backend": "", "version": "", "settings": {}, "seed": seed})
-    step = step_time(simulator, shape, result.centers[result.on_object], radius)
+    step, _ = step_cost(solid, result.centers[result.on_object], radius)
     return Rest(centers=result.centers, on_object=result.on_object, step_us=step)
 
 
-def step_time(simulator: BulletSimulator, shape: CollisionShape, centers: np.ndarray, radius: float) -> float:
-    """Return the microseconds of a time step with spheres that lie on a shape, all awake; the median of many.
+def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> tuple[float, float]:
+    """Return the microseconds of a time step with 50 spheres on a shape, all awake, and the contacts of each.
 
-    Where fewer than 50 lie on it, some are put into one place twice; they do not touch each other.
+    The median of many, by the clock of the processor, so that other programs do not count. Where fewer lie on it, some
+    are put into one place twice; they do not touch each other.
     """
-    if not len(centers):
-        return float("nan")
     from ..bullet.engine import pybullet
 
-    p = pybullet()
-    chosen = centers[np.arange(IN_CONTACT) % len(centers)] / radius
+    if not len(centers):
+        return float("nan"), 0.0
+    p, simulator, seconds = pybullet(), BulletSimulator(), []
     with World(simulator) as world:
-        world.add_object(shape)
+        world.add_object(engine_shape(solid, radius))
         world.add_spheres(IN_CONTACT)
-        for slot, center in enumerate(chosen):
-            world.place(slot, center)
+        for slot in range(IN_CONTACT):
+            world.place(slot, centers[slot % len(centers)] / radius)
             p.setCollisionFilterGroupMask(world.air[slot], -1, *APART, physicsClientId=world.client)
-        seconds = []
         for _ in range(2 * STEPS):
-            started = time.perf_counter()
+            started = time.thread_time()
             world.step()
-            seconds.append(time.perf_counter() - started)
-    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6)
+            seconds.append(time.thread_time() - started)
+        contacts = [len(p.getContactPoints(bodyA=body, physicsClientId=world.client)) for body in world.air]
+    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6), float(np.mean(contacts))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,8 +114,12 @@ class Seen:
         return self.matched(self.rests[1].centers) / max(1, len(self.rests[0].centers))
 
     def kept(self, rest: Rest) -> float:
-        """Return the share of the spheres that rest on a shape in the places that they have on the object."""
-        return min(1.0, self.matched(rest.centers) / max(1, self.matched(self.rests[1].centers)))
+        """Return the share of the spheres that rest on a shape in the places that they have on the object.
+
+        Where none rests on the object, such as a round one, there is none to keep.
+        """
+        expected = self.matched(self.rests[1].centers)
+        return min(1.0, self.matched(rest.centers) / expected) if expected >= FEW else 1.0
 
     def deeper(self, rest: Rest) -> int:
         """Return how many spheres on a shape have sunk into the object's surface."""

@@ -41,7 +41,7 @@ def _places(name: str, folder: Path, trusted: Sequence[Path]) -> Iterator[tuple[
             roots = [folder, *_unmarked(folder), *trusted]
             yield from ((root, inner) for root in roots if root.name == package)
             yield from ((root / package, inner) for root in trusted)
-            yield folder, inner
+            yield from ((folder, inner), (folder, rest))  # the second is where PyBullet finds it
 
 
 def _unmarked(folder: Path) -> list[Path]:
