@@ -34,7 +34,7 @@ OWN = {  # the tests of each folder
     " conformance carrying",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
-    " early_answers one_view view drops",
+    " early_answers one_view view drops learning_arithmetic unseen_kinds",
 }
 SECONDS = 20.0  # of tests that one change is tried by, at most
 

@@ -24,10 +24,11 @@ def met_everywhere(points: np.ndarray, center: np.ndarray) -> bool:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_all_directions_are_met_if_each_one_is(seed):
-    """In clouds of which half of the places are walled in, near the middle or near the edge, high or low."""
+    """In clouds of which half of the places are walled in, near the middle or near the edge, wherever they are."""
     random = np.random.default_rng(seed)
-    points = random.uniform([-0.1, -0.1, 0.0], [0.1, 0.1, 0.1], (random.choice([700, 1000, 1400]), 3))
-    centers = random.uniform([-0.12, -0.12, -0.02], [0.12, 0.12, 0.12], (120, 3))
+    away = random.uniform(-3, 3, 3)
+    points = random.uniform([-0.1, -0.1, 0.0], [0.1, 0.1, 0.1], (random.choice([700, 1000, 1400]), 3)) + away
+    centers = random.uniform([-0.12, -0.12, -0.02], [0.12, 0.12, 0.12], (120, 3)) + away
     expected = [met_everywhere(points, center) for center in centers]
     assert walled_in(points, centers, RADIUS).tolist() == expected
     assert 0.03 < np.mean(expected) < 0.97
@@ -61,3 +62,12 @@ def test_a_ring_held_by_nothing_else_walls_in_what_is_at_its_height():
         ends = np.array([[0.5, 0.5, 0.0], [0.5, 0.5, 0.06]])
         places = np.array([[0, 0, 0.0], [0, 0, 0.03], [0, 0, 0.06]])
         assert walled_in(np.concatenate([band, ends]), places, RADIUS).tolist() == [k == n for n in range(3)]
+
+
+@pytest.mark.parametrize("heading", np.arange(0, DIRECTIONS, 7) * 2 * np.pi / DIRECTIONS)
+def test_what_a_sphere_touches_already_holds_it_no_more_than_nothing_does(heading):
+    """Through an open side it leaves, whatever lies within it, and a wall holds it whatever else is there."""
+    center, inside = np.array([[0, 0, 0.04]]), np.array([[0.002, 0.001, 0.04], [-0.003, 0, 0.041]])
+    for gap, held in ((2.4 * NARROWER * RADIUS, False), (0.0, True)):
+        wall = np.concatenate([ring(gap, heading), inside])
+        assert walled_in(wall, center, RADIUS).tolist() == [held]
