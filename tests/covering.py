@@ -30,8 +30,8 @@ BUILD = HERE.parent / "build" / "mutants"
 KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder
     "fast_sim": "roller nearby strips kept_with_clouds conformance",
-    "bullet": "flights bullet_arithmetic bullet_columns bullet_world bullet_physics bullet_shapes pieces poses standing"
-    " conformance carrying",
+    "bullet": "flights bullet_arithmetic bullet_bodies bullet_columns bullet_loading bullet_world bullet_physics"
+    " bullet_shapes pieces poses standing conformance conformance_mechanics carrying",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
     " early_answers one_view view drops learning_arithmetic unseen_kinds",
@@ -69,15 +69,15 @@ class Copy:
                 self.covered[file][line] += tests
 
     def tests_of(self, file: str, line: int) -> list[str]:
-        """Return the tests to try a line by: those that run it; of what is compiled or a constant, its folder's too."""
+        """Return the tests to try a line by: those that run it; of what is compiled or a constant, its file's too."""
         lines = self.covered.get(file, {})
         nearest = max((int(other) for other in lines if int(other) <= line), default=0)
         ranked = [lines.get(str(nearest), [])]
         is_constant = not (self.package / file).read_text().splitlines()[line - 1][:1].isspace()
         if not ranked[0] or is_constant or self.is_compiled(file):  # a constant is run by who imports it first
             own = {f"test_{name}.py" for name in OWN[file.split("/")[0]].split()}
+            ranked += [[test for tests in lines.values() for test in tests]]  # they run what calls its kernels, too
             ranked += [[test for test in self.seconds if test.split("::")[0] in own]]
-            ranked += [[test for tests in lines.values() for test in tests]]
         ordered = dict.fromkeys(test for some in ranked for test in sorted(some, key=self.seconds.get))
         chosen, spent = [], 0.0
         for test in ordered:
