@@ -78,6 +78,10 @@ def test_a_face_hangs_between_the_two_sides_that_its_corners_lie_on():
     (bend,), others = bends_between(np.array([[0, 1, 2], [0, 1, 5]]), np.arange(2), owners, 3, 6)
     # With the vertex that those two share; the other face has a corner on no side.
     assert [part.tolist() for part in bend] == [[0], [3]] and others.tolist() == [1]
+    owners = np.array([[0, 1], [1, 1], [2, 2], [3, 1], [3, 2], [4, 0], [5, 0], [5, 2]])
+    bends, others = bends_between(np.array([[0, 1, 2], [0, 3, 2], [4, 2, 1]]), np.arange(3), owners, 3, 6)
+    # In a corner of three sides it hangs between the larger two, which come first.
+    assert [[part.tolist() for part in bend] for bend in bends] == [[[2], []], [[0, 1], [3]]] and not len(others)
 
 
 @pytest.mark.parametrize(("looks", "refused"), [([1.0], False), ([0.9, 1.0], False), ([0.9, 0.9], True)])

@@ -26,7 +26,7 @@ from spherefunc_bullet.bullet.bodies.parallel_drops import APART, ParallelDropWo
 from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, phases, tilted
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.physics import Physics
-from spherefunc_bullet.bullet.proofs.setting_down import inertia_of
+from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
 from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, spread_of, why_not
 from spherefunc_bullet.bullet.proofs.stage import G, Stage, shape_of, tilt_of
 from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphere_size
@@ -34,7 +34,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, Matter
-from spherefunc_bullet.simulator.proofs import PourUse, ProofSettings
+from spherefunc_bullet.simulator.proofs import PourUse, ProofSettings, PutUse
 from spherefunc_bullet.simulator.statics.body import body_of
 
 RANDOM = np.random.default_rng
@@ -173,6 +173,9 @@ def test_bodies_begin_over_places_of_their_own_at_the_height_they_fall_from():
         again = [world.add(free, hull, turn, 0.25, 0)]
         late = world.until_rest([free], again, lambda left, down: np.zeros(len(left), bool), 20.0)
         assert not late.rested.any() and np.isnan(late.down).all()  # balance is no rest
+        high = [world.add(free, hull, turn, 50.0, 0)]
+        falls = world.until_rest([free], high, lambda left, down: np.ones(len(left), bool), 9.0)
+        assert not falls.rested.any()  # in the air for ten units of time
 
 
 # Places that are used
@@ -220,14 +223,32 @@ def test_a_stream_stays_in_a_box_and_runs_off_a_lid():
     use = PourUse(position=np.array([0, 0, 0.14]), radius=0.045, volume=3e-4,
                   low=np.array([-0.05, -0.05, 0]), high=np.array([0.05, 0.05, 0.1]))  # fmt: skip
     shares = {}
-    for name, parts in (("box", [bottom, *wall]), ("lid", [bottom.copy().apply_translation([0, 0, 0.1])])):
+    half, lid = trimesh.creation.box((0.05, 0.1, 0.01)), bottom.copy().apply_translation([0, 0, 0.1])
+    half.apply_translation([-0.025, 0, 0.05])
+    for name, parts in (("box", [bottom, *wall]), ("half", [half, *wall]), ("lid", [lid])):
         mesh = trimesh.util.concatenate(parts)
         with Stage(Cloud(mesh.sample(500, seed=0), name, Mesh(mesh.vertices, mesh.faces)), 0.6) as stage:
-            verdict = poured(stage, use, ProofSettings(spheres=20), 0)
+            low = np.array([-0.05, -0.05, 0.04 * (name == "half")])  # what falls through lies below
+            verdict = poured(stage, replace(use, low=low), ProofSettings(spheres=20), 0)
             assert pybullet().getNumBodies(**stage.engine) == 2  # what was poured is gone
             assert verdict.held == (verdict.why == "") and verdict.tilt_deg == 0
             shares[name] = 1 - verdict.moved
-    assert shares["box"] > 0.9 and shares["lid"] < 0.5
+    assert shares["box"] > 0.9 and shares["lid"] < 0.3 < shares["half"] < 0.9
+    assert 20 * shares["half"] == pytest.approx(round(20 * shares["half"]))  # of so many spheres
+
+
+@pytest.mark.parametrize(("friction", "aside", "why"), [(0.6, 0.0, ""), (0.01, 0.0, "slid"), (0.6, 1.01, "tipped")])
+def test_what_is_put_down_is_pushed_and_looked_at_again(friction, aside, why):
+    """On ice it stays until somebody pushes; with its weight beyond the edge it tips."""
+    pose, block, board = np.eye(4), boxed((0.05, 0.05, 0.06)), boxed((2.0, 0.3, 0.05))
+    pose[:3, 3] = [aside, 0, board.bounds[1, 2] - block.bounds[0, 2]]
+    use = PutUse(cloud=block, pose=pose)
+    with Stage(board, friction) as stage:
+        verdict = put_down(stage, use, ProofSettings())
+        assert (verdict.held, verdict.why) == (why == "", why) and (verdict.moved > 0.02) == (why != "")
+        assert pybullet().getNumBodies(**stage.engine) == 2
+        if why == "slid":
+            assert put_down(stage, use, ProofSettings(push=0.0)).held
 
 
 def test_a_stage_s_friction_time_and_push_are_what_they_say():

@@ -147,3 +147,12 @@ def test_minute_faces_are_met_as_voxels():
 
 def box_area(cloud: Cloud) -> float:
     return float(trimesh.Trimesh(cloud.mesh.vertices, cloud.mesh.faces).area)
+
+
+def test_spheres_start_right_above_what_lies_under_them(monkeypatch):
+    """Nobody watches them fall through empty air: less than half a radius, and they touch nothing yet."""
+    starts, place, board = [], World.place, boxed((0.4, 0.4, 0.04))
+    monkeypatch.setattr(World, "place", lambda world, slot, at: (starts.append(tuple(at)), place(world, slot, at)))
+    make_simulator("bullet").drop(board, DropSettings(radius=0.02, max_drops=8, miss_limit=8, max_spheres=8), 0)
+    heights = np.array([z for x, _, z in starts if abs(x) < 100]) - board.bounds[1, 2] / 0.02 - 1
+    assert len(heights) >= 4 and heights.min() > 0 and np.median(heights) < 0.5
