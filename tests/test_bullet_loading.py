@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 import trimesh
 
+from spherefunc_bullet.bullet.bodies.carrying import Carriage
 from spherefunc_bullet.bullet.collision.shape import collision_shape, of_mesh, require_room, with_slivers
+from spherefunc_bullet.bullet.dropping import DropRun
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.loading import LONG, SHORT, rays, sphere_of_urdf, write_groups, write_stl
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.world import BAKED, FAR, World, neighbors, waiting
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropSettings, Outcome, Stop, make_simulator
 
@@ -156,3 +159,123 @@ def test_spheres_start_right_above_what_lies_under_them(monkeypatch):
     make_simulator("bullet").drop(board, DropSettings(radius=0.02, max_drops=8, miss_limit=8, max_spheres=8), 0)
     heights = np.array([z for x, _, z in starts if abs(x) < 100]) - board.bounds[1, 2] / 0.02 - 1
     assert len(heights) >= 4 and heights.min() > 0 and np.median(heights) < 0.5
+
+
+class StillWorld:
+    """A world in which nothing moves: it notes what is asked of it."""
+
+    def __init__(self):
+        self.physics, self.frozen, self.renewed, self.parked, self.near = Physics(), [], [], [], (np.inf, np.inf)
+        self.freeze, self.renew, self.park = self.frozen.append, self.renewed.append, self.parked.append
+        self.placed = {}
+
+    def add_spheres(self, count: int):
+        self.count = count
+
+    def contacts(self, slot: int) -> tuple[float, float]:
+        return self.near
+
+    def place(self, slot: int, at: tuple[float, float, float]):
+        self.placed[slot] = at
+
+
+def still_run(size: float = 0.4, **limits) -> DropRun:
+    """Return a run above a board of a size, metres, whose top is one radius above the ground."""
+    board, settings = boxed((size, size, 0.02)), DropSettings(radius=0.02, **limits)
+    return DropRun(StillWorld(), of_mesh(board, 0.02), board, settings, 0)
+
+
+@pytest.mark.parametrize(
+    ("place", "on_object", "outcome"),
+    [
+        ((0, 0, 2.0), True, Outcome.SETTLED), ((0, 0, 0.97), True, Outcome.ROLLED_OFF),
+        ((10.9, 0, 1.5), True, Outcome.SETTLED), ((10.9, 0, 1.5), False, Outcome.REJECTED),
+        ((0, 0, 1.93), True, Outcome.TIMED_OUT), ((0, 0, 3.9), False, Outcome.REJECTED),
+    ],
+)  # fmt: skip
+def test_where_a_sphere_may_rest(place, on_object, outcome):
+    """On the object, or on others within its box; not on the ground, and not deep in the cloud."""
+    run = still_run()
+    before = run.columns.height(0.5, 0.0)
+    assert run.resting_place(np.array(place), on_object) == outcome
+    settled = outcome == Outcome.SETTLED
+    assert len(run.world.frozen) == len(run.centers) == len(run.on_object) == settled
+    if place == (0, 0, 2.0):
+        assert before == pytest.approx(2, abs=0.1)
+        assert run.columns.height(0.5, 0.0) == pytest.approx(2 + np.sqrt(4 - 0.25))
+
+
+@pytest.mark.parametrize(
+    ("near", "late", "ends"),
+    [
+        ((0.0, 0.0), False, Outcome.SETTLED), ((0.0, -0.035), False, None), ((0.0, -0.035), True, Outcome.SETTLED),
+        ((0.0, -0.06), True, Outcome.TIMED_OUT), ((0.03, 0.0), False, Outcome.REJECTED),
+    ],
+)  # fmt: skip
+def test_a_sphere_that_is_pushed_out_yet_is_watched_until_its_time_is_over(near, late, ends):
+    run = still_run()
+    run.flights.start(0, (10.5, 0.0, 2.0))
+    run.starts[0], run.flights.slow[0] = (3.0, 4.0), 9.0
+    run.flights.time[0], run.world.near = 1e9 * late, near
+    run.end(0, Outcome.SETTLED)
+    assert run.flights.flying[0] == (ends is None) and run.outcomes == [ends] * (ends is not None)
+    assert run.flights.slow[0] == (0 if ends is None else 9) and run.ended_at == [(3.0, 4.0)] * (ends is not None)
+
+
+def test_a_sphere_that_is_nowhere_is_replaced_and_counts_as_given_up():
+    run = still_run(miss_limit=2)
+    for slot, place in enumerate([(np.nan, 0, 0), (0.0, 0.0, 0.0), (0.0, 0.0, 2.0)]):
+        run.flights.start(slot, place)
+    run.end(0, Outcome.TIMED_OUT)
+    assert run.world.renewed == [0] and run.misses == 1 and not run.over
+    run.world.near = (0.0, 0.0)
+    run.end(2, Outcome.SETTLED)
+    assert run.misses == 0 and run.world.renewed == [0]
+    for _ in range(2):
+        assert not run.over
+        run.end(1, Outcome.ROLLED_OFF)
+    assert run.over and run.stop() == Stop.MISSES and run.world.renewed == [0]
+    result = run.result(1.0, make_simulator("fast").drop(boxed(), DropSettings(radius=0.02, max_drops=1)).provenance)
+    assert (result.settled, result.timed_out, result.rolled_off, result.rejected) == (1, 1, 2, 0)
+    assert result.centers.tolist() == [[0, 0, 0.04]] and result.on_object.tolist() == [True]
+
+
+@pytest.mark.parametrize(("size", "most"), [(0.05, 1), (0.3, 7), (2.0, 16)])
+def test_as_many_spheres_are_in_the_air_as_there_is_room_for(size, most):
+    run = still_run(size, max_drops=1000)
+    assert run.world.count == len(run.flights.flying) == pytest.approx(most, abs=most == 7)
+    run.launch()
+    places = np.array(list(run.world.placed.values()))
+    assert 1 <= len(places) <= run.world.count and len(places) == run.flights.flying.sum()
+    assert (np.abs(places[:, :2]) <= 25 * size).all() and places[:, 2] == pytest.approx(2.1, abs=0.06)
+    apart = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=2) + 99 * np.eye(len(places))
+    assert apart.min() > 2.2 and {*run.world.placed, *run.world.parked} == set(range(run.world.count))
+    drawn = np.random.default_rng(0).uniform(run.low[:2], run.high[:2], size=(1024, 2))
+    assert all(np.abs(drawn - place[:2]).sum(axis=1).min() < 1e-12 for place in places)
+
+
+def test_over_empty_ground_a_drop_is_a_miss_without_a_flight():
+    run = still_run(miss_limit=3)
+    run.columns.height = lambda x, y: -np.inf
+    run.launch()
+    assert run.outcomes == [Outcome.ROLLED_OFF] * 3 and run.over and not run.flights.flying.any()
+    assert not run.world.placed and len({*map(tuple, run.ended_at)}) == 3
+
+
+def test_what_leaves_a_vessel_is_taken_away_and_what_came_through_its_wall_is_counted():
+    with World(replace(Physics(), rolling_friction=0.0)) as world:
+        world.add_object(of_mesh(boxed((0.4, 0.4, 0.02)), 0.02))
+        cells = Basin(np.array([-10.0, -10, 1]), 1.0, np.ones((20, 20, 8), bool), 1.0)
+        carriage = Carriage(world, cells, np.array([[0, 0, 2.0], [4, 0, 2], [-4, 0, 2], [0, 5, 2]]))
+        still, move = np.array([0, 0, -1.0]), pybullet().resetBasePositionAndOrientation
+        carriage.damp(0.1)
+        for _ in range(3):
+            carriage.advance(still)
+        assert len(world.air) == 4 and carriage.crossed == 0
+        for slot, place in ((1, (4, 0, -30)), (2, (-4, 40, 2))):  # through the board, and away over its edge
+            move(world.air[slot], [world.scale * x for x in place], [0, 0, 0, 1], **world.engine)
+        carriage.advance(still)
+        assert len(world.air) == 2 == len(carriage.seen) and carriage.crossed == 1
+        assert np.allclose(carriage.seen[:, :2], [[0, 0], [0, 5]], atol=0.1)
+        carriage.advance(np.array([1.0, 0, 0]))
+        assert (world.positions()[:, 0] > 0.05).all()  # gravity pulls the way it is said to
