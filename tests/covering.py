@@ -34,7 +34,8 @@ OWN = {  # the tests of each folder
     " bullet_physics bullet_shapes pieces poses standing conformance conformance_mechanics carrying",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
-    " early_answers one_view view drops learning_arithmetic unseen_kinds",
+    " early_answers one_view view drops learning_arithmetic learnt_models"
+    " unseen_kinds",
 }
 SECONDS = 20.0  # of tests that one change is tried by, at most
 
