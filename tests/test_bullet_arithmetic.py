@@ -19,6 +19,7 @@ from spherefunc_bullet.bullet.collision.sides import fitted
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
@@ -123,6 +124,15 @@ def test_a_dense_cloud_is_spanned_between_few_of_its_points():
     cloud = clouds.plate()
     points, voxel, gap = thinned(cloud, 0.03, None)
     assert voxel == pytest.approx(0.4) and gap > voxel and len(points) < len(cloud) / 3
+
+
+@pytest.mark.parametrize(("pitch", "gap"), [(0.001, 0.003), (0.0045, 0.00563)])
+def test_a_gap_is_thrice_the_spacing_of_a_fine_scan_and_hardly_more_than_that_of_a_coarse_one(pitch, gap):
+    steps = np.arange(0, 40) * pitch
+    cloud = Cloud(np.array([[x, y, 0.3] for x in steps for y in steps]))
+    points, voxel, found = thinned(cloud, 0.02, 0.01)
+    assert voxel == pytest.approx(0.5) and (found - voxel) * 0.02 == pytest.approx(gap, rel=0.02)
+    assert len(thinned(cloud, 0.001, None)[0]) == len(cloud)  # as small as their spacing, spheres meet every point
 
 
 def test_of_a_board_both_sides_are_represented():
