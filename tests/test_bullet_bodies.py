@@ -27,14 +27,14 @@ from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, phases, tilte
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
-from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, spread_of, why_not
+from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sat_down, spread_of, why_not
 from spherefunc_bullet.bullet.proofs.stage import G, Stage, shape_of, tilt_of
 from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphere_size
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, Matter
-from spherefunc_bullet.simulator.proofs import PourUse, ProofSettings, PutUse
+from spherefunc_bullet.simulator.proofs import PourUse, ProofSettings, PutUse, SitUse
 from spherefunc_bullet.simulator.statics.body import body_of
 
 RANDOM = np.random.default_rng
@@ -197,6 +197,24 @@ def test_why_a_person_does_not_sit(moved, tipped, speed, spread, why):
     for scale in (1.0, 0.7):
         sized = scale * np.array(moved), tipped, speed, scale * spread, scale
         assert why_not(*sized) == why
+
+
+@pytest.mark.parametrize("person", [1.2, 1.75, 2.0])
+def test_who_sits_is_pushed_from_four_sides_as_hard_as_large(monkeypatch, person):
+    """On a stool of a person's size nobody slides or sinks, however large; where the seat is lower, they sink."""
+    pushes, push, scale = [], Stage.push, person / 1.75
+    monkeypatch.setattr(Stage, "push", lambda stage, body, *how: (pushes.append(how), push(stage, body, *how)))
+    stool = boxed((0.4 * scale, 0.4 * scale, 0.45 * scale))
+    use = SitUse(position=np.array([0, 0, stool.bounds[1, 2]]), heading=0.3)
+    with Stage(stool, 0.6) as stage:
+        verdict = sat_down(stage, use, ProofSettings(person=person))
+        assert verdict.held and verdict.moved < 0.08 * scale and verdict.tilt_deg < 15
+        newtons, headings, seconds, _ = np.array(pushes).T
+        assert newtons == pytest.approx(40 * scale**3) and np.diff(headings) == pytest.approx(np.pi / 2)
+        assert headings[0] == pytest.approx(0.3) and len(pushes) == 4 and (0 < seconds).all() and (seconds < 0.5).all()
+        air = replace(use, position=use.position + [0, 0, 0.2])
+        assert not sat_down(stage, air, ProofSettings(person=person)).held and len(pushes) == 4
+        assert pybullet().getNumBodies(**stage.engine) == 2
 
 
 def test_the_breadth_over_which_contacts_carry():
