@@ -115,6 +115,7 @@ def test_what_is_kept_is_said_of_what_a_whole_vessel_would_hold():
     assert carry_result(Kept([1, 1, 0], some, 0), Filling(some[:1], 1), basin(), 0.01, settings, 1.0, {}).kept == (1, 1)
     none = carry_result(None, Filling(some[:0], 0), basin(), 0.01, settings, 1.0, {})
     assert none.kept == (0, 0) and none.kept_shaken == 0 and none.weight == 0 and len(none.notes) == 1
+    assert none.centers.shape == (0, 3)
     assert notes_on(Filling(some, 8), basin(LEAKS)) == () != notes_on(Filling(some, 8), basin(LEAKS - 0.01))
 
 
