@@ -84,7 +84,7 @@ class Copy:
             own = {f"test_{name}.py" for name in OWN[file.split("/")[0]].split()}
             ranked += [[test for tests in lines.values() for test in tests]]  # they run what calls its kernels, too
             ranked += [[test for test in self.seconds if test.split("::")[0] in own]]
-        ordered = dict.fromkeys(test for some in ranked for test in sorted(some, key=self.reach.get))
+        ordered = dict.fromkeys(test for some in ranked for test in sorted(some, key=lambda name: self.reach[name]))
         chosen, spent = [], 0.0
         for test in ordered:
             spent += self.seconds[test]
