@@ -254,6 +254,22 @@ def test_as_many_spheres_are_in_the_air_as_there_is_room_for(size, most):
     assert all(np.abs(drawn - place[:2]).sum(axis=1).min() < 1e-12 for place in places)
 
 
+def test_what_is_nearly_too_fast_is_slowed_and_nothing_else():
+    """At eight tenths of the speed at which a sphere might come through a wall between two steps."""
+    run, slowed = still_run(max_drops=1000), []
+    run.world.limit_speed = lambda slot, limit: slowed.append((slot, limit))
+    limit, look = run.world.physics.terminal_speed, run.world.physics.look
+    for shares, expected in ([0.1, 0.79, 0.0], []), ([0.1, 0.81, 0.9], [1, 2]):
+        for slot in range(3):
+            run.flights.start(slot, (slot, 0.0, 500.0))
+        ways = np.zeros_like(run.flights.positions)
+        ways[:3, 2] = -np.array(shares) * limit * look
+        there = run.flights.positions + ways
+        run.world.positions = lambda there=there: there
+        run.look()
+        assert slowed == [(slot, limit) for slot in expected] and not run.outcomes
+
+
 def test_over_empty_ground_a_drop_is_a_miss_without_a_flight():
     run = still_run(miss_limit=3)
     run.columns.height = lambda x, y: -np.inf
