@@ -243,7 +243,13 @@ def test_a_stream_stays_in_a_box_and_runs_off_a_lid(monkeypatch):
         wall.append(trimesh.creation.box((sx, sy, 0.1)).apply_translation([x, y, 0.05]))
     use = PourUse(position=np.array([0, 0, 0.14]), radius=0.045, volume=3e-4,
                   low=np.array([-0.05, -0.05, 0]), high=np.array([0.05, 0.05, 0.1]))  # fmt: skip
-    shares = {}
+    shares, steps, aside = {}, Stage.steps, set()
+
+    def watched(stage: Stage, seconds: float, rate: float):
+        aside.add(round(pybullet().getPhysicsEngineParameters(**stage.engine)["gravityAccelerationX"] / G, 6))
+        steps(stage, seconds, rate)
+
+    monkeypatch.setattr(Stage, "steps", watched)
     half, lid = trimesh.creation.box((0.05, 0.1, 0.01)), bottom.copy().apply_translation([0, 0, 0.1])
     half.apply_translation([-0.025, 0, 0.05])
     for name, parts in (("box", [bottom, *wall]), ("half", [half, *wall]), ("lid", [lid])):
