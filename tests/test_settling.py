@@ -21,6 +21,7 @@ from spherefunc_bullet.settling import settling
 from spherefunc_bullet.settling.drops import (
     ASKED,
     LIMITED,
+    LOST,
     TO_THE_END,
     RunLimit,
     drops_from_rows,
@@ -231,6 +232,7 @@ def test_rows_of_older_files_are_read():
     rows = np.column_stack([centers[:, :2], centers, np.ones(4, np.float32)])
     rows[1, 2:] = np.nan
     drops = drops_from_rows(0.02, rows)
+    assert LOST not in list(Outcome) and drops.outcomes[1] == LOST  # nobody knows how
     assert drops.losses_known and drops.settled.tolist() == [True, False, True, True]
     assert np.array_equal(drops.rests, centers[[0, 2, 3]]) and (drops.walled_in == 1).all()
     kept = drops_from_rows(0.02, rows, np.array([0, Outcome.ROLLED_OFF, 0, 0], np.int8), provenance={"by": 1})
