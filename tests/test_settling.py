@@ -11,7 +11,7 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.clouds.cloud import Cloud, Mesh
+from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
@@ -31,7 +31,7 @@ from spherefunc_bullet.settling.drops import (
 )
 from spherefunc_bullet.settling.kept_object import KeptFile
 from spherefunc_bullet.settling.places import place_radius, resting_places
-from spherefunc_bullet.settling.records import VOXEL, Dropping, Loading, ObjectRecord, cloud_hash, shape_of
+from spherefunc_bullet.settling.records import VOXEL, Dropping, Loading, ObjectRecord, cloud_hash, settle_kept, shape_of
 from spherefunc_bullet.settling.settling import FINE, HANDHELD
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 
@@ -77,6 +77,7 @@ def test_the_plate_to_warm_up_with_is_where_its_surface_is():
     triangles = corners[plate.mesh.faces]
     across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     assert np.linalg.norm(across, axis=1).sum() / 2 == pytest.approx(0.1**2) and (across[:, 2] > 0).all()
+    assert triangles.mean(axis=(0, 1)) == pytest.approx([0, 0, 0.1])  # either half of it once
     assert len(np.unique(points[:, :2], axis=0)) == 21**2 and np.ptp(points, axis=0) == pytest.approx([0.1, 0.1, 0])
 
 
@@ -137,7 +138,7 @@ def test_the_cubes_of_a_cloud_are_those_that_hold_a_point():
     shape = shape_of(Cloud(np.concatenate([points, points[:50]])))
     expected = np.unique(np.floor(points / VOXEL).astype(int), axis=0)
     assert np.array_equal(shape["voxels"], expected) and shape["voxels"].dtype == np.int16
-    assert np.allclose(shape["size"], np.ptp(points, axis=0))
+    assert np.allclose(shape["size"], np.ptp(points, axis=0)) and VOXEL == MAX_GAP  # as sampling resolves surfaces
 
 
 def test_places_are_where_spheres_touch_the_object():
@@ -237,3 +238,14 @@ def test_rows_of_older_files_are_read():
     assert np.array_equal(drops.rests, centers[[0, 2, 3]]) and (drops.walled_in == 1).all()
     kept = drops_from_rows(0.02, rows, np.array([0, Outcome.ROLLED_OFF, 0, 0], np.int8), provenance={"by": 1})
     assert kept.provenance == {"by": 1} and kept.outcomes[1] == Outcome.ROLLED_OFF
+
+
+def test_objects_are_levelled_where_few_drops_are_to_tell_and_stay_as_they_are_in_the_paper_s_runs():
+    table, angle = clouds.table(), np.radians(4)
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    askew, how = Cloud(table.points @ turn.T), Dropping(simulator="fast", radii=(0.02,))
+    assert how.prepared(askew) is askew and replace(how, length=TO_THE_END).prepared(askew) is askew
+    level = replace(how, length=RunLimit(drops=20)).prepared(askew)
+    assert level.size[2] == pytest.approx(table.size[2], rel=0.03) and askew.size[2] > 1.05 * table.size[2]
+    both = [drop(table, "fast", [0.02]) for drop in (settling.settle, settle_kept)]
+    assert np.array_equal(both[0][0.02].rests, both[1][0.02].rests)  # of the same seed, where nobody says another
