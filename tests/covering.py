@@ -35,7 +35,7 @@ OWN = {  # the tests of each folder
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
     " early_answers one_view view drops learning_arithmetic learnt_models"
-    " unseen_kinds",
+    " limits unseen_kinds",
 }
 SECONDS = 30.0  # of tests that one change is tried by, at most
 

@@ -11,13 +11,14 @@ import pytest
 from sklearn.tree import DecisionTreeClassifier
 from test_classifier import collection, fitted, heap
 from test_doubts import dropped as shelves
+from test_resting_profile import RADIUS, layer
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.cube_arrays import rebuilt_method
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.histogram import counts_matrix, cube_keys, quarter_turns
+from spherefunc_bullet.learning.histogram import CubeHistogram, SphereHistogram, counts_matrix, cube_keys, quarter_turns
 from spherefunc_bullet.learning.method import CUBES, METHODS, PAPER, find_cube_method
 from spherefunc_bullet.learning.model_file import (
     inference_model,
@@ -30,8 +31,10 @@ from spherefunc_bullet.learning.profiles.calibration import (
     UNSURE,
     group_copies,
 )
-from spherefunc_bullet.learning.profiles.quantities import NAMES
+from spherefunc_bullet.learning.profiles.columns import columns_of
+from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
+from spherefunc_bullet.learning.validation import radius_weights
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
 from spherefunc_bullet.settling.records import settle_kept
 from spherefunc_bullet.settling.settling import settle
@@ -235,3 +238,33 @@ def test_how_sure_to_be_is_known_where_whole_sources_were_left_out(sources):
 def test_a_score_of_a_half_is_no_membership():
     whole, scores = SimpleNamespace(copy_groups_=group_copies([*"abc"], [""] * 3)), np.array([0.5, 0.51, 0.2])
     assert FunctionClassifier._f_measure(whole, scores, np.array([False, True, False])) == 1
+
+
+def test_quantiles_quarter_turns_and_votes_by_hand():
+    columns = columns_of(layer(10, 1, 0.4), RADIUS)  # side by side, so that each is a column
+    assert columns.quantiles(np.arange(10.0), (0.1, 0.5, 0.9)) == [0, 4, 8]
+    centers = RANDOM(0).normal(size=(5, 3))
+    assert np.array_equal(quarter_turns(centers, 4), centers)
+    assert np.array_equal(quarter_turns(centers, -1), quarter_turns(centers, 3))
+    members = np.arange(20) < 8
+    apart = np.where(members[:, None] == members, 1.0, 9.0)
+    assert radius_weights({0.01: apart, 0.02: apart}, members, CUBES) == {0.01: 0.5, 0.02: 0.5}
+    assert CubeHistogram().radius == SphereHistogram().radius > 0
+
+
+def test_what_is_beside_a_sphere_is_not_beneath_it():
+    large, small = np.array([[0.0, 0, 0.5]]), np.array([[0.0, 0.5, 0.4], [0.5, 0.0, 0.4]])
+    drops = {0.01: resting_drops(0.01, small), 0.03: resting_drops(0.03, large)}
+    gap = NAMES.index("gap")
+    assert profiles_over([drops], (0.01, 0.03))[0, len(NAMES) + gap] == 0
+    drops[0.01] = resting_drops(0.01, np.concatenate([small, [[0.01, 0.01, 0.4]]]))
+    assert profiles_over([drops], (0.01, 0.03))[0, len(NAMES) + gap] == pytest.approx(0.47 - 0.39)
+
+
+@pytest.mark.parametrize("rare", ["cup", "none"])
+def test_one_example_of_a_side_explains_its_score_and_measures_nothing(rare):
+    other = "none" if rare == "cup" else "cup"
+    model = fitted([heap(rare, 0), *(heap(other, k) for k in range(1, 7))], [rare, *[other] * 6], [*"abcdefg"])
+    assert model.held_out_f_measures() == {"cup": None}
+    rows, score = model.neighbors(heap("cup", 9), "cup"), model.score_settled([heap("cup", 9)])[0, 0]
+    assert sum(row["weight"] for row in rows if row["member"]) == pytest.approx(score, abs=1e-3)
