@@ -99,6 +99,13 @@ def verdict(copy: Copy, mutant: Mutant, known: set[str], same: set[tuple[str, ..
     return "killed" if killed in known else "survived"
 
 
+def lines_gone(copy: Copy, same: set[tuple[str, ...]]) -> list[str]:
+    """Return the lines whose changes nobody can see that are in their files no more."""
+    texts = {file: (copy.package / file).read_text() if (copy.package / file).exists() else "" for file, *_ in same}
+    lines = {file: {" ".join(line.split()) for line in text.splitlines()} for file, text in texts.items()}
+    return [f"{file}: {before}" for file, before, _ in sorted(same) if before not in lines[file]]
+
+
 def hash_of(*texts: str) -> str:
     """Return the hash of some texts."""
     return hashlib.sha256(" ".join(texts).encode()).hexdigest()[:32]
@@ -131,7 +138,8 @@ def main():
     parser.add_argument("folders", nargs="*", default=["fast_sim", "bullet", "settling", "learning"])
     given = parser.parse_args()
     copy = Copy(given.folders)
-    same = {tuple(row[:3]) for row in csv.reader(SAME.open())} if SAME.exists() else set()
+    same = {tuple(row[:3]) for row in [*csv.reader(SAME.open())][1:]}
+    print("".join(f"no such line, though {SAME.name} has it: {line}\n" for line in lines_gone(copy, same)), end="")
     known = set(KNOWN.read_text().splitlines()) if KNOWN.exists() else set()
     found = defaultdict(Counter)
     with suppress(KeyboardInterrupt):  # what was tried by then is a sample too

@@ -19,6 +19,7 @@ from spherefunc_bullet.bullet.collision.sides import fitted
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
@@ -78,6 +79,10 @@ def test_a_face_hangs_between_the_two_sides_that_its_corners_lie_on():
     (bend,), others = bends_between(np.array([[0, 1, 2], [0, 1, 5]]), np.arange(2), owners, 3, 6)
     # With the vertex that those two share; the other face has a corner on no side.
     assert [part.tolist() for part in bend] == [[0], [3]] and others.tolist() == [1]
+    owners = np.array([[0, 1], [1, 1], [2, 2], [3, 1], [3, 2], [4, 0], [5, 0], [5, 2]])
+    bends, others = bends_between(np.array([[0, 1, 2], [0, 3, 2], [4, 2, 1]]), np.arange(3), owners, 3, 6)
+    # In a corner of three sides it hangs between the larger two, which come first.
+    assert [[part.tolist() for part in bend] for bend in bends] == [[[2], []], [[0, 1], [3]]] and not len(others)
 
 
 @pytest.mark.parametrize(("looks", "refused"), [([1.0], False), ([0.9, 1.0], False), ([0.9, 0.9], True)])
@@ -119,6 +124,15 @@ def test_a_dense_cloud_is_spanned_between_few_of_its_points():
     cloud = clouds.plate()
     points, voxel, gap = thinned(cloud, 0.03, None)
     assert voxel == pytest.approx(0.4) and gap > voxel and len(points) < len(cloud) / 3
+
+
+@pytest.mark.parametrize(("pitch", "gap"), [(0.001, 0.003), (0.0045, 0.00563)])
+def test_a_gap_is_thrice_the_spacing_of_a_fine_scan_and_hardly_more_than_that_of_a_coarse_one(pitch, gap):
+    steps = np.arange(0, 40) * pitch
+    cloud = Cloud(np.array([[x, y, 0.3] for x in steps for y in steps]))
+    points, voxel, found = thinned(cloud, 0.02, 0.01)
+    assert voxel == pytest.approx(0.5) and (found - voxel) * 0.02 == pytest.approx(gap, rel=0.02)
+    assert len(thinned(cloud, 0.001, None)[0]) == len(cloud)  # as small as their spacing, spheres meet every point
 
 
 def test_of_a_board_both_sides_are_represented():

@@ -60,3 +60,16 @@ def test_cells_hold_all_points_in_their_order_and_none_other():
 def test_a_huge_footprint_has_as_many_cells_as_fit_the_memory():
     columns, _, _ = filled(10, 1, 60_000, 5)
     assert max(columns.dims.prod(), columns.fine_dims.prod()) < 1.01 * MAX_CELLS
+
+
+@pytest.mark.parametrize("away", [(50.0, 0.0), (0.0, 50.0), (-70.0, 30.0), (400.0, -300.0)])
+def test_where_the_footprint_is_changes_nothing(away):
+    random, shift = np.random.default_rng(6), np.array([*away, 0])
+    points, settled = random.uniform(0, [9, 6, 3], (200, 3)), random.uniform(0, [9, 6, 5], (30, 3))
+    here = Columns(points, np.zeros(2), np.array([9.0, 6]))
+    there = Columns(points + shift, shift[:2], shift[:2] + [9.0, 6])
+    for center in settled:
+        here.add(center), there.add(center + shift)
+    for x, y, z in random.uniform(-3, [12, 9, 6], (200, 3)):
+        assert there.height(x + away[0], y + away[1]) == pytest.approx(here.height(x, y))
+        assert there.clear(np.array([x, y, z]) + shift, 0.8) == here.clear(np.array([x, y, z]), 0.8)

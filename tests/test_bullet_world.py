@@ -172,6 +172,7 @@ def test_every_frozen_sphere_is_there(count):
     """Also with more than 16 in a bake, where createCollisionShapeArray would drop some, and after baking anew."""
     centers = np.random.default_rng(0).permutation(lattice(count))
     with World(Physics()) as world:
+        empty = engine.pybullet().getNumBodies(**world.engine)
         for center in centers:
             world.freeze(center)
         # Single precision; in a compound some 100 radii wide rays are as exact as 1e-3.
@@ -183,6 +184,12 @@ def test_every_frozen_sphere_is_there(count):
             assert len(batch.compounds) == int(np.ceil(batch.count / most))
         # As a number is written to the base of 4, with up to three batches of each size.
         assert all(np.unique([batch.count for batch in world.batches], return_counts=True)[1] < MERGED)
+        assert {batch.count for batch in world.batches} <= {TWINS * MERGED**k for k in range(5)}
+        compounds = sum(len(batch.compounds) for batch in world.batches)
+        assert engine.pybullet().getNumBodies(**world.engine) == empty + compounds  # none costs time that is baked anew
+        still = [*world.twins, *(body for batch in world.batches for body in batch.compounds)]
+        materials = {engine.pybullet().getDynamicsInfo(body, -1, **world.engine)[:2] for body in still}
+        assert materials == {(0.0, 1.0)}  # of no mass; friction is that of the sphere that moves
 
 
 @pytest.mark.parametrize("count", [8 * TWINS + 1, MANY + TWINS + 1])  # so many that there are some around (9, 9)

@@ -11,7 +11,7 @@ from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
-from spherefunc_bullet.clouds.heading import headed
+from spherefunc_bullet.clouds.heading import headed, turned_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
@@ -64,6 +64,22 @@ def test_what_is_kept_of_drops_is_all_of_them(length):
     assert again.losses_known == drops.losses_known == (length.drops is not None)
     old = drops_from_rows(RADIUS, drops.rows())  # of a file that knows no outcomes
     assert np.array_equal(old.settled, drops.settled) and set(old.outcomes[~old.settled]) <= {LOST}
+
+
+@pytest.mark.parametrize("degrees", [30, 90, -120])
+def test_drops_turn_with_their_object(degrees):
+    """Columns and rests alike, counterclockwise; what stays or not, and how high, does not change."""
+    drops, angle = settle(clouds.mug(), "fast", [RADIUS], 0, RunLimit(drops=40))[RADIUS], np.radians(degrees)
+    other, way = drops.turned(angle), np.exp(1j * angle)
+    for before, after in ((drops.places, other.places), (drops.rests, other.rests)):
+        assert before.shape == after.shape and before.dtype == after.dtype
+        assert np.allclose(after[:, 0] + 1j * after[:, 1], way * (before[:, 0] + 1j * before[:, 1]), atol=1e-6)
+        assert np.array_equal(before[:, 2:], after[:, 2:])
+    assert other.outcomes is drops.outcomes and drops.turned(0.0) is drops
+    sheet = clouds.cloud(clouds.plate(0.5, 0.2).points, name="sheet")
+    askew = settle(turned_cloud(sheet, angle), "fast", [RADIUS], 0, RunLimit(drops=40))[RADIUS]
+    ends = Cloud(askew.rests + [0, 0, 0.1]).bounds  # where the object is, not where it was turned to
+    assert (np.ptp(ends[:, :2], axis=0) <= turned_cloud(sheet, angle).size[:2] + 2 * RADIUS).all()
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one():

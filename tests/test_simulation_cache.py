@@ -7,11 +7,14 @@ import zipfile
 import clouds
 import numpy as np
 import pytest
+import trimesh
+from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.settling.cache import packed, read_entry
-from spherefunc_bullet.settling.drops import TO_THE_END
+from spherefunc_bullet.settling.drops import TO_THE_END, RunLimit
+from spherefunc_bullet.settling.kept_object import CloudObject, KeptFile
 from spherefunc_bullet.settling.records import Dropping, Loading, simulate_by_several, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
@@ -73,6 +76,7 @@ def test_several_simulators_share_what_is_loaded_and_do_as_each_does_alone(files
 def test_first_run_settles_spheres(files):
     mug, plate = simulated(files)
     assert set(mug.settled) == set(RADII) and mug.path == files[0]
+    assert same([dict(simulate_objects(files[:1], Dropping(simulator="fast", radii=RADII)))[0]], [mug])  # on all cores
     assert all(len(each.settled[radius]) > 5 and each.drops[radius] > 50 for each in (mug, plate) for radius in RADII)
     # 63 points round the wall miss the widest place by up to r (1 - cos(pi / 63)) = 0.05 mm on either side.
     assert mug.size == pytest.approx([0.08, 0.08, 0.1], abs=1e-4)
@@ -200,3 +204,34 @@ def test_an_interruption_while_an_entry_is_packed_stays_an_interruption(monkeypa
     monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
     with pytest.raises(KeyboardInterrupt):
         packed({"centers": np.zeros((3, 3))})
+
+
+def test_a_record_says_what_its_runs_took_and_made_them(files):
+    mug, _ = simulated(files)
+    assert set(mug.memory) == set(mug.seconds) == set(mug.drops) == set(RADII) and min(mug.memory.values()) > 1e6
+    assert min(mug.seconds.values()) > 0 and not mug.falls_over
+    for radius, drops in mug.settled.items():
+        assert drops.radius == radius and drops.provenance["settings"]["radius"] == radius
+        assert np.array_equal(mug.centers(radius), drops.rests) and drops.provenance["seed"] == 0
+    assert Loading().kept() == {"up": "z", "units": "m"} == Loading(up="z").kept()
+    assert Dropping(simulator="fast", radii=[0.01]).settings(0.01) == {
+        name: value for name, value in vars(drop_settings(make_simulator("fast"), 0.01)).items() if value is not None
+    }
+    askew = trimesh.transformations.rotation_matrix(np.radians(25), [0, 1, 0])
+    slab_on_posts(1.2, 0.8, 0.74).apply_transform(askew).export(files[0].with_name("askew.stl"))
+    assert simulated([files[0].with_name("askew.stl")], (0.02,))[0].falls_over
+
+
+def test_a_cloud_s_drops_are_kept_where_that_is_asked_for_and_a_file_s_answers_always(files):
+    mug, dropping, asked = clouds.mug(), Dropping(simulator="fast", radii=(0.02,)), []
+    length = RunLimit(drops=20)
+    drops = [CloudObject(own=mug, dropping=dropping, **how).drops(length)[0.02] for how in ({}, {"cache": True})]
+    assert np.array_equal(drops[0].rests, drops[1].rests) and len(entries()) == 1
+    for item, times in ((CloudObject(own=mug, dropping=dropping), 2), (KeptFile(files[0], dropping), 1)):
+        asked.clear()
+        for _ in range(2):
+            assert item.count("parts", lambda cloud: asked.append(cloud) or 7) == 7
+            assert not item.check("stands", lambda cloud: bool(asked.append(cloud)))
+        assert len(asked) == 2 * times and all(np.allclose(cloud.size, mug.size, atol=1e-3) for cloud in asked)
+    first, again = (KeptFile(path, dropping).drops(length)[0.02] for path in files[:1] * 2)
+    assert len(first) == 20 and np.array_equal(first.rests, again.rests)

@@ -44,7 +44,7 @@ def heading_of(places: np.ndarray) -> float:
 
 
 def turned(points: np.ndarray, angle: float) -> np.ndarray:
-    """Return points (N, 3) turned about z by an angle, radians."""
+    """Return points (N, 3), or places on the ground (N, 2), turned about z by an angle, radians."""
     cosine, sine = np.cos(angle), np.sin(angle)
     x, y = points[:, 0], points[:, 1]
     return np.column_stack([cosine * x - sine * y, sine * x + cosine * y, points[:, 2:]])

@@ -70,7 +70,7 @@ def counts_matrix(counted: Sequence[Counts], keys: np.ndarray) -> sparse.csr_mat
     """Return counts (N, V + 1) of objects given as cubes and counts; the last column is what no key (V,) names."""
     rows, columns, values = [], [], []
     for row, (cubes, counts) in enumerate(counted):
-        known = np.minimum(np.searchsorted(keys, cubes), max(len(keys) - 1, 0))
+        known = np.minimum(np.searchsorted(keys, cubes), len(keys) - 1)
         inside = keys[known] == cubes if len(keys) else np.zeros(len(cubes), bool)
         columns += [known[inside], [len(keys)]]
         values += [counts[inside], [np.sqrt(np.sum(counts[~inside] ** 2))]]

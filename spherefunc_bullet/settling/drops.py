@@ -58,8 +58,7 @@ class Drops:
         """Return the drops turned about z by an angle, radians, counterclockwise seen from above."""
         if not angle:
             return self
-        places = turned(np.pad(self.places, ((0, 0), (0, 1))), angle)[:, :2]
-        rests = turned(self.rests, angle)
+        places, rests = turned(self.places, angle), turned(self.rests, angle)
         return replace(self, places=places.astype(self.places.dtype), rests=rests.astype(self.rests.dtype))
 
     def rows(self) -> np.ndarray:
