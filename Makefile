@@ -6,7 +6,7 @@ setup:
 	@./setup.sh
 
 demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
-	@$(BIN)/python -m spherefunc_bullet.compare.demo --out demo
+	@$(BIN)/spherefunc demo --out demo
 
 tools:  ## what tests, style and documents need beside what runs
 	@./setup.sh --tests
