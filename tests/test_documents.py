@@ -29,8 +29,8 @@ TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
 SLOW = re.compile(
     r"(batch|evaluate|rooms) household|--run night|--corruptions|--impaired|compare |mechanics |--coacd|--best|carry "
-    r"|together |shapes mug|dataset (rooms|impair)|demo\.gallery|compare_shapes|--prove|prove=True|DATA --backend bullet"
-    r"|scene room|poses |cd household|household household|mug_01"
+    r"|together |shapes mug|dataset (rooms|impair)|demo\.gallery|compare_shapes|--prove|prove=True"
+    r"|DATA --backend bullet|scene room|poses |cd household|household household|mug_01"
 )
 URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="mug.obj"/></geometry></visual>
 <collision><geometry><mesh filename="mug_col.obj"/></geometry></collision></link></robot>"""
