@@ -6,6 +6,8 @@ import os
 import re
 import runpy
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import clouds
@@ -21,14 +23,16 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models.
+# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models; and
+# comparisons with copies of every object, minutes each (test_compare).
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
+    r"|compare (DATA|DIR)"
 )
 TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
 SLOW = re.compile(
-    r"(batch|evaluate|rooms) household|--run night|--corruptions|--impaired|compare |mechanics |--coacd|--best|carry "
+    r"rooms household|--run night|--corruptions|--impaired|mechanics |--coacd|--best|carry "
     r"|together |shapes mug|dataset (rooms|impair)|demo\.gallery|compare_shapes|--prove|prove=True"
     r"|DATA --backend bullet|scene room|poses |cd household|household household|mug_01"
 )
@@ -103,7 +107,7 @@ def follow(step: str):
     elif words[0] == "spherefunc":
         assert not application(words[1])(words[1:], prog_name="spherefunc", standalone_mode=False), step
     elif words[:2] == ["python", "-m"]:
-        runpy.run_module(words[2], run_name="__main__")
+        subprocess.run([sys.executable, *words[1:]], check=True)
     else:
         assert words[0] in NOT_OURS, step
 
