@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test quick lint fuzz mutants bench scans tables site figures model scan-model clean
+.PHONY: setup tools demo test quick lint wheel-check fuzz mutants bench scans tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -6,7 +6,7 @@ setup:
 	@./setup.sh
 
 demo: setup  ## evaluate the built-in catalogue, classify a few objects, and write demo/report.html
-	@$(BIN)/python -m spherefunc_bullet.compare.demo --out demo
+	@$(BIN)/spherefunc demo --out demo
 
 tools:  ## what tests, style and documents need beside what runs
 	@./setup.sh --tests
@@ -23,6 +23,17 @@ lint: tools  ## style, imports that run one way, and the types of the public nam
 	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
 	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)
 	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/typed_script.py
+
+PYTHON := python3
+
+wheel-check: tools  ## wheel and source package, each in an empty environment of PYTHON, classify outside the checkout
+	@rm -rf build/check && mkdir -p build/check/packages build/check/elsewhere
+	@$(BIN)/python -m pip wheel -q --no-deps -w build/check/packages .
+	@$(BIN)/python -c "import setuptools.build_meta as b; b.build_sdist('build/check/packages')" >/dev/null 2>&1
+	@set -e; cd build/check/elsewhere; for package in ../packages/*; do \
+		echo "$$package, $$($(PYTHON) -V)"; $(PYTHON) -m venv --clear ../empty; ../empty/bin/pip install -q "$$package"; \
+		../empty/bin/spherefunc dataset build household objects --seed 7; \
+		../empty/bin/spherefunc classify objects/mug_02.ply; ../empty/bin/spherefunc backends; done
 
 FILES := 10000
 

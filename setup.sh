@@ -50,7 +50,7 @@ if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
     # Compiled on all cores, which pip does on one, without other packages' tests; ours too, for those who have Python
     # write no bytecode. Of files that are no Python, such as templates, compiling complains.
     .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -e ".[$extras]"
-    .venv/bin/python -m compileall -qq -j 0 -x "/tests?/" .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
+    .venv/bin/python -W ignore -m compileall -qq -j 0 -x "/tests?/" .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
     touch .venv/installed "$stamp"
 fi
 

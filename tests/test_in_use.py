@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
+from spherefunc_bullet.clouds.corners import convex_outline
 from spherefunc_bullet.clouds.filling import filled
 from spherefunc_bullet.clouds.heading import headed, turned_cloud
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
@@ -85,6 +86,18 @@ def test_filling_adds_nothing_away_from_the_surface():
     more = filled(few)
     assert len(more) > 2 * len(few)
     assert plate.tree.query(more.points - more.points.min(axis=0) + few.points.min(axis=0))[0].max() < 0.006
+
+
+def test_outlines_are_qhull_s(specimens):
+    from scipy.spatial import ConvexHull
+
+    rng = np.random.default_rng(0)
+    random = [rng.normal(size=(500, 2)), rng.integers(0, 9, (400, 2)) / 7, rng.integers(0, 2, (9, 2)).astype(float)]
+    for points in [*random, *(one.cloud.points[:, :2] for one in specimens.values())]:
+        own = {tuple(corner) for corner in convex_outline(points).round(9)}
+        assert own == {tuple(corner) for corner in points[ConvexHull(points).vertices].round(9)}
+    line = np.column_stack([np.linspace(0, 1, 7)] * 2)
+    assert len(convex_outline(line)) == 2 and len(convex_outline(line[:1])) == 2  # no outline, and no error
 
 
 @pytest.mark.parametrize("degrees", [20, 45, 77])

@@ -40,3 +40,8 @@ def test_the_index_leads_to_every_page():
 def test_every_picture_of_the_gallery_has_the_lines_that_made_it():
     sections = (ROOT / "docs" / "gallery.md").read_text().split("\n## ")[1:]
     assert sections and all(FENCE.search(section) for section in sections)
+
+
+@pytest.mark.parametrize(("page", "most"), [("README.md", 7000), ("docs/method.md", 8000)])
+def test_what_everybody_reads_stays_short(page, most):
+    assert len((ROOT / page).read_bytes()) <= most

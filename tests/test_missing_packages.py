@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs", "pybullet", "distributed", "rosbags", "mujoco")
-OPTIONAL += ("nbclient", "nbformat", "mkdocs", "rerun")
+OPTIONAL += ("nbclient", "nbformat", "mkdocs", "rerun", "viser")
 TESTS = Path(__file__).parent
 CODE = f"""
 import sys

@@ -1,11 +1,10 @@
 """The whole way on the built-in catalogue: simulate, evaluate, compare simulators, classify objects never seen.
 
-python -m spherefunc_bullet.compare.demo --out demo
+``spherefunc demo --out demo`` runs it, and so does ``make demo``.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -215,14 +214,3 @@ def compare_all(out: Path, jobs: int) -> Report:
     report = compare_entries(comparison, experiment)
     write_report(out, report, comparison, experiment)
     return report
-
-
-def main():
-    """Run the demo and say where the page is."""
-    parser = argparse.ArgumentParser("python -m spherefunc_bullet.compare.demo", description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("demo"), help="folder for everything that is written")
-    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
-    parser.add_argument("--jobs", type=int, default=-1, help="processes that work at once; -1: one per core")
-    options = parser.parse_args()
-    path = run_demo(options.out, options.backend, options.jobs)
-    show(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")

@@ -82,7 +82,7 @@ class Table:
         lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
         text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
         asked = self.commands or quoted([one.command for one in self.measurements])
-        why += "" if "\nMeasured by " in text else f" The command is {asked}."
+        why += "" if "\nMeasured by " in text else f"{'' if why.endswith('.') else '.'} The command is {asked}."
         self.kept(root).parent.mkdir(parents=True, exist_ok=True)
         self.kept(root).write_text(f"{text}\n\n{OLDER} {why}*\n", encoding="utf-8")
 

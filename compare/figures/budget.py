@@ -2,7 +2,7 @@
 
     python -m spherefunc_bullet.compare.figures.budget DATA --out DIR
 
-Times are those of this machine: keep it idle meanwhile. Docs/method.md has the picture.
+Times are those of this machine: keep it idle meanwhile. Docs/studies.md has the picture.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class BulletSimulator(Physics):
 
     name = "bullet"
     isolate = True  # C++ that may crash
-    sphere_limit = 1000  # of a run for features; docs/method.md measures what the others would tell
+    sphere_limit = 1000  # of a run for features; docs/paper.md measures what the others would tell
 
     def __post_init__(self):
         super().__post_init__()

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 from .cloud import Cloud, Mesh
-from .corners import well_within
+from .corners import convex_outline, well_within
 
 SQUARE = 0.005  # radians off an axis that count as along it: such an object stays as it is, bit for bit
 EDGES = 24  # of the outline, the longest: one of them lies along the narrowest rectangle, or it hardly matters which
@@ -24,12 +24,8 @@ def heading(cloud: Cloud) -> float:
 
 def heading_of(places: np.ndarray) -> float:
     """Return the angle for places (N, 2), metres; see `heading`."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    outer = places[~well_within(places)]
-    try:
-        corners = outer[ConvexHull(outer).vertices]
-    except (QhullError, ValueError):  # a line or a point
+    corners = convex_outline(places[~well_within(places)])
+    if len(corners) < 3:  # a line or a point
         return 0.0
     edges = np.roll(corners, -1, axis=0) - corners
     edges = edges[np.argsort(-np.hypot(*edges.T), kind="stable")[:EDGES]]

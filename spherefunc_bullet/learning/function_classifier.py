@@ -1,6 +1,6 @@
 """What an object is for, from resting profiles: one forest per function, over the quantities of all radii.
 
-Which classifier, and what it was measured against, docs/method.md says.
+Which classifier, and what it was measured against, docs/studies.md says.
 """
 
 from __future__ import annotations

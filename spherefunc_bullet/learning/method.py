@@ -2,7 +2,7 @@
 
 ``paper`` is Hinkle and Olson's method to the letter where the letter is clear; ``cubes`` counts spheres in cubes as
 they do, and differs where a measured comparison shows that it does better; ``profile``, the default, reads drops as
-named quantities (docs/method.md has the tables and the commands).
+named quantities (docs/method.md; docs/paper.md has the tables and the commands).
 """
 
 from __future__ import annotations

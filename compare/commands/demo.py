@@ -1,0 +1,29 @@
+"""``spherefunc demo``: the whole way on the built-in catalogue, or a page on which one can try it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from spherefunc_bullet.console import show
+
+
+def demo(
+    live: Annotated[bool, typer.Option("--live", help="Serve a page with sliders instead (extra `viser`).")] = False,
+    port: Annotated[int, typer.Option(help="Of the page, on this machine alone.")] = 8080,
+    out: Annotated[Path, typer.Option(help="Folder for the report and all else that is written.")] = Path("demo"),
+    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres of the report.")] = "fast",
+    jobs: Annotated[int, typer.Option(help="Processes that work at once; -1: one per core.")] = -1,
+):
+    """Show what it can do: a report on the built-in catalogue, or with --live a page on which to try objects."""
+    if live:
+        from ..demo.live import serve
+
+        serve(port)
+        return
+    from ..demo.demo import run_demo
+
+    path = run_demo(out, backend, jobs)
+    show(f"\nThe report is in {path}, that on the simulators in {path.parent / 'comparison' / 'report.html'}.")
