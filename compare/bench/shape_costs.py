@@ -78,15 +78,15 @@ def measured(folder: Path) -> dict[str, list[dict[str, Any]]]:
             shares = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
             kept = min(share for share in shares if share is not None)
             about = {"kept": kept, "cost": row["step_us"] / mesh["step_us"], "object": path.stem}
-            kinds[kind_of(row["name"])].append(row | about)
+            kinds[kind_of(row["name"], result["file"])].append(row | about)
     if not kinds:
         raise InputError(f"{folder}: expected a report of `spherefunc shapes --report`, with mesh, found none")
     return kinds
 
 
-def kind_of(name: str) -> str:
-    """Return the kind of a candidate; voxels are coarse, middle and fine by the object's own spheres."""
-    return "voxel" if name.startswith("voxel") else name
+def kind_of(name: str, file: str) -> str:
+    """Return the kind of a shape; what an engine makes of a mesh that it loads is named for the file."""
+    return "as loaded" if name == Path(file).stem else "voxel" if name.startswith("voxel") else name
 
 
 def kept_table(kinds: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
