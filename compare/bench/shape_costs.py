@@ -109,20 +109,20 @@ def kept_table(kinds: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
 
 
 def draw(kinds: dict[str, list[dict[str, Any]]], path: Path):
-    """Draw kept against cost: each object pale, the median of each kind, and the front of those medians."""
+    """Draw kept against cost: each object pale, of each kind the mean kept at the median cost, and the front of those."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(1.6 * SINGLE, SINGLE), layout="constrained")
-        axes, medians = figure.add_subplot(), []
+        axes, typical = figure.add_subplot(), []
         for number, (kind, rows) in enumerate(kinds.items()):
             look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number // len(COLOURS)]}
             cost, kept = [row["cost"] for row in rows], [row["kept"] for row in rows]
             axes.scatter(cost, kept, s=5, alpha=0.3, linewidths=0, **look)
-            medians.append((float(np.median(cost)), float(np.mean(kept))))
-            axes.scatter(*medians[-1], s=34, label=kind, zorder=3, **look)
-        front = [one for one in sorted(medians) if all(c > one[0] or k <= one[1] for c, k in medians)]
+            typical.append((float(np.median(cost)), float(np.mean(kept))))
+            axes.scatter(*typical[-1], s=34, label=kind, zorder=3, **look)
+        front = [one for one in sorted(typical) if all(c > one[0] or k <= one[1] for c, k in typical)]
         axes.plot(*zip(*front, strict=True), color=GREY, linewidth=0.8, zorder=1)
         axes.set(xscale="log", xlabel="Cost of a step, times that of the mesh", ylabel="Kept (least of three shares)")
         figure.legend(loc="outside right center")
