@@ -109,7 +109,7 @@ def kept_table(kinds: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
 
 
 def draw(kinds: dict[str, list[dict[str, Any]]], path: Path):
-    """Draw kept against cost: each object pale, of each kind the mean kept at the median cost, and the front of those."""
+    """Draw kept against cost: objects pale, of each kind the mean kept at its median cost, and their front."""
     import matplotlib
     from matplotlib.figure import Figure
 
