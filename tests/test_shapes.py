@@ -238,7 +238,7 @@ def test_what_is_kept_is_held_against_its_cost(tmp_path):
 
     rows = [row("mesh", 100.0, 1.0), row("hull", 20.0, 0.1), row("vhacd 8", 50.0, 0.95)]
     (tmp_path / "objects").mkdir()
-    result = {"shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
+    result = {"file": "cup.ply", "shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
     (tmp_path / "objects" / "cup.json").write_text(json.dumps(result))
     kinds = measured(tmp_path)
     assert {line[0]: line[-1] for line in kept_table(kinds)} == {"mesh": 0, "hull": 0, "vhacd 8": 0, "--best": 1}

@@ -78,15 +78,15 @@ def measured(folder: Path) -> dict[str, list[dict[str, Any]]]:
             shares = [row[name] for name in ("capacity_kept", "level_kept", "settled_kept")]
             kept = min(share for share in shares if share is not None)
             about = {"kept": kept, "cost": row["step_us"] / mesh["step_us"], "object": path.stem}
-            kinds[kind_of(row["name"])].append(row | about)
+            kinds[kind_of(row["name"], result["file"])].append(row | about)
     if not kinds:
         raise InputError(f"{folder}: expected a report of `spherefunc shapes --report`, with mesh, found none")
     return kinds
 
 
-def kind_of(name: str) -> str:
-    """Return the kind of a candidate; voxels are coarse, middle and fine by the object's own spheres."""
-    return "voxel" if name.startswith("voxel") else name
+def kind_of(name: str, file: str) -> str:
+    """Return the kind of a shape; what an engine makes of a mesh that it loads is named for the file."""
+    return "as loaded" if name == Path(file).stem else "voxel" if name.startswith("voxel") else name
 
 
 def kept_table(kinds: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
@@ -109,20 +109,20 @@ def kept_table(kinds: dict[str, list[dict[str, Any]]]) -> list[list[Any]]:
 
 
 def draw(kinds: dict[str, list[dict[str, Any]]], path: Path):
-    """Draw kept against cost: each object pale, the median of each kind, and the front of those medians."""
+    """Draw kept against cost: objects pale, of each kind the mean kept at its median cost, and their front."""
     import matplotlib
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(1.6 * SINGLE, SINGLE), layout="constrained")
-        axes, medians = figure.add_subplot(), []
+        axes, typical = figure.add_subplot(), []
         for number, (kind, rows) in enumerate(kinds.items()):
             look = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number // len(COLOURS)]}
             cost, kept = [row["cost"] for row in rows], [row["kept"] for row in rows]
             axes.scatter(cost, kept, s=5, alpha=0.3, linewidths=0, **look)
-            medians.append((float(np.median(cost)), float(np.mean(kept))))
-            axes.scatter(*medians[-1], s=34, label=kind, zorder=3, **look)
-        front = [one for one in sorted(medians) if all(c > one[0] or k <= one[1] for c, k in medians)]
+            typical.append((float(np.median(cost)), float(np.mean(kept))))
+            axes.scatter(*typical[-1], s=34, label=kind, zorder=3, **look)
+        front = [one for one in sorted(typical) if all(c > one[0] or k <= one[1] for c, k in typical)]
         axes.plot(*zip(*front, strict=True), color=GREY, linewidth=0.8, zorder=1)
         axes.set(xscale="log", xlabel="Cost of a step, times that of the mesh", ylabel="Kept (least of three shares)")
         figure.legend(loc="outside right center")
