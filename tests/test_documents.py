@@ -23,18 +23,17 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models; and
-# comparisons with copies of every object, minutes each (test_compare).
+# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models;
+# and what takes minutes each: comparisons, copies of every object, virtual rooms, the search for the best shape.
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
-    r"|compare (DATA|DIR)"
+    r"|compare (DATA|DIR)|--impaired|--corruptions|rooms household|dataset (rooms|impair)|--best|--coacd|compare_shapes"
 )
 TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
 SLOW = re.compile(
-    r"rooms household|--run night|--corruptions|--impaired|mechanics |--coacd|--best|carry "
-    r"|together |shapes mug|dataset (rooms|impair)|demo\.gallery|compare_shapes|--prove|prove=True"
-    r"|DATA --backend bullet|scene room|poses |cd household|household household|mug_01"
+    r"--run night|mechanics |carry |together |shapes mug|demo\.gallery|--prove|prove=True|DATA --backend bullet"
+    r"|scene room|poses |cd household|household household|mug_01"
 )
 URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="mug.obj"/></geometry></visual>
 <collision><geometry><mesh filename="mug_col.obj"/></geometry></collision></link></robot>"""
