@@ -9,6 +9,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +17,20 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
-from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
+from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from ..places.proofs import SEAT, SURE, impairs_seat, useless_seats
 from .standing import Score, Verdict, asked, evenly, score_of
 
-WHOLE = "whole"
+SEAT, WHOLE = "sittable", "whole"
+SURE = {SEAT: 1.0}
+FOLDED = 0.1  # metres, how thick a folded chair is
+APART = 0.1  # metres in height: another level
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +39,33 @@ class SitScore:
 
     score: Score
     verdicts: tuple[Verdict, ...]
+
+
+def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+    """Press a seat flat from its back to its front."""
+    if specimen.level is None:
+        return None
+    low, high = specimen.level.box
+    axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
+    pressed = np.ones(3)
+    pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
+    return specimen.surface.mapped(lambda points: points * pressed)
+
+
+def useless_seats() -> list[Impairment]:
+    """Return the kinds of copies on which nobody can sit."""
+    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
+    named = [Impairment(kind=kind, functions=(SEAT,), works=False, change=change) for kind, change in more.items()]
+    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
+
+
+def impairs_seat(specimen: Specimen) -> bool:
+    """Return whether the level that is impaired is that of the best place to sit."""
+    places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
+    if not places or level is None:
+        return False
+    on_it = level.flat[level.grid.cells_of(places[0].position[None])][0]
+    return bool(on_it and abs(places[0].height - level.height) < APART)
 
 
 def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,20 +16,15 @@ from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven
 from spherefunc_bullet.places.place import FUNCTION, KINDS
-from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
-from spherefunc_bullet.scenes.impairment.surfaces import Surface
-from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
+from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
 from ..evaluation.protocol import labels_of, leave_one_group_out
 from ..evaluation.readings import spheres_profiled
+from ..mechanics.sitting import SEAT, SURE, impairs_seat, useless_seats
 
-SEAT = "sittable"
-SURE, CLAIMED = {SEAT: 1.0}, 0.5
-FOLDED = 0.1  # metres, how thick a folded chair is
-APART = 0.1  # metres in height: another level
+CLAIMED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,24 +40,6 @@ class Tried:
     held: int  # places that did
     finding: float  # seconds
     proving: float
-
-
-def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-    """Press a seat flat from its back to its front."""
-    if specimen.level is None:
-        return None
-    low, high = specimen.level.box
-    axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
-    pressed = np.ones(3)
-    pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
-    return specimen.surface.mapped(lambda points: points * pressed)
-
-
-def useless_seats() -> list[Impairment]:
-    """Return the kinds of copies on which nobody can sit."""
-    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
-    named = [Impairment(kind=kind, functions=(SEAT,), works=False, change=change) for kind, change in more.items()]
-    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
 
 
 def scores_across_sources(folder: Path) -> tuple[tuple[DatasetObject, ...], dict[str, np.ndarray]]:
@@ -140,15 +116,6 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict
         }
         for kind, of_kind in rows.items()
     }
-
-
-def impairs_seat(specimen: Specimen) -> bool:
-    """Return whether the level that is impaired is that of the best place to sit."""
-    places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
-    if not places or level is None:
-        return False
-    on_it = level.flat[level.grid.cells_of(places[0].position[None])][0]
-    return bool(on_it and abs(places[0].height - level.height) < APART)
 
 
 def share(which: Sequence[bool]) -> float | None:
