@@ -22,7 +22,7 @@ lint: tools  ## style, imports that run one way, and the types of the public nam
 	@rm -rf build/installed && mkdir -p build/installed
 	@cp -r spherefunc_bullet build/installed/ && cp -r fast_sim scenes compare build/installed/spherefunc_bullet/
 	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)
-	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/typed_script.py
+	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/support/typed_script.py
 
 PYTHON := python3
 
@@ -38,14 +38,14 @@ wheel-check: tools  ## wheel and source package, each in an empty environment of
 FILES := 10000
 
 fuzz: tools  ## damaged files of every format, FILES of them, for every reader
-	@$(BIN)/python tests/fuzzing.py --files $(FILES)
+	@$(BIN)/python tests/support/fuzzing.py --files $(FILES)
 
 SAMPLE := 400
 
 mutants: tools  ## small changes to the code, SAMPLE of them, and which the tests notice: an hour or two; not in CI
 	@$(BIN)/python -m pip install -q --disable-pip-version-check -e ".[mutation]"
 	@mkdir -p build/mutants
-	@$(BIN)/python tests/mutating.py --sample $(SAMPLE) | tee build/mutants/table.txt
+	@$(BIN)/python tests/support/mutating.py --sample $(SAMPLE) | tee build/mutants/table.txt
 
 SCANS := ../shared/data/scenes
 

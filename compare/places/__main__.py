@@ -152,7 +152,7 @@ def main():
     parser = argparse.ArgumentParser(description="Examine places.")
     parser.add_argument("exam", choices=sorted(EXAMS))
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--headings", type=Path, default=Path("tests/seat_headings.csv"))
+    parser.add_argument("--headings", type=Path, default=Path("tests/places/seat_headings.csv"))
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--category", help="put: objects of this category of the manifest in place of tables")
     options = parser.parse_args()

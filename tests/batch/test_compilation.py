@@ -1,0 +1,155 @@
+"""Compiled kernels are found again, and made anew when what decides them has changed, and only then."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import clouds
+import numpy as np
+import pytest
+from checkout import ROOT
+
+REPOSITORY = ROOT
+OWN_FILE_ALONE = {"lzf.py"}  # kernels that take nothing from other files
+FILES = {
+    "__init__": "",
+    "numbers": "STEP = 3\nSIDES = (1, 2)\n",
+    "inner": """
+from spherefunc_bullet.processes.compilation import njit
+
+@njit(cache=True)
+def twice(x):
+    return 2 * x
+""",
+    "outer": """
+from spherefunc_bullet.processes.compilation import njit
+from .bystander import nothing
+from .inner import twice
+from .numbers import SIDES, STEP
+
+@njit(cache=True)
+def run(x):
+    return twice(x) + STEP * SIDES[0]
+""",
+    "bystander": "def nothing():\n    return 0\n",
+}
+RUN = "from kernels.outer import run; print(run(1), *run.stats.cache_hits.values())"
+
+
+@pytest.fixture
+def kernels(tmp_path):
+    """Return a function that runs a package of kernels in a new process, after changes of its files.
+
+    It returns what the kernel returns, and whether its code was there.
+    """
+    folder = tmp_path / "kernels"
+    folder.mkdir()
+    for name, text in FILES.items():
+        (folder / f"{name}.py").write_text(text)
+
+    def run(name="__init__", old="", new="") -> tuple[float, bool]:
+        file = folder / f"{name}.py"
+        file.write_text(file.read_text().replace(old, new) if old else file.read_text())
+        path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", RUN], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stderr
+        value, *hits = done.stdout.split()
+        return float(value), bool(hits)
+
+    return run
+
+
+def test_code_is_found_again(kernels):
+    assert [kernels(), kernels()] == [(5, False), (5, True)]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "value", "found"),
+    [
+        ("numbers", "STEP = 3", "STEP = 4", 6, False),
+        ("numbers", "(1, 2)", "(2, 2)", 8, False),
+        ("inner", "2 * x", "3 * x", 6, False),
+        ("outer", "STEP *", "1 + STEP *", 6, False),
+        ("bystander", "return 0", "return 1", 5, True),
+    ],
+)
+def test_only_what_decides_it_makes_code_anew(kernels, file, old, new, value, found):
+    kernels()
+    assert kernels(file, old, new) == (value, found)
+
+
+def test_code_of_older_sources_is_removed(kernels, tmp_path):
+    kernels()
+    kept = set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+    kernels("numbers", "STEP = 3", "STEP = 4")
+    assert len(kept) == 1 and not kept & set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+
+
+def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path, monkeypatch):
+    kernels()
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "elsewhere"))
+    assert kernels() == (5, False)
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert kernels() == (5, True)
+
+
+def test_every_file_with_kernels_has_them_kept_so():
+    for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
+        for file in (REPOSITORY / folder).rglob("*.py"):
+            assert "from numba import njit" not in file.read_text() or file.name in OWN_FILE_ALONE, file
+
+
+@pytest.fixture
+def classified(tmp_path):
+    """Return a function that classifies a new object by the command, as after an installation; it returns stderr."""
+
+    def run(height: float) -> str:
+        file = tmp_path / f"mug_{height}.npz"
+        np.savez(file, points=clouds.mug(height=height).points)
+        places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPHEREFUNC_CACHE": str(tmp_path / "cache")}
+        command = [Path(sys.executable).with_name("spherefunc"), "classify", str(file)]
+        return subprocess.run(command, env=os.environ | places, capture_output=True, text=True, check=True).stderr
+
+    return run
+
+
+def test_compiling_is_said_once_after_installation_whatever_runs(classified):
+    """Short runs do not need all kernels, and those that they need are there the second time."""
+    assert "compiling" in classified(0.09)
+    assert classified(0.10) == ""
+
+
+LABEL = """
+import sys
+import numpy as np
+from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.settling.drops import RunLimit
+from spherefunc_bullet.settling.settling import settle
+
+cloud = cloud_from_mesh([[0, 0, 0.1], [0.2, 0, 0.1], [0, 0.2, 0.1]], [[0, 1, 2]])
+settle(cloud, "fast", [0.01, 0.03], length=RunLimit(drops=40))
+print("numba.np.arrayobj" in sys.modules)
+"""
+
+
+def test_kept_kernels_are_loaded_without_the_compiler():
+    """The first process may compile; what it keeps is loaded by the second without numba's functions of arrays."""
+    said = [subprocess.run([sys.executable, "-c", LABEL], capture_output=True, text=True, check=True) for _ in range(2)]
+    assert said[1].stdout.split() == ["False"]
+
+
+def test_what_was_not_kept_is_compiled(kernels, tmp_path):
+    """For numbers of another kind, though code for the first kind was loaded."""
+    kernels()
+    asking = "from .outer import run\nprint(run(1), run(1.5), len(run.signatures))\n"
+    (tmp_path / "kernels" / "asked.py").write_text(asking)
+    path = os.pathsep.join([str(tmp_path), str(REPOSITORY)])
+    done = subprocess.run(
+        [sys.executable, "-m", "kernels.asked"], env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True
+    )
+    assert done.stdout.split() == ["5", "6.0", "2"], done.stderr

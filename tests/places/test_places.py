@@ -1,0 +1,283 @@
+"""Places: what is known of boxes, cups and chairs by geometry comes out, whatever frame they are in."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from checkout import ROOT
+
+import spherefunc_bullet as sf
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.places.finding import places_of
+from spherefunc_bullet.places.pouring import pour_places
+from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
+
+SIDES = 48
+
+
+def turned_shell(*profile: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the surface that pairs of radius and height make when they are turned about z."""
+    angles = np.arange(SIDES) * 2 * np.pi / SIDES
+    vertices = np.vstack(
+        [np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(SIDES, z)]) for r, z in profile]
+    )
+    near, far = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    rings = [
+        np.vstack([np.column_stack([a + near, a + far, b + far]), np.column_stack([a + near, b + far, b + near])])
+        for a, b in ((SIDES * k, SIDES * (k + 1)) for k in range(len(profile) - 1))
+    ]
+    return vertices, np.vstack(rings)
+
+
+def boxes(*corners: tuple) -> tuple[np.ndarray, np.ndarray]:
+    """Return boxes, each from its lowest to its highest corner, as one mesh."""
+    import trimesh
+
+    parts = [trimesh.creation.box(bounds=np.reshape(box, (2, 3))) for box in corners]
+    mesh = trimesh.util.concatenate(parts)
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+CUP = turned_shell((1e-6, 0), (0.04, 0), (0.04, 0.1))
+TABLE = boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.05, -0.05, 0, 0.05, 0.05, 0.7))
+CHAIR = boxes(
+    (-0.22, -0.22, 0.42, 0.22, 0.22, 0.45),
+    (-0.22, -0.22, 0.45, -0.19, 0.22, 0.95),
+    *[(x - 0.02, y - 0.02, 0, x + 0.02, y + 0.02, 0.42) for x in (-0.2, 0.2) for y in (-0.2, 0.2)],
+)
+PRISM = SIDES / 2 * np.sin(2 * np.pi / SIDES)  # area of the polygon that stands for a circle, in square radii
+SEAT = {"sittable": 1.0}
+
+
+@pytest.mark.parametrize(
+    "profile, volume",
+    [
+        (((1e-6, 0), (0.04, 0), (0.04, 0.1)), PRISM * 0.04**2 * 0.1),
+        (((1e-6, 0), (0.04, 0.1)), PRISM * 0.04**2 * 0.1 / 3),
+        (((1e-6, 0), (0.045, 0), (0.045, 0.1), (0.04, 0.1), (0.04, 0.01), (1e-6, 0.01)), PRISM * 0.04**2 * 0.09),
+    ],
+    ids=["cylinder", "cone", "thick walls"],
+)
+def test_capacity_is_that_of_the_solid_of_revolution(profile, volume):
+    """3 %: half a cell of the flood at the brim and at the bottom."""
+    (place,) = pour_places(cloud_from_mesh(*turned_shell(*profile)))
+    assert place.capacity_ml == pytest.approx(volume * 1e6, rel=0.03)
+
+
+def test_a_saucer_does_not_add_to_its_cup():
+    """The largest body of water is the cup's, whatever the saucer below it holds."""
+    saucer, faces = turned_shell((1e-6, -0.01), (0.05, -0.01), (0.08, 0.01))
+    both = np.vstack([CUP[0], saucer]), np.vstack([CUP[1], faces + len(CUP[0])])
+    assert pour_places(cloud_from_mesh(*both))[0].capacity_ml == pytest.approx(PRISM * 160, rel=0.03)
+
+
+def test_a_hole_in_the_wall_lets_out_what_is_above_it():
+    """A ring without a wall at half the height leaves the lower half; no bottom leaves nothing."""
+    vertices, faces = turned_shell((1e-6, 0), (0.04, 0), (0.04, 0.05), (0.04, 0.06), (0.04, 0.1))
+    hole = (faces.min(axis=1) == 2 * SIDES) & (faces.max(axis=1) >= 3 * SIDES)
+    assert hole.any()
+    (place,) = pour_places(cloud_from_mesh(vertices, faces[~hole]))
+    assert place.capacity_ml == pytest.approx(PRISM * 80, rel=0.05)
+    assert not pour_places(cloud_from_mesh(CUP[0], CUP[1][2 * SIDES :]))
+
+
+def test_levels_and_spilling_of_a_cylinder():
+    """Half the volume stands at half the height; a tenth is spilled where the surface has sunk by that on one side."""
+    (place,) = pour_places(cloud_from_mesh(*CUP))
+    volumes, heights = np.transpose(place.levels)
+    assert np.interp(volumes[-1] / 2, volumes, heights) == pytest.approx(0.05, abs=0.002)
+    assert place.spill_tilt_deg == pytest.approx(np.degrees(np.arctan(0.1 * 0.1 / 0.04)), abs=1.5)
+
+
+def test_a_chair_is_sat_on_at_its_seat_away_from_its_back():
+    """The back is on the left, so the sitter faces +x."""
+    seat = next(place for place in places_of(cloud_from_mesh(*CHAIR), scores=SEAT) if place.kind == "sit")
+    assert seat.height == pytest.approx(0.45, abs=0.01) and seat.back and not seat.arms
+    assert abs((seat.heading_deg + 180) % 360 - 180) < 10
+
+
+def test_a_stool_is_sat_on_from_all_sides():
+    """Without a back there is no heading."""
+    stool = cloud_from_mesh(*boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.03, -0.03, 0, 0.03, 0.03, 0.42)))
+    seat = next(place for place in places_of(stool, scores=SEAT) if place.kind == "sit")
+    assert seat.heading_deg is None and not seat.back
+
+
+def test_poses_keep_off_edges_and_off_what_stands_there():
+    """A box in the middle of a table: all cups stand on the table, beside it."""
+    laid = cloud_from_mesh(*boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9)))
+    poses = [pose for place in places_of(laid, put=cloud_from_mesh(*CUP)) for pose in place.poses]
+    on_table = np.array([pose[:3, 3] for pose in poses if pose[2, 3] < 0.1])  # it stands on z = 0
+    assert len(on_table) >= 20
+    assert (np.abs(on_table[:, 0]) <= 0.56).all() and (np.abs(on_table[:, 1]) <= 0.36).all()
+    assert (np.abs(on_table[:, :2]).max(axis=1) >= 0.14).all()
+
+
+@pytest.mark.parametrize("walls, ways", [("lr", (90, 270)), ("blr", (270,)), ("bflr", ())])
+def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
+    """30 cm below a top of 60 x 30 cm; what is higher does not stand there; the way in is where there is no wall."""
+    sides = {
+        "b": (-0.3, 0.14, 0, 0.3, 0.15, 0.7),
+        "f": (-0.3, -0.15, 0, 0.3, -0.14, 0.7),
+        "l": (-0.3, -0.15, 0, -0.29, 0.15, 0.7),
+        "r": (0.29, -0.15, 0, 0.3, 0.15, 0.7),
+    }
+    boards = [(-0.3, -0.15, z, 0.3, 0.15, z + 0.02) for z in (0.38, 0.7)]
+    cupboard = cloud_from_mesh(*boxes(*boards, *[sides[wall] for wall in walls]))
+    under = [place for place in places_of(cupboard) if place.kind == "put" and place.height < 0.5]
+    assert len(under) == bool(ways)
+    for place in under:
+        assert place.height == pytest.approx(0.4, abs=0.005) and place.clearance == pytest.approx(0.3, abs=0.02)
+        assert place.heading_deg in ways
+    tall = cloud_from_mesh(*boxes((-0.03, -0.03, 0, 0.03, 0.03, 0.35)))
+    assert all(place.height > 0.5 for place in places_of(cupboard, put=tall) if place.kind == "put")
+
+
+def test_a_region_has_a_hole_where_something_stands():
+    """Its outline is the table's, the hole the box's."""
+    laid = cloud_from_mesh(*boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9)))
+    largest = max((place for place in places_of(laid) if place.kind == "put"), key=lambda place: place.area)
+    assert len(largest.region) == 2
+    assert np.ptp(largest.region[1][:, 0]) == pytest.approx(0.2, abs=0.05)
+
+
+def test_places_are_in_the_frame_and_units_of_the_input():
+    """Millimetres with y up, and moved away: what was found in metres is found there."""
+    import trimesh
+
+    vertices = CHAIR[0][:, [1, 2, 0]] * 1000 + [5000, 300, -700]  # x, y, z become z, x, y: turned, not mirrored
+    found = sf.find_places(trimesh.Trimesh(vertices, CHAIR[1]), scores=SEAT, units="mm", up="y")
+    seat = next(place for place in found if place.kind == "sit")
+    assert np.allclose(seat.normal, [0, 1, 0], atol=0.05)
+    assert np.allclose(seat.position[:2], [5000, 750], atol=60) and seat.height == pytest.approx(450, abs=10)
+    assert seat.heading_deg == pytest.approx(270, abs=10)  # about y from x: towards +z
+
+
+def test_an_answer_knows_its_places():
+    """The same as of `find_places` with the answer's scores."""
+    cloud = cloud_from_mesh(*CUP)
+    answer = sf.classify(cloud)
+    assert [place.as_json() for place in answer.places] == [
+        place.as_json() for place in sf.find_places(cloud, scores=answer.scores)
+    ]
+
+
+def test_bullet_proves_what_holds_and_says_why_not():
+    """A chair carries a sitter, a cup beside a table's edge does not stay; the same call gives the same."""
+    pytest.importorskip("pybullet")
+    bullet = sf.make_simulator("bullet")
+    seat = SitUse(position=np.array([-0.04, 0.0, 0.45]), heading=0.0)
+    held, again = (bullet.prove(cloud_from_mesh(*CHAIR), [seat], ProofSettings())[0] for _ in range(2))
+    assert held.held and held == again
+    beside = np.eye(4)
+    beside[:3, 3] = [0.61, 0, 0.73]
+    (fallen,) = bullet.prove(
+        cloud_from_mesh(*TABLE), [PutUse(cloud=cloud_from_mesh(*CUP), pose=beside)], ProofSettings()
+    )
+    assert not fallen.held and fallen.why == "tipped"
+
+
+def test_nobody_sits_without_a_seat():
+    """Without its seat a chair's frame lets a sitter through."""
+    pytest.importorskip("pybullet")
+    frame = cloud_from_mesh(CHAIR[0][8:], CHAIR[1][12:] - 8)
+    use = SitUse(position=np.array([-0.04, 0.0, 0.45]), heading=0.0)
+    assert not sf.make_simulator("bullet").prove(frame, [use], ProofSettings())[0].held
+
+
+def test_a_proven_vessel_keeps_what_is_poured():
+    """The stream's spheres stay in a cup."""
+    pytest.importorskip("pybullet")
+    places = sf.find_places(cloud_from_mesh(*CUP), prove=True, scores={})
+    proof = next(place for place in places if place.kind == "pour").proven
+    assert proof.holds and proof.backend == "bullet"
+
+
+def test_fast_cannot_prove():
+    """It says so before anything is computed."""
+    with pytest.raises(sf.InputError, match="expected one that can"):
+        sf.find_places(cloud_from_mesh(*CUP), prove=True, backend="fast")
+
+
+def test_a_cloud_without_a_mesh_holds_about_as_much():
+    """Points of a cylinder, 4 mm apart: their walls have a thickness, 15 % of the volume."""
+    points = cloud_from_mesh(*CUP).points
+    (place,) = pour_places(Cloud(points))
+    assert place.capacity_ml == pytest.approx(PRISM * 160, rel=0.15)
+
+
+def test_the_command_prints_what_the_contract_names(tmp_path):
+    """One JSON list on stdout; a bad file costs only itself and the exit code."""
+    import trimesh
+
+    trimesh.Trimesh(*CUP).export(tmp_path / "cup.ply")
+    (tmp_path / "bad.ply").write_text("nothing")
+    command = [Path(sys.executable).with_name("spherefunc"), "places", tmp_path / "cup.ply", tmp_path / "bad.ply"]
+    page = tmp_path / "places.html"
+    answer = subprocess.run([*command, "--json", "--page", page], capture_output=True, text=True, check=False)
+    assert answer.returncode == 2
+    assert "1 of 1 places to pour" in page.read_text()
+    (row,) = json.loads(answer.stdout)
+    pour = next(place for place in row["places"] if place["kind"] == "pour")
+    assert {
+        "function",
+        "position",
+        "normal",
+        "heading_deg",
+        "region",
+        "area",
+        "height",
+        "clearance",
+        "score",
+        "proven",
+    } <= set(pour)
+
+
+def example(name: str):
+    """Return a script of the examples as a module."""
+    path = ROOT / "examples" / "places" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_receptacles_for_habitat_are_the_top_without_what_stands_on_it(tmp_path):
+    """As large as the region, level, in the object's frame with y up; what was in the configuration stays."""
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("shapely"), pytest.importorskip("mapbox_earcut")
+    laid = boxes(
+        (-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9), (-0.05, -0.05, 0, 0.05, 0.05, 0.7)
+    )
+    trimesh.Trimesh(laid[0][:, [1, 2, 0]], laid[1]).export(tmp_path / "table.glb")
+    config = tmp_path / "table.object_config.json"
+    config.write_text(json.dumps({"render_asset": "table.glb", "mass": 20, "user_defined": {"note": "ours"}}))
+    count = example("habitat_receptacles").add_receptacles(tmp_path / "table.glb", config)
+    written = json.loads(config.read_text())
+    assert written["mass"] == 20 and len(written["user_defined"]) == 1 + count == 3
+    top = written["user_defined"]["receptacle_mesh_table_0"]
+    mesh = trimesh.load(tmp_path / top["mesh_filepath"], force="mesh")
+    assert top["up"] == [0, 1, 0] and np.ptp(mesh.vertices[:, 1]) < 0.005
+    assert mesh.vertices[:, 1].mean() == pytest.approx(0.73, abs=0.005)
+    assert mesh.area == pytest.approx(1.2 * 0.8 - 0.2 * 0.2, rel=0.08)  # edges are kept off
+
+
+def test_the_sampler_for_blenderproc_sets_down_at_each_pose_once(tmp_path, monkeypatch):
+    """Poses come from the command's JSON."""
+    rows = [
+        {"file": "table.ply", "places": [{"kind": "put", "poses": [np.diag([k, 1, 1, 1]).tolist() for k in (1, 2, 3)]}]}
+    ]
+    (tmp_path / "places.json").write_text(json.dumps(rows))
+    monkeypatch.setitem(sys.modules, "blenderproc", SimpleNamespace())
+    script, seen = example("blenderproc_sampler"), []
+    set_down = script.sampler(script.read_poses(tmp_path / "places.json"))
+    for _ in range(3):
+        set_down(SimpleNamespace(set_local2world_mat=seen.append))
+    assert sorted(pose[0, 0] for pose in seen) == [1, 2, 3]

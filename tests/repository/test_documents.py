@@ -1,0 +1,128 @@
+"""Code blocks of README and docs run as they stand, in a folder that has the files which the pages name.
+
+But for those that need what no checkout has, or minutes each; `ELSEWHERE` lists them.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import runpy
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import clouds
+import numpy as np
+import pytest
+import room_shapes
+import trimesh
+from checkout import ROOT
+
+from spherefunc_bullet.commands.command_line import application
+from spherefunc_bullet.scenes.household.household import household_objects
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PROSE = {"text", "bibtex", "toml"}
+# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models;
+# and what takes minutes each: comparisons, copies of every object, virtual rooms, the search for the best shape.
+ELSEWHERE = re.compile(
+    r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
+    r"|compare (DATA|DIR)|mechanics |demo\.gallery"
+    r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|--best|--coacd|compare_shapes"
+)
+TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
+NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
+SLOW = re.compile(
+    r"--run night|carry |together |shapes mug|--prove|prove=True|DATA --backend bullet"
+    r"|scene room|poses |cd household|household household|mug_01"
+)
+URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="mug.obj"/></geometry></visual>
+<collision><geometry><mesh filename="mug_col.obj"/></geometry></collision></link></robot>"""
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory) -> Path:
+    """Return a folder with what the pages name, small."""
+    folder = tmp_path_factory.mktemp("documents")
+    known = {item.name: item for item in household_objects()}
+    meshes = {name: known[of].mesh for name, of in MODELS.items()}
+    for name, mesh in meshes.items():
+        mesh.export(folder / name)
+    meshes["mug.obj"].convex_hull.export(folder / "mug_col.obj")
+    (folder / "mug.urdf").write_text(URDF)
+    write_clouds(folder)
+    for data in ("DATA", "my_objects", "models"):
+        write_data(folder / data, list(known.values()))
+    return folder
+
+
+MODELS = {"mug.ply": "mug_01", "mug.obj": "mug_01", "chair.ply": "dining_chair_01", "chair.obj": "dining_chair_01"}
+MODELS |= {"table.ply": "dining_table_02"}
+
+
+def write_clouds(folder: Path):
+    """Write a scan of one object and one of a room, in several formats."""
+    scan, room = clouds.mug().points, room_shapes.room()[0]
+    trimesh.PointCloud(scan).export(folder / "scan.ply")
+    header = f"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {len(scan)}\nHEIGHT 1\n"
+    header += f"VIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(scan)}\nDATA ascii"
+    np.savetxt(folder / "scan.pcd", scan, header=header, comments="")
+    np.save(folder / "seen.npy", 1000 * scan[:, [1, 2, 0]])  # millimetres, y up
+    np.save(folder / "room.npy", room)
+    trimesh.PointCloud(room).export(folder / "room.ply")
+
+
+def write_data(folder: Path, objects: list):
+    """Write a small data set: four small objects of each label."""
+    folder.mkdir()
+    rows = ["file,label,group"]
+    for label in ("cup", "table", "sittable", "none"):
+        own = [one for one in objects if one.label == label]
+        for number, one in enumerate(sorted(own, key=lambda one: np.prod(one.mesh.extents))[:4]):
+            one.mesh.export(folder / f"{one.name}.ply")
+            rows.append(f"{one.name}.ply,{label},{'ab'[number % 2]}")
+    (folder / "manifest.csv").write_text("\n".join(rows) + "\n")
+
+
+def steps(page: Path) -> list[str]:
+    """Return what a reader runs, in order: commands, and whole blocks of Python."""
+    found = []
+    for kind, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        if kind == "python":
+            found.append(text)
+        elif kind not in PROSE:
+            lines = text.replace("\\\n", " ").splitlines()
+            found += [line.removeprefix("$ ").partition(" # ")[0].strip() for line in lines if line.strip()]
+    return found
+
+
+def follow(step: str):
+    """Run one command, or one block of Python, where the reader is."""
+    words = shlex.split(step, comments=True) if "\n" not in step else []
+    if not words:
+        Path("block.py").write_text(step)
+        runpy.run_path("block.py", run_name="__main__")
+    elif words[0] == "cd":
+        os.chdir(words[1])
+    elif words[0] == "spherefunc":
+        assert not application(words[1])(words[1:], prog_name="spherefunc", standalone_mode=False), step
+    elif words[:2] == ["python", "-m"]:
+        subprocess.run([sys.executable, *words[1:]], check=True)
+    else:
+        assert words[0] in NOT_OURS, step
+
+
+@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["", "slow"])
+@pytest.mark.parametrize("page", [page for page in PAGES if page.name not in TESTED], ids=lambda page: page.name)
+def test_code_blocks_run_as_they_stand(page, slow, files, monkeypatch):
+    monkeypatch.chdir(files)
+    todo = [step for step in steps(page) if not ELSEWHERE.search(step)]
+    if slow and not any(SLOW.search(step) for step in todo):
+        pytest.skip("nothing slow")
+    run = [step for step in todo if slow or not SLOW.search(step)]
+    for step in run:
+        follow(step)
+    assert len(run) == len(todo) or not slow

@@ -1,0 +1,61 @@
+"""The site builds without a warning and without the network, and the notebook runs."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from checkout import ROOT
+
+import spherefunc_bullet
+
+NOTEBOOK = ROOT / "docs" / "notebooks" / "from_a_folder_to_a_picture.ipynb"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """Return the folder of the site, built with no way out."""
+    pytest.importorskip("mkdocstrings")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", folder]
+    nowhere = {name: "http://127.0.0.1:9" for name in ("http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY")}
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | nowhere, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_every_public_name_has_its_entry(site):
+    page = (site / "api.html").read_text()
+    for name in set(dir(spherefunc_bullet)) - {"__version__"}:
+        assert re.search(rf'id="[.\w]+\.{name}"', page), name
+
+
+def test_pages_fetch_nothing_from_the_network(site):
+    for page in site.rglob("*.html"):
+        fetched = re.findall(r'<(?:script|img|iframe)[^>]*src="(\w+:)?//', page.read_text())
+        fetched += re.findall(r'<link[^>]*rel="(?:stylesheet|preconnect)"[^>]*href="(?:\w+:)?//', page.read_text())
+        assert not fetched, page
+
+
+def test_every_document_is_in_the_menu(site):
+    menu = (site / "index.html").read_text()
+    for page in (ROOT / "docs").glob("*.md"):
+        assert f'href="{page.stem}.html' in menu, page
+
+
+def test_the_notebook_runs_and_draws(tmp_path, monkeypatch):
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    notebook = nbformat.read(NOTEBOOK, as_version=4)
+    assert not any(cell.get("outputs") for cell in notebook.cells), "strip its outputs"
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    where = {"metadata": {"path": tmp_path}}
+    nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=where).execute()
+    picture = Path(notebook.cells[-1].outputs[-1]["text"].strip())
+    assert picture.stat().st_size > 20_000
+    printed = [output for cell in notebook.cells for output in cell.get("outputs", []) if "text" in output]
+    assert "mug_02 cup cup " in printed[0]["text"]  # what it is for, and why

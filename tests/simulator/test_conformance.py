@@ -1,0 +1,92 @@
+"""The installed backends keep the contract, and backends of other packages can be held to it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import clouds
+import numpy as np
+import pytest
+from checkout import ROOT
+
+from spherefunc_bullet.conformance.test_simulator import *  # noqa: F403
+from spherefunc_bullet.simulator import DropResult, Stop
+
+PAGE = (ROOT / "docs" / "backends.md").read_text(encoding="utf-8")
+
+
+def install(folder: Path, project: str, module: str, code: str):
+    """Put a package of one module into a folder, with the entry points of its pyproject.toml."""
+    declared = tomllib.loads(project)["project"]
+    about = folder / f"{module}-1.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {declared['name']}\nVersion: 1\n")
+    points = declared["entry-points"]["spherefunc.backends"]
+    (about / "entry_points.txt").write_text(
+        "\n".join(["[spherefunc.backends]", *(f"{name} = {point}" for name, point in points.items())])
+    )
+    (folder / f"{module}.py").write_text(code)
+
+
+@pytest.fixture
+def sticky(tmp_path) -> Path:
+    """Return a folder with the page's backend."""
+    code, project = re.findall(r"```(?:python|toml)\n(.*?)```", PAGE, re.DOTALL)
+    install(tmp_path, project, "spherefunc_sticky", code)
+    return tmp_path
+
+
+def suite(backend: str, folder: Path, *arguments: str) -> str:
+    """Return what the suite prints, run over one backend in a folder as another package would."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--pyargs"]
+    command += ["spherefunc_bullet.conformance", "--backend", backend, *arguments]
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False).stdout
+
+
+def test_the_page_s_backend_keeps_the_contract(sticky):
+    printed = suite("sticky", sticky, "-k", "not mechanics and not proofs")  # the optional parts, which it lacks
+    assert re.search(r"\b[89]\d passed", printed) and "failed" not in printed and "skipped" not in printed, printed
+
+
+def test_a_backend_that_breaks_the_contract_is_told(sticky):
+    source = sticky / "spherefunc_sticky.py"
+    source.write_text(source.read_text().replace("default_rng(seed)", "default_rng()"))
+    assert "FAILED" in suite("sticky", sticky, "-k", "same_seed")
+
+
+def test_a_backend_asked_for_by_name_is_not_skipped_when_it_is_missing(tmp_path):
+    assert "expected one of" in suite("nobody-s", tmp_path, "-k", "interface")
+
+
+def test_the_page_s_backend_is_taken_by_the_commands(sticky):
+    np.savetxt(sticky / "plate.xyz", clouds.plate().points)
+    command = [sys.executable, "-m", "spherefunc_bullet", "simulate", "plate.xyz", "--backend", "sticky"]
+    command += ["--radius", "2cm", "--json"]
+    environment = os.environ | {"PYTHONPATH": str(sticky)}
+    done = subprocess.run(command, cwd=sticky, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and '"backend": "sticky"' in done.stdout, done.stderr
+
+
+def test_a_result_without_provenance_is_refused_where_it_is_made():
+    nothing = {"centers": np.empty((0, 3)), "on_object": np.empty(0, bool), "stop": Stop.MISSES, "seconds": 0.0}
+    nothing |= {"rolled_off": 50, "rejected": 0, "timed_out": 0}
+    with pytest.raises(TypeError, match="provenance"):
+        DropResult(**nothing)
+    with pytest.raises(ValueError, match="provenance.*version.*provenance_of"):
+        DropResult(**nothing, provenance={"backend": "x", "seed": 0, "settings": {}})
+
+
+def test_mujoco_keeps_the_contract(tmp_path):
+    """The example of a backend elsewhere, on the shape that takes it seconds; docs/backends.md says how on all."""
+    pytest.importorskip("mujoco")
+    example = ROOT / "examples" / "mujoco_backend"
+    module = (example / "spherefunc_mujoco.py").read_text()
+    install(tmp_path, (example / "pyproject.toml").read_text(), "spherefunc_mujoco", module)
+    printed = suite("mujoco", tmp_path, "-k", "(plate or interface or provenance or larger) and not proofs")
+    assert "passed" in printed and "failed" not in printed and "skipped" not in printed, printed
