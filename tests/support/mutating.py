@@ -2,7 +2,7 @@
 
 By hand: ``python tests/support/mutating.py --sample 400`` (``make mutants``) prints what survived, and a table by file.
 Cosmic Ray makes the changes, one at each of the places that are drawn; the same seed, the same ones. Each is tried in a
-copy of the package by the tests that run its line, the quickest first, and those killed once are not tried again (remove
+copy of the package by the tests that run its line, the quickest first, and those killed are not tried again (remove
 ``build/mutants`` to begin anew). Changes that nobody can see stand in ``equivalent_mutants.csv``, each with its reason.
 """
 
