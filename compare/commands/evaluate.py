@@ -12,7 +12,7 @@ from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures
 from spherefunc_bullet.errors import InputError
 
-from ..evaluation.protocol import TRAIN_SIZES, wanted_sizes
+from ..evaluation import TRAIN_SIZES
 
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
@@ -75,7 +75,7 @@ def evaluate(
 
     from ..evaluation.alternatives import print_alternatives, wanted_alternatives
     from ..evaluation.impaired import impaired_copies, impaired_shares
-    from ..evaluation.protocol import Protocol
+    from ..evaluation.protocol import Protocol, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
     from ..evaluation.tables import About, evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired

@@ -11,6 +11,8 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.labels import memberships
 
+from . import TRAIN_SIZES
+
 PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its authors' own 200 models
 
 
@@ -137,7 +139,6 @@ def leave_one_group_out(groups: np.ndarray) -> list[Split]:
     return [Split(np.flatnonzero(groups != name), np.flatnonzero(groups == name)) for name in names]
 
 
-TRAIN_SIZES = "20,45,85,half"
 FEWEST = 4  # objects: two to learn from, two to test on
 
 

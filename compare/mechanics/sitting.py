@@ -6,6 +6,7 @@ learnt.
 
 from __future__ import annotations
 
+import time
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -68,8 +69,11 @@ def impairs_seat(specimen: Specimen) -> bool:
     return bool(on_it and abs(places[0].height - level.height) < APART)
 
 
-def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, float]:
-    """Return the share of places to sit that hold on a file's object, and on a useless copy of it, by its kind."""
+def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, tuple[float, float]]:
+    """Return of a file's object, and of a useless copy of it, by kind, the share of places to sit that hold.
+
+    And the seconds of processor time that it took to say so.
+    """
     specimen = Specimen(load_cloud(path, up=loading.up, units=loading.units), SEAT)
     variants = {WHOLE: specimen.cloud} | useless_copy(specimen, path.name)
     return {kind: share_held(cloud, simulator) for kind, cloud in variants.items()}
@@ -85,13 +89,15 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
     return {kind: copies[kind] for kind in kinds}
 
 
-def share_held(cloud: Cloud, simulator: Simulator) -> float:
-    """Return the share of the places to sit that hold; where the backend cannot prove, whether there are any."""
+def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
+    """Return the share of places to sit that hold, or whether there are any where none can be proven; the seconds."""
+    started = time.process_time()
     places = [place for place in places_of(cloud, scores=SURE) if place.kind == "sit"]
-    if not callable(getattr(simulator, "prove", None)):
-        return float(bool(places))
-    after = proven(cloud, places, simulator, ProofSettings())
-    return float(np.mean([place.proven.holds for place in after])) if after else 0.0
+    share = float(bool(places))
+    if places and callable(getattr(simulator, "prove", None)):
+        after = proven(cloud, places, simulator, ProofSettings())
+        share = float(np.mean([place.proven.holds for place in after]))
+    return share, time.process_time() - started
 
 
 def score_sitting(
@@ -100,11 +106,11 @@ def score_sitting(
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
-    for item, held, taken in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
-        seconds.append(taken / len(held))
+    for item, held, _ in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
+        seconds += [taken for _, taken in held.values()]
         verdicts += [
             Verdict(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
-            for kind, share in held.items()
+            for kind, (share, _) in held.items()
         ]
     if not verdicts:
         return None

@@ -26,11 +26,11 @@ from spherefunc_bullet.scenes.household.household import household_objects
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's models;
-# and what takes minutes each: comparisons, copies of every object, virtual rooms, the search for the best shape.
+# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's and
+# PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
-    r"|compare (DATA|DIR)|mechanics |demo\.gallery"
+    r"|compare (DATA|DIR)|mechanics |demo\.gallery|shapes DIR|pybullet_data"
     r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|--best|--coacd|compare_shapes"
 )
 TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
