@@ -10,7 +10,7 @@ from ..clouds.cloud import Cloud
 from ..processes.compilation import njit
 from .place import Place
 from .putting import DISC, footprint_of, put_place
-from .regions import Surface, level_regions
+from .regions import Region, Surface, level_regions
 
 GAP = 0.12  # metres of free height above a shelf, at least
 OVER = 0.03  # metres of it that stay free above what is put there
@@ -18,6 +18,7 @@ HAND = 0.06  # metres to either side of the way on which one reaches in
 REACHED = 0.25  # metres above the shelf at most that this way is high
 WAYS = 8  # that are tried
 MOST = 6  # shelves above each other
+UNEVEN = 0.005  # metres that a shelf's cells lie off its plane, in the mean: the foot of a round table is a cone
 MOST_CELLS = 4_000_000
 
 
@@ -48,11 +49,19 @@ def shelf_places(cloud: Cloud, surface: Surface, put: Cloud | None, lowest: floa
         shelf = replace(surface, heights=heights)
         around = replace(surface, heights=np.where(np.isfinite(heights), heights, surface.heights))
         for region in level_regions(shelf, least, lowest):
+            if unevenness(shelf, region) > UNEVEN + shelf.rough:
+                continue
             place, clearance = put_place(around, region, footprint), float(free[region.cells].min())
             way = None if place is None else way_in(layers, shelf, place.position, clearance)
             if way is not None:
                 found.append(replace(place, clearance=clearance, heading_deg=way))
     return found
+
+
+def unevenness(surface: Surface, region: Region) -> float:
+    """Return how far a region's cells lie off its plane, root of the mean square, metres."""
+    off = surface.heights[region.cells] - region.height_at(surface.middles(np.argwhere(region.cells)))
+    return float(np.sqrt(np.mean(off**2)))
 
 
 @dataclass(frozen=True, eq=False)

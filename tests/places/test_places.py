@@ -140,6 +140,13 @@ def test_a_shelf_is_a_place_where_it_stands_open(walls, ways):
     assert all(place.height > 0.5 for place in places_of(cupboard, put=tall) if place.kind == "put")
 
 
+def test_the_foot_of_a_round_table_is_no_shelf():
+    outline = ((0.0, 0.0), (0.35, 0.0), (0.35, 0.01), (0.03, 0.05), (0.03, 0.7), (0.45, 0.72), (0.45, 0.74), (0, 0.74))
+    table = cloud_from_mesh(*turned_shell(*outline), "table")
+    put = [place for place in places_of(table, scores={}) if place.kind == "put"]
+    assert [place.height for place in put] == [pytest.approx(0.74, abs=0.003)]
+
+
 def test_a_region_has_a_hole_where_something_stands():
     """Its outline is the table's, the hole the box's."""
     laid = cloud_from_mesh(*boxes((-0.6, -0.4, 0.70, 0.6, 0.4, 0.73), (-0.1, -0.1, 0.73, 0.1, 0.1, 0.9)))
