@@ -74,7 +74,7 @@ def task_table(report: Report) -> Table:
     ]
     for task, asked in report["tasks"].items():
         rows += [[task, name, "cannot do it", "", "", ""] for name in asked["unable"]]
-    head = ["task", "backend", "measure", "value", "things", "each takes"]
+    head = ["task", "backend", "measure", "value", "objects", "each takes"]
     return Table(title="What rigid bodies tell besides labels", columns=head, rows=rows)
 
 
