@@ -5,7 +5,7 @@ The command line, `classify` in Python, estimators, viewer, arrangements and ben
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Protocol
 
@@ -14,14 +14,15 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
+from .settling.drops import FEW, DropsByRadius, RunLimit, rests_of_smallest, settled_count
 from .settling.kept_object import CloudObject
 from .simulator.statics.falling_over import falls_over
 
-TABLE = "table"
+CUP, TABLE = "cup", "table"
 POSSIBLE = 0.2  # the score of a completed view from which on what was not seen may decide
 ON_TOP = "a table with {objects} on it: try `spherefunc scene` to classify each of them"
 FALLS = "it would fall over when put down like this; an object that would fall over has no function"
+LEAKS = "spheres stay in it as in a cup, but water runs out through a hole or a slit"
 NOTHING = (
     "almost no sphere settled; this looks like a single view of an object, "
     "whose far side and bottom the sensor did not see"
@@ -57,13 +58,14 @@ class Decision:
     model: FunctionModel
     reading: Reading
     fails_stability_check: bool = False
+    leaks: bool = False  # and has the look of a cup, but none's function
     objects_on_top: int = 0  # that stand on a table
     more_doubts: tuple[str, ...] = ()
 
     @property
     def scores(self) -> np.ndarray:
-        """(F,) float, 0 to 1; all 0 for an object that would fall over."""
-        return np.zeros_like(self.reading.scores) if self.fails_stability_check else self.reading.scores
+        """(F,) float, 0 to 1; all 0 for an object that would fall over, and as a cup for one that leaks."""
+        return np.where(denied(self.model.functions_, self.fails_stability_check, self.leaks), 0.0, self.reading.scores)
 
     @property
     def memberships(self) -> dict[str, Membership]:
@@ -123,9 +125,29 @@ def decide(item: DroppedOn, model: FunctionModel) -> Decision:
 
 
 def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> Decision:
-    """Return the decision for a reading. Whether the object would fall over is computed only if it has a function."""
-    asked = model.checks_stability and bool((reading.scores > THRESHOLD).any())
-    return Decision(model=model, reading=reading, fails_stability_check=asked and item.check("falls_over", falls_over))
+    """Return the decision for a reading. Whether the object falls over, or leaks, is asked if it has a function."""
+    found = {name for name, score in zip(model.functions_, reading.scores, strict=True) if score > THRESHOLD}
+    if not (found and model.checks_stability):
+        return Decision(model=model, reading=reading)
+    falls, name = item.check("falls_over", falls_over), f"leaks_{model.dropping().simulator.name}"
+    leaks = CUP in found and not falls and item.check(name, leaks_under(item, model))
+    return Decision(model=model, reading=reading, fails_stability_check=falls, leaks=leaks)
+
+
+def leaks_under(item: DroppedOn, model: FunctionModel) -> Callable[[Cloud], bool]:
+    """Return what says of a cloud whether water runs out from among the smallest spheres of a whole run."""
+
+    def check(cloud: Cloud) -> bool:
+        from .clouds.water import leaks  # of cups alone
+
+        return cloud.mesh is not None and leaks(cloud, rests_of_smallest(item.drops(model.length)))
+
+    return check
+
+
+def denied(functions: Sequence[str], falls: bool, leaks: bool) -> np.ndarray:
+    """Return which functions (F,) bool an object has not, whatever its scores: all if it falls, a cup's if it leaks."""
+    return np.array([falls or (leaks and name == CUP) for name in functions])
 
 
 def with_objects_on_top(decision: Decision, item: DroppedOn) -> Decision:
@@ -156,4 +178,6 @@ def nothing_settled(reading: Reading) -> bool:
 
 def doubts(decision: Decision) -> list[str]:
     """Return why an answer is unsure, each a sentence; the one place for rules of doubt."""
-    return [] if decision.fails_stability_check else decision.reading.model.doubts(decision.reading)
+    if decision.fails_stability_check:
+        return []
+    return [*decision.reading.model.doubts(decision.reading), *[LEAKS] * decision.leaks]

@@ -82,7 +82,7 @@ def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluatio
     whole = spheres_profiled(entry.simulated, labels, entry.radii)
     twice = whole.classifier.profiles([record.settled for record in again.values()])
     both = replace(
-        whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), fallen=whole.fallen[rows]
+        whole, profiles=np.vstack([whole.profiles, twice]), labels=labels.of(rows), checks=whole.checks.of(rows)
     )
     asked = Splits(halves=splits.halves, left_out={ALONE: repeated_evaluation(splits.left_out[ALONE], rows)})
     first = Splits(halves={size: trials[:RADIUS_TRIALS] for size, trials in splits.halves.items()})

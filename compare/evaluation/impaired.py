@@ -118,19 +118,20 @@ def impaired_shares(
             said[name + COPIES_LEARNT] = [trial.predicted for trial in having_learnt.trials(more)]
             if unseen_kinds:
                 said[name + COPIES_LEARNT + UNSEEN_KIND] = scores_for_unseen_kinds(impaired, having_learnt, splits)
-            if baselines and read.fallen is not None:
+            if baselines and read.checks is not None:
                 said[name + HELD] = held[name]
     return shares_of(impaired, splits, said)
 
 
 def apply_stability_check(read: Reading, alone: Sequence[Sequence[Split]]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return what is said of copies, and what was if none fell over: learnt once for both."""
-    fallen = read.fallen if isinstance(read, Profiled) else None
-    trials = (read if fallen is None else replace(read, fallen=None)).trials(alone)
+    """Return what is said of copies, and what was if none was checked: learnt once for both."""
+    checks = read.checks if isinstance(read, Profiled) else None
+    trials = (read if checks is None else replace(read, checks=None)).trials(alone)
     held = [trial.predicted for trial in trials]
-    if fallen is None:
+    if checks is None:
         return held, held
-    return [said & ~fallen[trial.rows, None] for said, trial in zip(held, trials, strict=True)], held
+    denied = [checks.denied(trial.rows, trial.scores, read.labels.functions)[0] for trial in trials]
+    return [said & ~without for said, without in zip(held, denied, strict=True)], held
 
 
 def impaired_copies(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
 from typing import Protocol
@@ -11,9 +11,11 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.classification import CUP, denied
 from spherefunc_bullet.clouds.thinning import thin
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.datasets.dataset import DatasetObject, distinct_names, sources_of
+from spherefunc_bullet.function_model import THRESHOLD
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import CUBES, DROPS, METHODS, AnyMethod, Method
 from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_copies
@@ -33,6 +35,25 @@ BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Checks:
+    """What tells that objects have not the functions that their spheres speak for."""
+
+    fallen: np.ndarray  # (N,) bool: which fall over when they are put down
+    leaks: tuple[Callable[[], bool], ...]  # whether water runs out of each, which takes time
+
+    def of(self, rows: np.ndarray) -> Checks:
+        """Return the checks of some objects, in their order."""
+        return Checks(fallen=self.fallen[rows], leaks=tuple(self.leaks[row] for row in rows))
+
+    def denied(self, rows: np.ndarray, scores: np.ndarray, functions: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Return which functions objects with some scores (T, F) have not, (T, F) bool, and which of them leak."""
+        cups = (scores[:, [name == CUP for name in functions]] > THRESHOLD).any(axis=1) & ~self.fallen[rows]
+        leaking = np.array([cup and self.leaks[row]() for row, cup in zip(rows, cups, strict=True)], bool)
+        each = zip(self.fallen[rows], leaking, strict=True)
+        return np.array([denied(functions, falls, leaks) for falls, leaks in each]).reshape(scores.shape), leaking
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Profiled:
     """All objects' quantities, and the classifier that learns from them."""
 
@@ -40,7 +61,7 @@ class Profiled:
     labels: Labels
     classifier: FunctionClassifier
     copy_groups: CopyGroups | None = None  # of the objects, where some are copies of others
-    fallen: np.ndarray | None = None  # (N,) bool: which fall over when they are put down, so that they have no function
+    checks: Checks | None = None  # of the objects themselves
 
     def trial(self, splits: Sequence[Split]) -> Trial:
         """Return what is said of the objects that splits test, each by what that split learns; see `trials`."""
@@ -58,9 +79,11 @@ class Profiled:
         learnt = self.classifier.fit_profiles(self.profiles[rows], members, functions, names, copy_groups)
         weights = [{learnt.radius_[name]: 1.0} for name in functions]
         scores = learnt.score_profiles(self.profiles[fold.test])
-        if self.fallen is not None:
-            scores[self.fallen[fold.test]] = 0.0
-        return scores, weights, learnt.are_doubtful(scores)
+        if self.checks is None:
+            return scores, weights, learnt.are_doubtful(scores)
+        without, leaking = self.checks.denied(fold.test, scores, functions)
+        scores[without] = 0.0
+        return scores, weights, learnt.are_doubtful(scores) | leaking
 
     def evaluation(self, splits: Splits) -> Evaluation:
         """Return what was said of the objects under a protocol."""
@@ -128,10 +151,11 @@ def profiled(objects: Sequence[DropsByRadius], labels: Labels, classifier: Funct
 
 
 def spheres_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ...]) -> Profiled:
-    """Return the quantities of the spheres that fell on objects, and which objects fall over."""
+    """Return the quantities of the spheres that fell on objects, and what checks the objects."""
     read = profiled(simulated.settled, labels, FunctionClassifier(radii=radii))
     fallen = np.array([record.falls_over for record in simulated.records], bool)
-    return replace(read, copy_groups=copy_groups_in(simulated.objects), fallen=fallen)
+    checks = Checks(fallen=fallen, leaks=tuple(record.leaks for record in simulated.records))
+    return replace(read, copy_groups=copy_groups_in(simulated.objects), checks=checks)
 
 
 def copy_groups_in(objects: Sequence[DatasetObject]) -> CopyGroups | None:

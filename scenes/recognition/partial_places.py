@@ -11,7 +11,7 @@ import numpy as np
 from scipy import ndimage
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.places.capacity import SPILLED_AT
+from spherefunc_bullet.clouds.water import SPILLED_AT
 from spherefunc_bullet.places.place import FUNCTION, Place, Similarity
 from spherefunc_bullet.places.pouring import ABOVE, pour_places
 from spherefunc_bullet.places.putting import DISC, put_places

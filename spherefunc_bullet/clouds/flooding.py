@@ -54,7 +54,7 @@ class Basin:
         return ndimage.binary_dilation(above, iterations=max(1, round(slack / self.cell)))
 
 
-def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float) -> Basin:
+def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float, most_cells: int = MOST_CELLS) -> Basin:
     """Return the basin of a surface for spheres of a radius; without cells where none can stand.
 
     Parameters
@@ -62,10 +62,12 @@ def basin_of(vertices: np.ndarray, faces: np.ndarray, radius: float) -> Basin:
     vertices : (N, 3) float64, z up
     faces : (M, 3) int
     radius : float, in the units of the vertices
+    most_cells : int
+        Along the largest extent.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     reach = SHRUNK * radius
-    cell = max(CELL * radius, float((high - low).max()) / MOST_CELLS)
+    cell = max(CELL * radius, float((high - low).max()) / most_cells)
     origin = low - reach - 2 * cell  # free all around
     shape = np.ceil((high + reach + 2 * cell - origin) / cell).astype(int)
     surface = sample_surface(vertices, faces, DENSE * max(cell, reach))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..clouds.cloud import Cloud
-from .capacity import SPILLED_AT, Water, waters_of
+from ..clouds.water import SPILLED_AT, Water, waters_of
 from .place import FUNCTION, Place
 from .regions import Surface, rings_of
 
