@@ -15,6 +15,9 @@ from checkout import DATA
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import load_cloud
+from spherefunc_bullet.clouds.water import leaks
+from spherefunc_bullet.settling.drops import RunLimit
+from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
@@ -132,3 +135,14 @@ def test_nothing_that_is_of_use_falls_over_when_it_is_put_down():
     rows = csv.DictReader((MODELS / "manifest.csv").open())
     useful = [row["file"] for row in rows if row["label"] != "none"]
     assert len(useful) > 100 and not [file for file in useful if falls_over(load_cloud(MODELS / file))]
+
+
+def test_water_stays_in_every_cup_but_one_whose_floor_has_holes():
+    simulator, radius = make_simulator("fast"), 0.005
+    cups = [row["file"] for row in csv.DictReader((MODELS / "manifest.csv").open()) if row["label"] == "cup"]
+    leaking = []
+    for file in cups:
+        cloud = load_cloud(MODELS / file)
+        rests = settle(cloud, simulator, (radius,), 0, RunLimit(drops=200))[radius].rests
+        leaking += [file] if leaks(cloud, rests) else []
+    assert len(cups) > 20 and leaking == ["ycb_065-i_cups.ply"]
