@@ -14,8 +14,9 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
-from .settling.drops import FEW, DropsByRadius, RunLimit, rests_of_smallest, settled_count
+from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
+from .settling.places import loses_water
 from .simulator.statics.falling_over import falls_over
 
 CUP, TABLE = "cup", "table"
@@ -129,20 +130,9 @@ def check_stability(reading: Reading, item: DroppedOn, model: FunctionModel) -> 
     found = {name for name, score in zip(model.functions_, reading.scores, strict=True) if score > THRESHOLD}
     if not (found and model.checks_stability):
         return Decision(model=model, reading=reading)
-    falls, name = item.check("falls_over", falls_over), f"leaks_{model.dropping().simulator.name}"
-    leaks = CUP in found and not falls and item.check(name, leaks_under(item, model))
+    falls = item.check("falls_over", falls_over)
+    leaks = CUP in found and not falls and item.check("leaks", loses_water)
     return Decision(model=model, reading=reading, fails_stability_check=falls, leaks=leaks)
-
-
-def leaks_under(item: DroppedOn, model: FunctionModel) -> Callable[[Cloud], bool]:
-    """Return what says of a cloud whether water runs out from among the smallest spheres of a whole run."""
-
-    def check(cloud: Cloud) -> bool:
-        from .clouds.water import leaks  # of cups alone
-
-        return cloud.mesh is not None and leaks(cloud, rests_of_smallest(item.drops(model.length)))
-
-    return check
 
 
 def denied(functions: Sequence[str], falls: bool, leaks: bool) -> np.ndarray:

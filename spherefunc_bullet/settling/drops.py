@@ -144,11 +144,6 @@ def settled_count(drops: Mapping[float, Drops], radius: float) -> int:
     return len(drops.get(radius, NO_DROPS).rests)
 
 
-def rests_of_smallest(drops: Mapping[float, Drops]) -> np.ndarray:
-    """Return where the smallest spheres rest (S, 3) of which any settled, metres."""
-    return next((drops[radius].rests for radius in sorted(drops) if len(drops[radius].rests)), NO_DROPS.rests)
-
-
 @dataclass(frozen=True, kw_only=True)
 class RunLimit:
     """When a run ends: by default after a number of misses in a row, or of settled spheres."""

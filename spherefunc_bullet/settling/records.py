@@ -25,7 +25,7 @@ from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
-from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows, rests_of_smallest
+from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
 from .settling import drop_settings, measured_run
 
 _ANSWER = "told"  # what entries call the answer of a check
@@ -129,7 +129,7 @@ class ObjectRecord:
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
     falls_over: bool = False  # when it is put down as it is
-    leaks: Callable[[], bool] = field(repr=False, default=bool)  # whether water runs out from among its spheres
+    leaks: Callable[[], bool] = field(repr=False, default=bool)  # whether water runs out of it
 
     def centers(self, radius: float) -> np.ndarray:
         """Return where spheres of a radius settled (S, 3), metres."""
@@ -232,22 +232,15 @@ def object_record(
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
         memory={radius: int(run["memory"]) for radius, run in runs.items() if "memory" in run},
         falls_over=kept_answer(content, "falls_over", lambda: falls_over(cloud()), home),
-        leaks=partial(leaks_in_file, source.path, dropping, home),
+        leaks=partial(file_leaks, source.path, dropping, home),
     )
 
 
-def leaks_in_file(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
-    """Return whether water runs out from among the smallest spheres that stay in a file's object, if it is a mesh."""
-    from ..clouds.water import leaks
+def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
+    """Return whether water runs out of a file's object, see `loses_water`."""
+    from .places import loses_water
 
-    content = dropping.content_hash(path)
-    cloud = cache(lambda: dropping.cloud(path))
-
-    def check() -> bool:
-        rests = rests_of_smallest(dropping.drops(kept_runs(content, cloud, dropping, home)))
-        return cloud().mesh is not None and leaks(cloud(), rests)
-
-    return kept_answer(dropping.run_hash(content, min(dropping.radii)), "leaks", check, home)
+    return kept_answer(dropping.content_hash(path), "leaks", lambda: loses_water(dropping.cloud(path)), home)
 
 
 def settle_kept(
