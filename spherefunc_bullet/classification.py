@@ -16,7 +16,7 @@ from .clouds.one_view import completed_clouds, looks_like_one_view
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
-from .settling.places import loses_water
+from .settling.settling import loses_water
 from .simulator.statics.falling_over import falls_over
 
 CUP, TABLE = "cup", "table"

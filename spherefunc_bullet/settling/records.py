@@ -26,7 +26,7 @@ from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
 from .cache import entry_path, read_entry, write_entry
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
-from .settling import drop_settings, measured_run
+from .settling import drop_settings, loses_water, measured_run
 
 _ANSWER = "told"  # what entries call the answer of a check
 FORMAT = 2  # of the cache; another number, other entries
@@ -238,8 +238,6 @@ def object_record(
 
 def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
     """Return whether water runs out of a file's object, see `loses_water`."""
-    from .places import loses_water
-
     return kept_answer(dropping.content_hash(path), "leaks", lambda: loses_water(dropping.cloud(path)), home)
 
 

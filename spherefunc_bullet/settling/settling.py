@@ -14,9 +14,10 @@ from ..errors import InputError
 from ..processes.memory import peak_bytes, reset_peak
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
-from .drops import LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
+from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
 DENSE = 0.5  # radii between points, about, that few drops pay for
+SMALL = 0.005  # metres: of spheres among which water is to stand
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than this fall only on what a hand can hold, if drops are few
 
 _warm: set[str] = set()  # the simulators that have run in this process
@@ -31,6 +32,19 @@ def settle(
     """
     simulator = make_simulator(simulator)
     return {radius: drop_or_nothing(cloud, simulator, radius, seed, length)[0] for radius in radii}
+
+
+def loses_water(cloud: Cloud) -> bool:
+    """Return whether water runs out from among small spheres that stay in an object; never of points alone.
+
+    The spheres say only where a vessel of its form would hold them: those of ``fast`` do, whichever simulator is asked.
+    """
+    if cloud.mesh is None:
+        return False
+    from ..clouds.water import leaks  # of cups alone
+
+    simulator = make_simulator("fast")
+    return leaks(cloud, simulator.drop(cloud, drop_settings(simulator, SMALL, RunLimit(drops=DROPS)), 0).centers)
 
 
 def settle_all(

@@ -15,7 +15,7 @@ from checkout import DATA
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.settling.places import loses_water
+from spherefunc_bullet.settling.settling import loses_water
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
 from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
