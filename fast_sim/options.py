@@ -16,7 +16,7 @@ class FastOptions:
     cores: int = 1  # that a large object's drops are shared among; the same bits on any number of them
     as_drawn: bool = False  # drop one after another, as the paper does, and not a large object's strip by strip
     flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
-    # What the paper leaves open (§III-A); `spherefunc evaluate --alternatives` measures the other readings.
+    # What the paper leaves open (§III-A), in other readings (docs/paper.md).
     columns: str = "box"  # over which spheres begin: the object's, or the "points": squares of 5 mm that hold some
     inside: str = "centre"  # of a sphere on spheres alone that is to lie within the object's box, or the whole "sphere"
     stalled_steps: int = 4  # steps that get no lower by which a sphere counts as blocked; 0: no such rule

@@ -125,7 +125,6 @@ TASKS = Measurement(
     json=False,
     timed=True,
 )
-COLUMNS = script("mechanics-columns", "mechanics.columns", MODELS, BACKENDS["bullet"], json=False)
 ENGINES = script(
     "bench-backends",
     "bench backends",
@@ -148,11 +147,9 @@ def shown(name: str, document: str, *measurements: Measurement, first: str = "",
 TABLES = (
     shown("bench", SPEED, *BENCH.values()),
     shown("peers", SPEED, timed("peers", "--drops 870")),
-    shown("engine-share", SPEED, timed("engine_share")),
     shown("strips", SPEED, timed("strips")),
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
-    shown("growth", SPEED, timed("growth", "--picture docs/images/growth.svg")),
     shown("bench-bullet", BULLET, BENCH["bullet"]),
     shown("scans", SCENES, ON_SCANS, first="Each scan", before="Missed"),
     shown("scans-baselines", SCENES, BASELINES, first="classified by", before="counted apart"),
@@ -163,6 +160,5 @@ TABLES = (
     shown("rooms-learnt", ROOMS, *PARTIAL),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
-    shown("mechanics-columns", MECHANICS, COLUMNS),
     shown("engines", OTHERS, ENGINES),
 )

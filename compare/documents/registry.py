@@ -8,7 +8,7 @@ from . import choices, measurements, paper_figures, programs
 from .saved import Measurement
 from .tables import Lines, Table
 
-RESULTS, PAPER_PAGE, STUDIES, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "studies", "impaired"))
+RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
 BOTH = tuple(measurements.ON_MODELS.values())
 PAPER = (measurements.PAPER_ON_HOUSEHOLD, measurements.PAPER_ON_MODELS)
 ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS["fast"]
@@ -18,12 +18,11 @@ HALVES, ONE_LEFT_OUT, SOURCES = (
     paper_figures.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
 )
 TRANSFER = paper_figures.by_feature("test", title="learnt on `household`, tested on the real models")
-RADIUS_COMMANDS = "`spherefunc evaluate DATA --method paper --radii RADIUS --train-sizes half`"
 
 
-def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement, commands: str = "") -> Table:
+def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> Table:
     """Return a table of a document, made from the results of some measurements."""
-    return Table(name=name, document=document, measurements=measured, render=render, commands=commands)
+    return Table(name=name, document=document, measurements=measured, render=render)
 
 
 TABLES = (
@@ -35,15 +34,6 @@ TABLES = (
     table(PAPER_PAGE, "fig-3", paper_figures.fig_3, *PAPER),
     table(PAPER_PAGE, "fig-4", paper_figures.fig_4, *PAPER),
     table(PAPER_PAGE, "memberships", paper_figures.memberships, *PAPER),
-    table(PAPER_PAGE, "alternatives", choices.alternatives, *measurements.ALTERNATIVES_ON_BOTH),
-    table(PAPER_PAGE, "limits", choices.limits, *measurements.LIMITS_ON_BOTH),
-    table(PAPER_PAGE, "one-radius", choices.one_radius, *measurements.ONE_RADIUS, commands=RADIUS_COMMANDS),
-    table(STUDIES, "drops", choices.by_drops, measurements.PROFILES),
-    table(STUDIES, "budget", choices.budget, measurements.BUDGET),
-    table(STUDIES, "stopping", choices.stopping, measurements.STOPPING),
-    table(RESULTS, "seeds", choices.over_seeds, *measurements.SEEDS.values()),
-    table(STUDIES, "together", choices.across_sources, measurements.PROFILES),
-    table(RESULTS, "reliability", choices.reliability, measurements.PROFILES),
     table(RESULTS, "few-examples", choices.by_size, *BOTH, CUBES),
     table(RESULTS, "default-halves", HALVES, ON_MODELS),
     table(RESULTS, "default-sources", SOURCES, ON_MODELS),
