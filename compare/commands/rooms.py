@@ -37,9 +37,6 @@ def rooms(
     ] = None,
     fused: Annotated[str | None, typer.Option(help="Fuse scans to one point in cells of this side.")] = None,
     points: Annotated[int | None, typer.Option(help="Thin scans to at most so many points.")] = None,
-    examples: Annotated[
-        str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
-    ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     completion: Annotated[
@@ -69,7 +66,7 @@ def rooms(
     from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..rooms.baselines import Training, two_folds, whole_fold
+    from ..rooms.folds import Training, two_folds, whole_fold
     from ..rooms.trials import RoomTrial, run_trial
 
     failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)
@@ -89,14 +86,13 @@ def rooms(
         simulator=make_simulator(backend),
         radii=find_method(method).radii if radii is None else parse_lengths(radii),
         length=find_method(method).length,
-        examples=examples,
         completion=steps,
         method=method,
         seed=seed,
     )
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, jobs)
-    learnt = str(model) if model else f"the other half, {examples}"
+    learnt = str(model) if model else "the other half"
     about = head_of(trial, dataset.name, learnt, make_simulator(folds[0].model.simulator).name)
     show(about, [total.row(condition) for condition, total in counts.items()], report, json)
     failures.exit()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import TypedDict
 
 import numpy as np
@@ -269,21 +269,3 @@ def best_pairs(shared: np.ndarray) -> dict[int, int]:
         if shared[t, f] > 0 and t not in pairs and f not in pairs.values():
             pairs[t] = f
     return pairs
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JudgedScan:
-    """One scan: what is true of it, what was recognised, and the verdicts."""
-
-    name: str
-    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
-    labels: np.ndarray = field(repr=False)  # (N,) int, as `Room.labels`
-    truth: Sequence[TrueObject]
-    recognised: Sequence[RecognisedObject]
-    verdicts: Sequence[Verdict]
-    proposals: Sequence[RecognisedObject] = ()  # all that was asked about, overlapping ones too
-
-    @property
-    def asked(self) -> Sequence[RecognisedObject]:
-        """All that was asked about; where that is not known, what was recognised."""
-        return self.proposals or self.recognised
