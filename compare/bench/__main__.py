@@ -14,8 +14,6 @@ BENCHES = {  # where each is, and its function
     "scene_stages": ("answers", "time_scenes"),
     "peers": ("peers", "compare_peers"),
     "backends": ("answers", "compare_backends"),
-    "depth": ("piles", "measure_depths"),
-    "strips": ("piles", "measure_strips"),
 }
 
 

@@ -122,7 +122,6 @@ def shown(name: str, document: str, *measurements: Measurement, first: str = "",
 TABLES = (
     shown("bench", SPEED, *BENCH.values()),
     shown("peers", SPEED, timed("peers", "--drops 870")),
-    shown("strips", SPEED, timed("strips")),
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
     shown("bench-bullet", BULLET, BENCH["bullet"]),
