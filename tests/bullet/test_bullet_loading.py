@@ -10,8 +10,7 @@ import pytest
 import trimesh
 from clouds import boxed
 
-from spherefunc_bullet.bullet.bodies.carrying import FINER, MANY, Carriage, carrying_physics
-from spherefunc_bullet.bullet.bodies.tilting import LOOK
+from spherefunc_bullet.bullet.bodies.carrying import Carriage
 from spherefunc_bullet.bullet.collision.shape import collision_shape, of_mesh, require_room, with_slivers
 from spherefunc_bullet.bullet.dropping import DropRun
 from spherefunc_bullet.bullet.engine import pybullet
@@ -22,7 +21,6 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropSettings, Outcome, Stop, make_simulator
-from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 RANDOM = np.random.default_rng
 BOX = trimesh.creation.box((0.4, 0.2, 0.1))
@@ -293,12 +291,3 @@ def test_what_leaves_a_vessel_is_taken_away_and_what_came_through_its_wall_is_co
         assert np.allclose(carriage.seen[:, :2], [[0, 0], [0, 5]], atol=0.1)
         carriage.advance(np.array([1.0, 0, 0]))
         assert (world.positions()[:, 0] > 0.05).all()  # gravity pulls the way it is said to
-
-
-def test_finer_steps_cover_the_same_time():
-    for spheres in (1, MANY, MANY + 1):
-        steps = [carrying_physics(Physics(), CarrySettings(), spheres, finer) for finer in FINER]
-        assert all(how.look == pytest.approx(LOOK) and how.rolling_friction == 0 for how in steps)
-        assert [how.sub_steps / steps[0].sub_steps for how in steps] == list(FINER)
-    many, few = (carrying_physics(Physics(), CarrySettings(), count, 1) for count in (MANY + 1, MANY))
-    assert many.sub_steps < few.sub_steps  # each sphere more costs more
