@@ -15,8 +15,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length, parse_lengths
 
 if TYPE_CHECKING:
-    from ..rooms.exam import ReportHead
-    from ..rooms.trials import Condition, ConditionRow, RoomTrial
+    from ..rooms.matching import Row
+    from ..rooms.trials import Condition, RoomTrial
 
 
 def rooms(
@@ -98,7 +98,7 @@ def rooms(
     failures.exit()
 
 
-def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead:
+def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> Row:
     """Return how rooms were furnished, scanned and classified."""
     return {
         "data": data,
@@ -114,7 +114,7 @@ def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead
     }
 
 
-def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | None, json: bool):
+def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
     """Print what was measured, and write the report."""
     if report is not None:
         from ..rooms.exam import write_report
@@ -128,7 +128,7 @@ def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | Non
     print_seconds(measured)
 
 
-def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
+def print_segmentation(about: Row, measured: Sequence[Row]):
     """Print how many objects were found."""
     steps = "+".join(about["completion"]) or "none"
     kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
@@ -145,7 +145,7 @@ def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
     )
 
 
-def print_labels(measured: Sequence[ConditionRow]):
+def print_labels(measured: Sequence[Row]):
     """Print how well functions are classified: from the scan, from objects cut out by the truth, from whole models."""
     names = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole")
     print_table(
@@ -159,7 +159,7 @@ def print_labels(measured: Sequence[ConditionRow]):
     )
 
 
-def print_seconds(measured: Sequence[ConditionRow]):
+def print_seconds(measured: Sequence[Row]):
     """Print what each stage of recognition took, mean over rooms."""
     stages = list(measured[0]["seconds"])
     rows = [

@@ -28,7 +28,7 @@ from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_e
 from .matching import Verdict, judged, judged_by_place, score_of
 from .proposals import RecognisedScan
 from .scan_report import (
-    ScanRow,
+    Row,
     inferred_row,
     known_row,
     print_functions,
@@ -43,7 +43,7 @@ from .truth import true_objects
 class Measured:
     """What was measured of all scans so far."""
 
-    rows: list[ScanRow] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
     verdicts: list[Verdict] = field(default_factory=list)
     inferred: list[Verdict] = field(default_factory=list)  # of what nobody saw: each claim's
     examined: list[ExaminedScan] = field(default_factory=list)
@@ -81,7 +81,7 @@ def scan_files(data: Path, only: str) -> list[Path]:
     return paths
 
 
-def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> ScanRow:
+def scan_row(path: Path, scan: Scan, room: Room, seconds: float) -> Row:
     """Return what was recognised in one scan."""
     return {
         "scan": path.name,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict
 
 from spherefunc_bullet.console import print_table, show
 from spherefunc_bullet.formats.writing import writing
@@ -12,41 +11,13 @@ from spherefunc_bullet.scenes.recognition.recognition import Room
 from spherefunc_bullet.scenes.report.picture import room_picture
 from spherefunc_bullet.scenes.scans.scan import Scan
 
-from .matching import Score, ScoreRow, Verdict, score_of
+from .matching import Row, Score, Verdict, score_of
 from .truth import read_rows
 
 Verdicts = Sequence[Verdict]
 
 
-class ScanRow(TypedDict, total=False):
-    """What was recognised in one scan, as JSON has it, and how that compares with what is known, if anything is."""
-
-    scan: str
-    points: int
-    up_from: str
-    objects: int
-    functional: list[str]
-    seconds: float
-    stages: dict[str, float]  # seconds
-    functions: dict[str, ScoreRow]
-    found: list[str]
-    missed: list[str]
-    wrong: list[str]  # functions claimed falsely
-    backs_found: list[str]
-    disputed: list[str]
-    recall: float | None
-    precision: float | None
-
-
-class InferredRow(TypedDict):
-    """What was inferred and not seen, as JSON has it; no other count includes it."""
-
-    claims: int
-    backs: int  # of these, chairs of which only the back shows
-    seen: int  # of these, others that are there
-
-
-def inferred_row(claims: Verdicts) -> InferredRow:
+def inferred_row(claims: Verdicts) -> Row:
     """Return how many of the claims of what was not seen are true, and of what."""
     return {
         "claims": len(claims),
@@ -61,7 +32,7 @@ def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
     return {name: score_of(verdict for verdict in verdicts if verdict.function == name) for name in names}
 
 
-def known_row(verdicts: Verdicts) -> ScanRow:
+def known_row(verdicts: Verdicts) -> Row:
     """Return how what was recognised in a scan compares with what is known of it."""
     score = score_of(verdicts)
 
@@ -109,7 +80,7 @@ def counted(some: int, of: int) -> str:
     return f"{some}/{of} {some / of:.2f}" if of else "-"
 
 
-def print_scans(rows: Sequence[ScanRow]):
+def print_scans(rows: Sequence[Row]):
     """Print a line for each scan."""
     names = sorted({name for row in rows for name in row.get("functions", {})})
     columns = ["scan", "points", "level by", "parts", *names, "claims true", "backs", "disputed", "seconds"]
@@ -123,7 +94,7 @@ def print_scans(rows: Sequence[ScanRow]):
     show()
 
 
-def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
+def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
     """Return a scan's counts: by function, of claims, of backs, and of what is disputed."""
     known = row.get("functions")
     if known is None:
