@@ -31,7 +31,7 @@ from .scan_report import (
     Row,
     inferred_row,
     known_row,
-    print_functions,
+    print_inferred,
     print_scans,
     scores_by_function,
     write_picture,
@@ -61,8 +61,8 @@ class Measured:
     def print(self):
         """Print it for people."""
         print_scans(self.rows)
-        print_functions(self.verdicts, self.inferred)
         print_exam(exam_rows(self.examined))
+        print_inferred(self.inferred)
         score = score_of(self.verdicts).row()
         show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 

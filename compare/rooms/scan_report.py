@@ -51,33 +51,11 @@ def known_row(verdicts: Verdicts) -> Row:
     }
 
 
-def print_functions(verdicts: Verdicts, inferred: Verdicts):
-    """Print recall and precision of each function, and of all."""
-    scores, apart = scores_by_function(verdicts), score_of(verdicts)
-    columns = [f"{name} {kind}" for name in [*scores, "all"] for kind in ("recall", "precision")]
-    row = [text for score in [*scores.values(), apart] for text in shares_of(score)]
-    print_table("What the sensor saw: found of how many, and how many claims are true", columns, [row])
-    backs = f"{apart.backs_found} of {apart.backs_found + apart.backs_missed} of which only the back shows are found"
-    show(f"counted apart: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)")
+def print_inferred(inferred: Verdicts):
+    """Print what was inferred and not seen, which counts nowhere."""
     row = inferred_row(inferred)
     true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
     show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
-
-
-def shares_of(score: Score) -> tuple[str, str]:
-    """Return recall and precision as counts and shares."""
-    return counted(score.found, score.found + score.missed), counted(score.found, score.found + score.false)
-
-
-def counted(some: int, of: int) -> str:
-    """Return a count and its share, a dash where there is nothing to count.
-
-    Examples
-    --------
-    >>> counted(2, 3), counted(0, 0)
-    ('2/3 0.67', '-')
-    """
-    return f"{some}/{of} {some / of:.2f}" if of else "-"
 
 
 def print_scans(rows: Sequence[Row]):
