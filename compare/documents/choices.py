@@ -45,36 +45,6 @@ def cubes_and_paper(paper: Evaluated, cubes: Evaluated) -> list[str]:
     return table(["protocol", "training objects", "method", *FUNCTIONS], rows)
 
 
-def both_by_cubes(fast: Evaluated, bullet: Evaluated) -> list[str]:
-    """Return the spheres of either backend counted in cubes, by protocol."""
-    protocols = {"100 learnt": ("random_splits", 100), "random halves": ("random_splits", None)}
-    protocols |= {"leave one out": ("leave_one_out", None), "across sources": ("leave_one_group_out", None)}
-    rows = [
-        [name, *(figures(result_of(evaluated, *protocol)["functions"]) for protocol in protocols.values())]
-        for name, evaluated in (("bullet", bullet), ("fast", fast))
-    ]
-    return table(["", *protocols], rows)
-
-
-def of_bullet(halves_and_sources: Evaluated, household: Evaluated) -> list[str]:
-    """Return the spheres of `bullet` under three protocols."""
-    found = {
-        "spheres, random halves": result_of(halves_and_sources, "random_splits"),
-        "spheres, leave one group out": result_of(halves_and_sources, "leave_one_group_out"),
-        "spheres, learnt on `household`": result_of(household, "test"),
-    }
-    rows = [[name, *cells(result)] for name, result in found.items()]
-    return table(["by `bullet`", *FUNCTIONS], rows)
-
-
-def cells(result: Mapping[str, Any]) -> list[str]:
-    """Return the F-measures of the spheres, the fair ones in brackets."""
-    return [
-        f"{row['f_measure']:.3f} ({row['f_measure_fair']:.3f})"
-        for row in (result["functions"][name] for name in FUNCTIONS)
-    ]
-
-
 BY_BULLET = f"{SPHERES} by `bullet`"
 LATER = (COPIES_LEARNT, COPIES_LEARNT + UNSEEN_KIND, HELD)  # behind the spheres, in this order
 

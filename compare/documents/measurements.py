@@ -33,7 +33,7 @@ def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
 ON_MODELS = of_both("models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES)
 FROM_HOUSEHOLD = of_both("household-to-models", f"household --test {MODELS}", *HOUSEHOLD)
 FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py")
-CUBES_ON_MODELS = of_both("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
+CUBES_ON_MODELS = labels("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
 CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
 CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
 PAPER = "--method paper --train-sizes 20,45,85"

@@ -11,7 +11,7 @@ from .tables import Lines, Table
 RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
 BOTH = tuple(measurements.ON_MODELS.values())
 PAPER = (measurements.PAPER_ON_HOUSEHOLD, measurements.PAPER_ON_MODELS)
-ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS["fast"]
+ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS
 LEARNT = (measurements.ON_MODELS, measurements.FROM_HOUSEHOLD, measurements.FROM_SIX)
 OVERVIEW = tuple(learnt[backend] for backend in measurements.BACKENDS for learnt in LEARNT)
 HALVES, ONE_LEFT_OUT, SOURCES = (
@@ -37,7 +37,6 @@ TABLES = (
     table(RESULTS, "few-examples", choices.by_size, *BOTH, CUBES),
     table(RESULTS, "default-halves", HALVES, ON_MODELS),
     table(RESULTS, "default-sources", SOURCES, ON_MODELS),
-    table(RESULTS, "default-bullet", choices.of_bullet, BOTH[1], measurements.FROM_HOUSEHOLD["bullet"]),
     table(RESULTS, "default-household", TRANSFER, measurements.FROM_HOUSEHOLD["fast"]),
     table(RESULTS, "default-six", paper_figures.six_catalogues, *measurements.FROM_SIX.values()),
     table(RESULTS, "cubes-and-paper", choices.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
@@ -47,6 +46,5 @@ TABLES = (
     table(RESULTS, "cubes-household", TRANSFER, measurements.CUBES_FROM_HOUSEHOLD),
     table(RESULTS, "household-halves", HALVES, measurements.CUBES_ON_HOUSEHOLD),
     table(RESULTS, "household-one-out", ONE_LEFT_OUT, measurements.CUBES_ON_HOUSEHOLD),
-    table(programs.BULLET, "cubes-by-both", choices.both_by_cubes, *measurements.CUBES_ON_MODELS.values()),
     *programs.TABLES,
 )
