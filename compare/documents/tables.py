@@ -40,11 +40,6 @@ def with_blocks(document: str, texts: Mapping[str, str]) -> str:
     return BLOCK.sub(filled, document)
 
 
-def outside_blocks(document: str) -> str:
-    """Return what people write of a document."""
-    return BLOCK.sub("", document)
-
-
 OLDER = "*Older than the code:"  # how the line begins that a kept table has to show
 Lines = list[str]
 
