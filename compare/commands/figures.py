@@ -85,10 +85,12 @@ def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
 
     from ..figures.confusion_matrices import confusion_matrices, learning_curve
     from ..figures.function_quality import function_quality
+    from ..figures.histogram_slice import histogram_slice
     from ..figures.membership import membership
+    from ..figures.typical_objects import typical_objects
     from ..pages.plates import write_plate
 
-    kinds = (learning_curve, function_quality, confusion_matrices, membership)
+    kinds = (typical_objects, histogram_slice, learning_curve, function_quality, confusion_matrices, membership)
     paths, captions = [], []
     for kind in progress(kinds, len(kinds), "drawing"):
         plate = kind(data)

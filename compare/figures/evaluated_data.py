@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.records import Dropping
@@ -43,6 +44,10 @@ class EvaluatedData:
     def half(self) -> int:
         """The largest number of training examples."""
         return self.evaluation.halves[0]
+
+    def cloud(self, index: int) -> Cloud:
+        """Return an object's cloud, as it was when the spheres fell."""
+        return self.dropping.cloud(self.simulated.objects[index].path)
 
 
 def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, protocol: Protocol) -> EvaluatedData:

@@ -13,14 +13,22 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
+from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.compare.evaluation.evaluation import Trial, count_confusion
-from spherefunc_bullet.compare.evaluation.protocol import Labels, fitting_sizes
-from spherefunc_bullet.compare.figures.evaluated_data import ladder
+from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial, count_confusion
+from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes
+from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder
+from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
 from spherefunc_bullet.compare.pages.plates import look
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.settling.drops import resting_drops
+from spherefunc_bullet.settling.records import Dropping, ObjectRecord
 
-STEMS = {"fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership"}
+STEMS = {
+    "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",
+}  # fmt: skip
 RADII = ("--radii", "1cm,2cm", "--jobs", "1")
 
 
@@ -197,3 +205,26 @@ def test_an_object_said_to_have_two_functions_counts_in_each():
 
 def test_no_two_functions_look_alike():
     assert len({json.dumps(look(index)) for index in range(28)}) == 28
+
+
+def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
+    # Cubes of 7 cm: three spheres in the middle one on the floor, one above it, one to the right, one out of the layer.
+    centers = np.array([[0, 0, 0.01], [0.01, 0, 0.01], [0, 0.03, 0.06], [0, 0, 0.08], [0.05, 0, 0.01], [0, 0.05, 0.01]])
+    record = ObjectRecord(
+        path=Path("x"),
+        size=np.full(3, 0.5),
+        voxels=np.empty((0, 3)),
+        settled={0.01: resting_drops(0.01, centers)},
+        seconds={},
+        drops={},
+    )
+    labels = Labels((), np.empty((1, 0), bool), np.empty((1, 0), bool), np.array([""]))
+    evaluated = EvaluatedData(
+        simulated=Simulated("one", open_dataset(data).objects[:1], (record,)),
+        dropping=Dropping(simulator="fast", radii=(0.01,)),
+        protocol=Protocol(train_sizes=(2,)),
+        evaluation=Evaluation(labels=labels, method=find_method("cubes"), trials={}, left_out={}),
+    )
+    cut = cut_slice(evaluated, 0, axis=0)
+    counted = {tuple(cube): count for cube, count in zip(cut.cubes.tolist(), cut.counts.tolist(), strict=True)}
+    assert counted == {(0, 0): 3, (0, 1): 1, (1, 0): 1}
