@@ -52,9 +52,6 @@ SCANS := ../shared/data/scenes
 bench: tools  ## the simulators' speed, beside a naive PyBullet script and MuJoCo
 	@$(BIN)/python -m spherefunc_bullet.compare.bench
 	@$(BIN)/python -m spherefunc_bullet.compare.bench peers
-	@$(BIN)/python -m spherefunc_bullet.compare.bench engine_share
-	@$(BIN)/python -m spherefunc_bullet.compare.bench strips
-	@$(BIN)/python -m spherefunc_bullet.compare.bench growth
 	@$(BIN)/python -m spherefunc_bullet.compare.bench mechanics
 	@$(if $(wildcard $(SCANS)),$(BIN)/python -m spherefunc_bullet.compare.bench scene_stages $(SCANS))
 

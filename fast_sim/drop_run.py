@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
@@ -17,14 +16,13 @@ from .dropping import drop_spheres
 from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
 from .nearby import POINT_REACH, empty_neighborhood
 from .options import FastOptions
-from .rolling import MAX_STEPS, SETTLED, RollShape
+from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
 
 CHUNK = 8192  # columns drawn at a time
 FEW = 256  # spheres that are not worth dropping together
 SPARSE = 0.5  # radii between points, about, where drops are few
-SQUARE = 0.005  # metres: as far as samples of a mesh lie apart
-Columns = Callable[[np.random.Generator, int], np.ndarray]  # draws so many columns (M, 2) or more, metres
+STALLED = 4  # steps that get no lower by which a sphere counts as blocked
 
 
 class DropRun:
@@ -42,8 +40,7 @@ class DropRun:
         if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
             spacing = max(spacing, PITCH)
         self.shape = roll_shape(settings.radius, spacing, how)
-        margin = settings.radius if how.inside == "sphere" else 0.0
-        self.inside = (self.low + margin, self.high - margin)  # of which spheres on spheres alone stay
+        self.inside = (self.low, self.high)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
         self.nearby = empty_neighborhood(len(points), MAX_CONTACTS)
         self.strips = None
@@ -53,7 +50,6 @@ class DropRun:
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
         self.generator = np.random.default_rng(seed)
-        self.draw = over_points(cloud.points) if how.columns == "points" else over_box(self.low, self.high)
         self.waiting = np.empty((0, 2))  # columns that are drawn, and down which nothing has been dropped
         self.columns: list[np.ndarray] = []
         self.outcomes: list[np.ndarray] = []
@@ -98,7 +94,8 @@ class DropRun:
     def take_columns(self, count: int) -> np.ndarray:
         """Draw so many columns (M, 2), those first down which nothing has been dropped yet."""
         if len(self.waiting) < count:
-            self.waiting = np.concatenate([self.waiting, self.draw(self.generator, count - len(self.waiting))])
+            drawn = self.generator.uniform(self.low[:2], self.high[:2], size=(count - len(self.waiting), 2))
+            self.waiting = np.concatenate([self.waiting, drawn])
         taken, self.waiting = self.waiting[:count], self.waiting[count:]
         self.reserve(count)
         return taken
@@ -164,20 +161,6 @@ class DropRun:
         )
 
 
-def over_box(low: np.ndarray, high: np.ndarray) -> Columns:
-    """Return what draws columns uniformly over a bounding box."""
-    return lambda generator, count: generator.uniform(low[:2], high[:2], size=(count, 2))
-
-
-def over_points(points: np.ndarray) -> Columns:
-    """Return what draws columns uniformly over the squares of `SQUARE` that hold some of the points (N, 3).
-
-    Always `CHUNK` of them, since squares are drawn before places in them.
-    """
-    squares = np.unique(np.floor(points[:, :2] / SQUARE), axis=0)
-    return lambda generator, _: SQUARE * (generator.choice(squares, CHUNK) + generator.random((CHUNK, 2)))
-
-
 def roll_shape(radius: float, spacing: float, how: FastOptions):
     """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
     gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
@@ -187,5 +170,5 @@ def roll_shape(radius: float, spacing: float, how: FastOptions):
         patch=max(1.4 * spacing, 0.5 * radius),
         bump=max(1.2 * sink, 0.015 * radius),
         flat=math.sin(math.radians(how.flat_angle_deg)),
-        stalled=how.stalled_steps or MAX_STEPS,
+        stalled=STALLED,
     )

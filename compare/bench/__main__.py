@@ -14,11 +14,6 @@ BENCHES = {  # where each is, and its function
     "scene_stages": ("answers", "time_scenes"),
     "peers": ("peers", "compare_peers"),
     "backends": ("answers", "compare_backends"),
-    "depth": ("piles", "measure_depths"),
-    "growth": ("piles", "measure_growth"),
-    "strips": ("piles", "measure_strips"),
-    "engine_share": ("engine_share", "print_engine_share"),
-    "batch_overhead": ("batches", "measure_overhead"),
     "cost_model": ("batches", "print_cost_model"),
 }
 

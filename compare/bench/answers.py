@@ -38,7 +38,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import recognise
-from spherefunc_bullet.scenes.scans.scan import load_scan
+from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
 from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
 from spherefunc_bullet.settling.kept_object import CloudObject
 from spherefunc_bullet.settling.places import resting_places
@@ -52,7 +52,6 @@ from ..evaluation.protocol import labels_of, leave_one_out
 from ..evaluation.readings import spheres_profiled
 from ..machine import usable_backends
 from ..rooms.real_scans import scan_files
-from ..rooms.scan_trials import some_points
 from .harness import Backends, Count, Data, Repeats, of_household, timed
 
 OBJECTS = {"mug": "mug_01", "chair": "shell_chair_01", "sofa": "sofa_02"}
@@ -178,6 +177,15 @@ def time_mechanics(repeats: Repeats = 3):
                 rows[-1].append(WANTED.get(words, ""))
     head = ["object", "backend", "question", "processor s", "by the clock", "wanted"]
     print_table("Mechanics of one object", head, rows)
+
+
+def some_points(scan: Scan, count: int) -> Scan:
+    """Return a scan with at most so many of its points."""
+    if count >= len(scan):
+        return scan
+    chosen = np.sort(np.random.default_rng(0).permutation(len(scan))[:count])
+    colors = None if scan.colors is None else scan.colors[chosen]
+    return replace(scan, points=scan.points[chosen], colors=colors)
 
 
 def time_scenes(

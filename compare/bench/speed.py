@@ -17,7 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
-from spherefunc_bullet.console import print_json, print_table, progress, show
+from spherefunc_bullet.console import print_json, print_table, progress
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.learning.histogram import CubeHistogram
@@ -52,7 +52,6 @@ OBJECTS = {  # of the catalogue: title, name, radius
     "bullet": [("mug", "mug_01", "5mm"), ("chair", "shell_chair_01", "2cm"), ("sofa", "sofa_02", "5cm")],
 }
 STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
-SPAN = 500  # settled spheres, at the beginning and at the end
 Measured = dict[str, Any]  # what was measured of one object, by name; seconds
 
 
@@ -75,23 +74,6 @@ def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
     about = {"title": case.title, "radius": case.radius, "points": len(cloud), "settled": result.settled}
     times = {"best": min(seconds), "median": statistics.median(seconds)}
     return about | {"drops": result.drops} | times | {"peak_bytes": peak_bytes()}
-
-
-def time_growth(case: Case, backend: str, repeats: int) -> Measured:
-    """Return what a drop costs during the first and the last so many settled spheres.
-
-    From runs that stop early, which are the beginnings of the whole one; the one that stops at the first sphere holds
-    what comes before any drop.
-    """
-    simulator, cloud = warm(case, backend)
-    settled = simulator.drop(cloud, DropSettings(radius=case.radius), 0).settled
-    span = min(SPAN, settled // 2)
-    runs = []
-    for stop in (1, span, settled - span, settled):
-        settings = DropSettings(radius=case.radius, max_spheres=stop)
-        runs.append(min((simulator.drop(cloud, settings, 0) for _ in range(repeats)), key=lambda run: run.seconds))
-    first, last = ((b.seconds - a.seconds) / (b.drops - a.drops) for a, b in (runs[:2], runs[2:]))
-    return {"title": case.title, "settled": settled, "first": first, "last": last}
 
 
 def time_stages(case: Case, backend: str, repeats: int) -> Measured:
@@ -134,14 +116,6 @@ def print_stages(stages: Iterable[Measured], backend: str):
     print_table(f"\nStages of one object, {backend}, spheres of {radius}, best of the runs", head, rows)
 
 
-def print_growth(one: Measured, backend: str):
-    """Print how much dearer a drop gets as spheres settle."""
-    show(
-        f"\n{backend}, {one['title']}, {one['settled']:,} settled: {1e3 * one['first']:.3f} ms a drop during the first "
-        f"500 settled, {1e3 * one['last']:.3f} ms during the last 500: {one['last'] / one['first']:.2f} times"
-    )
-
-
 def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
     """Return what is measured of one backend, each object in a process of its own."""
     radius = STAGE_RADIUS.get(backend, STAGE_RADIUS["fast"])
@@ -149,8 +123,7 @@ def measure(chosen: list[Case], backend: str, repeats: int) -> dict[str, Any]:
     simulation = [apart(time_simulation, case, backend, repeats) for case in each]
     staged = progress(chosen, len(chosen), "timing the stages")
     stages = [apart(time_stages, replace(case, radius=radius), backend, repeats) for case in staged]
-    growth = [apart(time_growth, case, backend, repeats) for case in chosen if case.title == PLAIN_TABLE]
-    return {"simulation": simulation, "stages": stages, "growth": growth[0] if growth else None}
+    return {"simulation": simulation, "stages": stages}
 
 
 def print_speed(
@@ -175,8 +148,6 @@ def print_speed(
     for name, of_backend in measured.items():
         print_timings(of_backend["simulation"], name)
         print_stages(of_backend["stages"], name)
-        if of_backend["growth"] is not None:
-            print_growth(of_backend["growth"], name)
     if file is None:
         print_answers()
     print_machine()

@@ -54,8 +54,6 @@ def evaluate(
     task_objects: Annotated[
         int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
     ] = 100,
-    alternatives: Annotated[bool, typer.Option(help="Instead, compare choices that the paper leaves open.")] = False,
-    only: Annotated[str, typer.Option(help="Only alternatives whose names contain one of these.")] = "",
     backend: options.Backend = "fast",
     shape: options.Shape = None,
     method: options.Method = options.DEFAULT_METHOD,
@@ -73,7 +71,6 @@ def evaluate(
     from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
     from spherefunc_bullet.learning.method import find_method
 
-    from ..evaluation.alternatives import print_alternatives, wanted_alternatives
     from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
@@ -83,24 +80,17 @@ def evaluate(
     from .compare import asked_tasks
     from .mechanics import print_measured
 
-    require_sensible(data, test, impaired, corruptions, alternatives, only, picture)
-    names = wanted_alternatives(only)
+    require_sensible(data, test, impaired, corruptions, picture)
     failures, dataset = Failures(), joined_datasets([open_dataset(name) for name in data])
     asked, chosen = asked_tasks(tasks), find_method(method)
-    # Alternatives read the paper's runs, and of them the first spheres where a method has a limit.
-    runs = "paper" if alternatives else method
-    dropping = options.dropping(backend, shape, radii, seed, up, units, runs, miss_limit)
+    dropping = options.dropping(backend, shape, radii, seed, up, units, method, miss_limit)
     lengths = dropping.radii
 
-    def simulated(some: Dataset, how: Dropping = dropping) -> Simulated:
+    def simulated(some: Dataset) -> Simulated:
         """Return a data set, simulated."""
-        return simulate_dataset(some, how, jobs=jobs, run=run, failed=failures.add)
+        return simulate_dataset(some, dropping, jobs=jobs, run=run, failed=failures.add)
 
     learnt = simulated(dataset)
-    if alternatives:
-        print_alternatives(learnt, dropping, lambda how: simulated(dataset, how), trials, json, names)
-        failures.exit()
-        return
     tested = None if test is None else simulated(open_dataset(test))
     if tested is not None:
         results = [transfer_result(learnt, tested, lengths, chosen)]
@@ -129,22 +119,10 @@ def evaluate(
     failures.exit()
 
 
-def require_sensible(
-    data: list[str],
-    test: str | None,
-    impaired: bool,
-    corruptions: bool,
-    alternatives: bool,
-    only: str,
-    picture: Path | None,
-):
+def require_sensible(data: list[str], test: str | None, impaired: bool, corruptions: bool, picture: Path | None):
     """Raise InputError for options that do not go together, before the spheres fall, which may take hours."""
     from ..figures.impaired_picture import require_ending
 
-    if alternatives and (impaired or corruptions):
-        raise InputError("--alternatives: expected without --impaired and --corruptions, which measure one method")
-    if only and not alternatives:
-        raise InputError("--only: expected with --alternatives, whose rows it chooses")
     if picture is not None and impaired == corruptions:
         raise InputError(f"--picture {picture}: expected with --impaired or --corruptions, one of which it shows")
     if picture is not None:

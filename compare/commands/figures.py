@@ -14,7 +14,7 @@ from spherefunc_bullet.console import Failures, print_json, progress, say, show
 if TYPE_CHECKING:
     from spherefunc_bullet.datasets.dataset import Dataset
 
-    from ..figures.budget import EvaluatedData
+    from ..figures.evaluated_data import EvaluatedData
 
 SIZES = "20,45,85"  # the paper's
 
@@ -41,7 +41,7 @@ def figures(
     from spherefunc_bullet.learning.method import find_cube_method
 
     from ..evaluation.protocol import Protocol
-    from ..figures.budget import evaluate_data
+    from ..figures.evaluated_data import evaluate_data
 
     failures = Failures()
     chosen = find_cube_method(method)

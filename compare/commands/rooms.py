@@ -15,8 +15,8 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length, parse_lengths
 
 if TYPE_CHECKING:
-    from ..rooms.exam import ReportHead
-    from ..rooms.trials import Condition, ConditionRow, RoomTrial
+    from ..rooms.matching import Row
+    from ..rooms.trials import Condition, RoomTrial
 
 
 def rooms(
@@ -37,9 +37,6 @@ def rooms(
     ] = None,
     fused: Annotated[str | None, typer.Option(help="Fuse scans to one point in cells of this side.")] = None,
     points: Annotated[int | None, typer.Option(help="Thin scans to at most so many points.")] = None,
-    examples: Annotated[
-        str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
-    ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
     large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     completion: Annotated[
@@ -69,7 +66,7 @@ def rooms(
     from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution
     from spherefunc_bullet.simulator import make_simulator
 
-    from ..rooms.baselines import Training, two_folds, whole_fold
+    from ..rooms.folds import Training, two_folds, whole_fold
     from ..rooms.trials import RoomTrial, run_trial
 
     failures, dataset, steps = Failures(), open_dataset(data), steps_of(completion)
@@ -89,20 +86,19 @@ def rooms(
         simulator=make_simulator(backend),
         radii=find_method(method).radii if radii is None else parse_lengths(radii),
         length=find_method(method).length,
-        examples=examples,
         completion=steps,
         method=method,
         seed=seed,
     )
     folds = [whole_fold(dataset, model, jobs)] if model else two_folds(dataset, training, failures.add, jobs)
     counts = run_trial(folds, trial, failures.add, jobs)
-    learnt = str(model) if model else f"the other half, {examples}"
+    learnt = str(model) if model else "the other half"
     about = head_of(trial, dataset.name, learnt, make_simulator(folds[0].model.simulator).name)
     show(about, [total.row(condition) for condition, total in counts.items()], report, json)
     failures.exit()
 
 
-def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead:
+def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> Row:
     """Return how rooms were furnished, scanned and classified."""
     return {
         "data": data,
@@ -118,7 +114,7 @@ def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead
     }
 
 
-def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | None, json: bool):
+def show(about: Row, measured: Sequence[Row], report: Path | None, json: bool):
     """Print what was measured, and write the report."""
     if report is not None:
         from ..rooms.exam import write_report
@@ -132,7 +128,7 @@ def show(about: ReportHead, measured: Sequence[ConditionRow], report: Path | Non
     print_seconds(measured)
 
 
-def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
+def print_segmentation(about: Row, measured: Sequence[Row]):
     """Print how many objects were found."""
     steps = "+".join(about["completion"]) or "none"
     kinds = ", ".join(f"{name} in {share:.0%}" for name, share in about["lived_in"].items() if share)
@@ -149,7 +145,7 @@ def print_segmentation(about: ReportHead, measured: Sequence[ConditionRow]):
     )
 
 
-def print_labels(measured: Sequence[ConditionRow]):
+def print_labels(measured: Sequence[Row]):
     """Print how well functions are classified: from the scan, from objects cut out by the truth, from whole models."""
     names = ("f_measure", "precision", "recall", "f_measure_cut_out", "f_measure_whole")
     print_table(
@@ -163,7 +159,7 @@ def print_labels(measured: Sequence[ConditionRow]):
     )
 
 
-def print_seconds(measured: Sequence[ConditionRow]):
+def print_seconds(measured: Sequence[Row]):
     """Print what each stage of recognition took, mean over rooms."""
     stages = list(measured[0]["seconds"])
     rows = [

@@ -33,31 +33,12 @@ def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
 ON_MODELS = of_both("models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES)
 FROM_HOUSEHOLD = of_both("household-to-models", f"household --test {MODELS}", *HOUSEHOLD)
 FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py")
-CUBES_ON_MODELS = of_both("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
+CUBES_ON_MODELS = labels("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
 CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
 CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
 PAPER = "--method paper --train-sizes 20,45,85"
 PAPER_ON_HOUSEHOLD = labels("household-paper", f"household {PAPER},half --leave-one-out --confusion", *HOUSEHOLD)
 PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one-out --groups --confusion")
-RADII = ("5mm", "1cm", "2cm", "3cm", "5cm")
-ONE_RADIUS = tuple(
-    labels(f"{name}-paper-{radius}", f"{data} --method paper --radii {radius} --train-sizes half", *modules)
-    for name, data, modules in (("household", "household", HOUSEHOLD), ("models", MODELS, ()))
-    for radius in RADII
-)
-ALTERNATIVES = ("compare/evaluation/alternatives.py",)
-ALL_BUT_HOURS = '--only "paper,columns,whole sphere,at most,III-B,III-C,cubes"'  # all but that without a stall rule
-LIMITS = '--alternatives --radii 5mm --only "paper,at most,to the end,cubes"'
-ALTERNATIVES_ON_BOTH = (
-    labels("household-alternatives", "household --alternatives", *ALTERNATIVES, *HOUSEHOLD),
-    labels("models-alternatives", f"{MODELS} --alternatives {ALL_BUT_HOURS}", *ALTERNATIVES),
-)
-LIMITS_ON_BOTH = (
-    labels("household-limits", f"household {LIMITS}", *ALTERNATIVES, *HOUSEHOLD),
-    labels("models-limits", f"{MODELS} {LIMITS}", *ALTERNATIVES),
-)
-
-
 def script(
     name: str,
     module: str,
@@ -82,21 +63,3 @@ def script(
     )
 
 
-PROFILES = script("profiles", "evaluation.profiles", f"{MODELS} --trials 2 --train-sizes 45")
-SEEDS = {
-    backend: script(
-        f"seeds-{backend}",
-        "evaluation.profiles",
-        f"{MODELS} --seeds 4" + ("" if backend == "fast" else f" --backend {backend}"),
-        backend=backend,
-    )
-    for backend in BACKENDS
-}
-STOPPING = script("stopping", "evaluation.stopping", f"{MODELS} --copied 14 --counts 20,40,80", *COPIES)
-BUDGET = script(
-    "budget",
-    "figures.budget",
-    f"{MODELS} --out docs/images --counts 10,40,80,200",
-    *BACKENDS.values(),
-    timed=True,
-)

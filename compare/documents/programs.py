@@ -54,26 +54,15 @@ BENCH = {
     for backend, path in BACKENDS.items()
 }
 LABELS = timed("labels", MODELS, files=SHIPPED)
-SCANS = "python -m spherefunc_bullet.compare.rooms.real_scans ../shared/data/scenes"
-
-
-def on_scans(name: str, options: str = "", takes_time: bool = False) -> Measurement:
-    """Return the measurement of real scans with some options."""
-    return Measurement(
-        name=name,
-        command=f"{SCANS}{options}",
-        modules=("compare/rooms/real_scans.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py"),
-        without=("scenes/virtual_rooms/", "scenes/household/", "scenes/report/", "compare/rooms/lessons/"),
-        files=(FOR_SCANS,),
-        json=False,
-        timed=takes_time,
-    )
-
-
-ON_SCANS = on_scans("scans", takes_time=True)
-PROPOSALS = tuple(on_scans(f"scans-{kind}", f" --proposals {kind}") for kind in ("clusters", "pools"))
-BASELINES = on_scans("scans-baselines", " --learnt household,build/scan-rooms")
-
+ON_SCANS = Measurement(
+    name="scans",
+    command="python -m spherefunc_bullet.compare.rooms.real_scans ../shared/data/scenes",
+    modules=("compare/rooms/real_scans.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py"),
+    without=("scenes/virtual_rooms/", "scenes/household/", "scenes/report/", "compare/rooms/lessons/"),
+    files=(FOR_SCANS,),
+    json=False,
+    timed=True,
+)
 IN_ROOMS = (
     "compare/rooms/trials.py",
     "compare/rooms/matching.py",
@@ -95,20 +84,6 @@ def rooms(name: str, options: str) -> Measurement:
 
 VIEWS = rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")
 NOISE = rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")
-PARTIAL = tuple(
-    Measurement(
-        name=f"rooms-learnt-{name}",
-        command=f"spherefunc train {learnt} --method cubes --out build/{name}.npz && spherefunc rooms {MODELS} "
-        f"--model build/{name}.npz --rooms 24 --views 1,3 --cut-out",
-        modules=IN_ROOMS,
-        json=False,
-    )
-    for name, learnt in (
-        ("whole", "household"),
-        ("large", "household build/large-1 build/large-3"),
-        ("seen", "household build/seen-1/objects build/seen-3/objects"),
-    )
-)
 COMPARED = Measurement(
     name="compare-cubes",
     command=f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
@@ -125,7 +100,6 @@ TASKS = Measurement(
     json=False,
     timed=True,
 )
-COLUMNS = script("mechanics-columns", "mechanics.columns", MODELS, BACKENDS["bullet"], json=False)
 ENGINES = script(
     "bench-backends",
     "bench backends",
@@ -148,21 +122,13 @@ def shown(name: str, document: str, *measurements: Measurement, first: str = "",
 TABLES = (
     shown("bench", SPEED, *BENCH.values()),
     shown("peers", SPEED, timed("peers", "--drops 870")),
-    shown("engine-share", SPEED, timed("engine_share")),
-    shown("strips", SPEED, timed("strips")),
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
-    shown("growth", SPEED, timed("growth", "--picture docs/images/growth.svg")),
     shown("bench-bullet", BULLET, BENCH["bullet"]),
-    shown("scans", SCENES, ON_SCANS, first="Each scan", before="Missed"),
-    shown("scans-baselines", SCENES, BASELINES, first="classified by", before="counted apart"),
-    shown("scans-proposals", SCENES, *PROPOSALS, ON_SCANS),
-    shown("scans-misses", SCENES, ON_SCANS, first="Missed"),
+    shown("scans", SCENES, ON_SCANS, first="Each scan"),
     shown("rooms-views", ROOMS, VIEWS),
     shown("rooms-noise", ROOMS, NOISE),
-    shown("rooms-learnt", ROOMS, *PARTIAL),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
-    shown("mechanics-columns", MECHANICS, COLUMNS),
     shown("engines", OTHERS, ENGINES),
 )

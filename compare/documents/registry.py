@@ -8,22 +8,21 @@ from . import choices, measurements, paper_figures, programs
 from .saved import Measurement
 from .tables import Lines, Table
 
-RESULTS, PAPER_PAGE, STUDIES, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "studies", "impaired"))
+RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
 BOTH = tuple(measurements.ON_MODELS.values())
 PAPER = (measurements.PAPER_ON_HOUSEHOLD, measurements.PAPER_ON_MODELS)
-ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS["fast"]
+ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS
 LEARNT = (measurements.ON_MODELS, measurements.FROM_HOUSEHOLD, measurements.FROM_SIX)
 OVERVIEW = tuple(learnt[backend] for backend in measurements.BACKENDS for learnt in LEARNT)
 HALVES, ONE_LEFT_OUT, SOURCES = (
     paper_figures.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
 )
 TRANSFER = paper_figures.by_feature("test", title="learnt on `household`, tested on the real models")
-RADIUS_COMMANDS = "`spherefunc evaluate DATA --method paper --radii RADIUS --train-sizes half`"
 
 
-def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement, commands: str = "") -> Table:
+def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> Table:
     """Return a table of a document, made from the results of some measurements."""
-    return Table(name=name, document=document, measurements=measured, render=render, commands=commands)
+    return Table(name=name, document=document, measurements=measured, render=render)
 
 
 TABLES = (
@@ -35,19 +34,9 @@ TABLES = (
     table(PAPER_PAGE, "fig-3", paper_figures.fig_3, *PAPER),
     table(PAPER_PAGE, "fig-4", paper_figures.fig_4, *PAPER),
     table(PAPER_PAGE, "memberships", paper_figures.memberships, *PAPER),
-    table(PAPER_PAGE, "alternatives", choices.alternatives, *measurements.ALTERNATIVES_ON_BOTH),
-    table(PAPER_PAGE, "limits", choices.limits, *measurements.LIMITS_ON_BOTH),
-    table(PAPER_PAGE, "one-radius", choices.one_radius, *measurements.ONE_RADIUS, commands=RADIUS_COMMANDS),
-    table(STUDIES, "drops", choices.by_drops, measurements.PROFILES),
-    table(STUDIES, "budget", choices.budget, measurements.BUDGET),
-    table(STUDIES, "stopping", choices.stopping, measurements.STOPPING),
-    table(RESULTS, "seeds", choices.over_seeds, *measurements.SEEDS.values()),
-    table(STUDIES, "together", choices.across_sources, measurements.PROFILES),
-    table(RESULTS, "reliability", choices.reliability, measurements.PROFILES),
     table(RESULTS, "few-examples", choices.by_size, *BOTH, CUBES),
     table(RESULTS, "default-halves", HALVES, ON_MODELS),
     table(RESULTS, "default-sources", SOURCES, ON_MODELS),
-    table(RESULTS, "default-bullet", choices.of_bullet, BOTH[1], measurements.FROM_HOUSEHOLD["bullet"]),
     table(RESULTS, "default-household", TRANSFER, measurements.FROM_HOUSEHOLD["fast"]),
     table(RESULTS, "default-six", paper_figures.six_catalogues, *measurements.FROM_SIX.values()),
     table(RESULTS, "cubes-and-paper", choices.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
@@ -57,6 +46,5 @@ TABLES = (
     table(RESULTS, "cubes-household", TRANSFER, measurements.CUBES_FROM_HOUSEHOLD),
     table(RESULTS, "household-halves", HALVES, measurements.CUBES_ON_HOUSEHOLD),
     table(RESULTS, "household-one-out", ONE_LEFT_OUT, measurements.CUBES_ON_HOUSEHOLD),
-    table(programs.BULLET, "cubes-by-both", choices.both_by_cubes, *measurements.CUBES_ON_MODELS.values()),
     *programs.TABLES,
 )

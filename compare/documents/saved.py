@@ -116,15 +116,13 @@ def standard_output(command: str, root: Path) -> str:
     return done.stdout
 
 
-def commands_of(measurements: Iterable[Measurement], root: Path, instead: str = "") -> str:
-    """Return the words that name the commands behind a table, or what is said in their place, and when they ran."""
+def commands_of(measurements: Iterable[Measurement], root: Path) -> str:
+    """Return the words that name the commands behind a table, and when they ran."""
     days: dict[str, list[str]] = {}
     for measurement in measurements:
         saved = measurement.saved(root)
         where = f" on {saved['processor']}" if measurement.timed else ""
         days.setdefault(f"{saved['date']}{where}", []).append(measurement.command)
-    if instead:
-        return f"{instead} ({', '.join(days)})"
     return "; ".join(f"{quoted(commands)} ({day})" for day, commands in days.items())
 
 

@@ -40,11 +40,6 @@ def with_blocks(document: str, texts: Mapping[str, str]) -> str:
     return BLOCK.sub(filled, document)
 
 
-def outside_blocks(document: str) -> str:
-    """Return what people write of a document."""
-    return BLOCK.sub("", document)
-
-
 OLDER = "*Older than the code:"  # how the line begins that a kept table has to show
 Lines = list[str]
 
@@ -57,7 +52,6 @@ class Table:
     document: str  # from the repository's root
     measurements: tuple[Measurement, ...]
     render: Callable[..., Lines]  # is given the result of each measurement
-    commands: str = ""  # what is said in place of the commands, where they differ in one word only
 
     def text(self, root: Path) -> str:
         """Return what the document has to say in this block: what was measured, or what was kept in its place."""
@@ -66,7 +60,7 @@ class Table:
     def measured_text(self, root: Path) -> str:
         """Return what the saved results say."""
         results: Sequence[Any] = [measurement.saved(root)["result"] for measurement in self.measurements]
-        lines = [*self.render(*results), "", f"Measured by {commands_of(self.measurements, root, self.commands)}."]
+        lines = [*self.render(*results), "", f"Measured by {commands_of(self.measurements, root)}."]
         return "".join(f"{line}\n" for line in lines)
 
     def is_measured(self, root: Path) -> bool:
@@ -81,7 +75,7 @@ class Table:
         """Keep the block as its document has it, with a visible line that it is older than the code, and why."""
         lines = read_blocks(root, self.document)[self.name].rstrip().splitlines()
         text = "\n".join(line for line in lines if not line.startswith(OLDER)).rstrip()
-        asked = self.commands or quoted([one.command for one in self.measurements])
+        asked = quoted([one.command for one in self.measurements])
         why += "" if "\nMeasured by " in text else f"{'' if why.endswith('.') else '.'} The command is {asked}."
         self.kept(root).parent.mkdir(parents=True, exist_ok=True)
         self.kept(root).write_text(f"{text}\n\n{OLDER} {why}*\n", encoding="utf-8")

@@ -7,8 +7,6 @@ and do not work, and copies that look other and do.
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -19,9 +17,10 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated, require_some, simulate_by_all
 from spherefunc_bullet.console import print_table
+from spherefunc_bullet.datasets.catalogue import built_once
 from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import cache_home, writing
+from spherefunc_bullet.formats.writing import cache_home
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
@@ -29,7 +28,7 @@ from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.settling.records import Dropping, Loading
 
 from .features import SPHERES
-from .protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from .protocol import Labels, Split, labels_of, sources_or_halves
 from .readings import Profiled, Reading, readings, spheres_read, trials_of
 
 VERSION = 2  # of the copies; another number, made anew
@@ -203,20 +202,10 @@ def scores_for_unseen_kinds(impaired: Impaired, read: Profiled, splits: Sequence
 
 
 def built_copies(dataset: Dataset, dropping: Dropping, jobs: int, failed: Failed) -> Path:
-    """Return the folder of a data set's copies, made in the cache the first time; see `catalogue.built_catalogue`."""
-    home = cache_home() / "impaired"
-    folder = home / content_name(dataset, dropping)
-    if not (folder / "manifest.csv").is_file():
-        with writing(home, "a folder"):
-            home.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=home) as scratch:
-            how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
-            impair_dataset(dataset, Path(scratch) / "copies", **how, jobs=jobs, failed=failed)
-            try:
-                os.replace(Path(scratch) / "copies", folder)
-            except OSError as error:  # another process may have been first
-                if not (folder / "manifest.csv").is_file():
-                    raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
+    """Return the folder of a data set's copies, made in the cache the first time."""
+    how = {"seed": dropping.seed, "up": dropping.loading.up, "units": dropping.loading.units}
+    folder = cache_home() / "impaired" / content_name(dataset, dropping)
+    built_once(folder, lambda place: impair_dataset(dataset, place, **how, jobs=jobs, failed=failed))
     return folder
 
 
@@ -233,11 +222,7 @@ def content_name(dataset: Dataset, dropping: Dropping) -> str:
 
 def held_out(impaired: Impaired, seed: int) -> list[Split]:
     """Return splits that learn whole objects and test copies of others: source by source, or in random halves."""
-    groups = impaired.labels.groups[: impaired.whole]
-    if len(set(groups.tolist())) > 1:
-        whole = leave_one_group_out(groups)
-    else:
-        whole = random_splits(impaired.whole, impaired.whole // 2, TRIALS, seed)
+    whole = sources_or_halves(impaired.labels.groups[: impaired.whole], TRIALS, seed)
     splits = [Split(split.train, impaired.rows_of(split.test)) for split in whole]
     return [split for split in splits if len(split.test)]
 

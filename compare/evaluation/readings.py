@@ -31,7 +31,6 @@ POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
 PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
 WORTH_CORES = 1000  # objects to be learnt in all, in some seconds: for fewer, other processes take longer to start
-BINS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -178,27 +177,11 @@ def points_profiled(simulated: Simulated, labels: Labels, radii: tuple[float, ..
     )
 
 
-def fused(features: Sequence[Profiled]) -> Profiled:
-    """Return the quantities of several features (N, Q1 + Q2 + ...) side by side, as the paper hopes for (§IV-B)."""
-    return replace(features[0], profiles=np.hstack([feature.profiles for feature in features]))
-
-
 def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0) -> DropsByRadius:
     """Return an object's own points in place of spheres that settled: as far apart as spheres, in random order."""
     points = voxel_centers(record)
     mixed = np.random.default_rng(seed).permutation(points)
     return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
-
-
-def reliability(trial: Trial, labels: Labels) -> list[dict[str, float]]:
-    """Return, for scores within each bin, how many there are, their mean, and the share that is true."""
-    members, rows = labels.members[trial.rows], []
-    bins = np.clip(np.searchsorted(BINS, trial.scores, side="right") - 1, 0, len(BINS) - 2)
-    for place in np.unique(bins).tolist():
-        here = bins == place
-        said, true = float(trial.scores[here].mean()), float(members[here].mean())
-        rows.append({"from": BINS[place], "to": BINS[place + 1], "scores": int(here.sum()), "said": said, "true": true})
-    return rows
 
 
 class Reading(Protocol):

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from ..evaluation.evaluation import Confusion, count_confusion
 from ..pages.plates import DOUBLE, INK, SINGLE, Plate, bounded_spread, look, wrapped
-from .budget import EvaluatedData
+from .evaluated_data import EvaluatedData
 
 ABREAST, FEW = 3, 6  # matrices in a row, where they have so few labels
 SIDE = {1: 2.1, 2: 2.1, 3: 1.65}  # inches, of a matrix, by how many are in a row

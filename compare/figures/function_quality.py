@@ -12,7 +12,7 @@ from spherefunc_bullet.formats.units import format_length
 from ..evaluation.evaluation import radius_counts
 from ..evaluation.protocol import PAPER
 from ..pages.plates import DOUBLE, GREY, INK, Plate, bounded_spread, look, wrapped
-from .budget import EvaluatedData
+from .evaluated_data import EvaluatedData
 
 PAPER_MARK = {"marker": "D", "color": INK, "markerfacecolor": "none"}
 

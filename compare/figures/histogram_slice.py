@@ -13,7 +13,7 @@ from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.histogram import counted_cubes, cube_indices
 
 from ..pages.plates import COLOURS, DOUBLE, GREY, INK, Plate
-from .budget import EvaluatedData
+from .evaluated_data import EvaluatedData
 from .typical_objects import exhibits, picture_radius
 
 CUBES_ACROSS = 6  # of the object's largest extent, about: enough to see a shape, few enough to read

@@ -14,7 +14,7 @@ from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.learning.validation import THRESHOLD
 
 from ..pages.plates import DOUBLE, GREY, INK, PALE, Plate, look
-from .budget import EvaluatedData
+from .evaluated_data import EvaluatedData
 
 PAGE = 8.5  # inches, that all panels may take
 CROWD = 100  # objects: fewer get larger marks

@@ -18,7 +18,7 @@ from spherefunc_bullet.viewer.colours import HEIGHT_COLOURS
 from spherefunc_bullet.viewer.pictures import CUT_COLOUR, SPHERES_ACROSS, View, fitting_radius, is_cut, object_picture
 
 from ..pages.plates import DOUBLE, GREY, Plate
-from .budget import EvaluatedData
+from .evaluated_data import EvaluatedData
 
 KINDS = 2  # of each function: the categories with most objects, such as chairs and sofas
 MANY = 4  # functions: of more, one kind each

@@ -10,7 +10,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypedDict
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,9 +23,8 @@ from spherefunc_bullet.scenes.recognition.room import Room
 from spherefunc_bullet.scenes.scans.scan import Scan
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
-from .matching import Score, ScoreRow, Verdict, rounded, score_of
+from .matching import Row, Score, Verdict, rounded, score_of
 from .proposals import aligned_box
-from .trials import ConditionRow
 from .truth import RecognisedObject, TrueObject
 
 OBJECT, PLACE = "object", "place"
@@ -47,16 +45,6 @@ class ExaminedScan:
     def score(self, unit: str, function: str = ALL) -> Score:
         """Return the score by object or by place, of one function or of all."""
         return score_of(one for one in self.verdicts[unit] if function in (ALL, one.function))
-
-
-class ExamRow(ScoreRow):
-    """One line of the exam as JSON has it."""
-
-    by: str
-    of: str
-    scans: int
-    recall_interval: Interval
-    precision_interval: Interval
 
 
 def source_of(path: Path) -> str:
@@ -137,7 +125,7 @@ def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]
     return rounded(float(low), 3), rounded(float(high), 3)
 
 
-def exam_rows(scans: Sequence[ExaminedScan]) -> list[ExamRow]:
+def exam_rows(scans: Sequence[ExaminedScan]) -> list[Row]:
     """Return the lines of the exam: all, by function and by source, each by object and by place."""
     functions = sorted({one.function for scan in scans for unit in scan.verdicts.values() for one in unit})
     sources = sorted({scan.source for scan in scans})
@@ -149,7 +137,7 @@ def exam_rows(scans: Sequence[ExaminedScan]) -> list[ExamRow]:
     return rows
 
 
-def exam_row(unit: str, of: str, scores: Sequence[Score]) -> ExamRow:
+def exam_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
     """Return one line from the scores of its scans."""
     return {
         "by": unit,
@@ -161,7 +149,7 @@ def exam_row(unit: str, of: str, scores: Sequence[Score]) -> ExamRow:
     }
 
 
-def print_exam(rows: Sequence[ExamRow]):
+def print_exam(rows: Sequence[Row]):
     """Print the exam."""
     table = [
         [row["by"], row["of"], row["scans"]]
@@ -185,32 +173,7 @@ def shared(some: int, of: int, share: float | None, between: Interval) -> str:
 WHOLE = "whole"
 
 
-class ReportHead(TypedDict):
-    """What was measured, as ``rooms.json`` begins."""
-
-    data: str
-    model: str
-    backend: str
-    tolerance: float  # metres
-    large_tolerance: float  # metres
-    completion: list[str]
-    proposals: list[str]
-    lived_in: dict[str, float]  # kind of disorder -> share of the rooms that have it
-    resolution: dict[str, float | None]  # leaf in metres, points
-    seed: int
-
-
-class CurvePoint(TypedDict):
-    """One point of a curve."""
-
-    views: str
-    noise: float
-    curve: str  # a function, or "objects found"
-    value: float | None
-    whole: float | None  # of the same objects as whole models
-
-
-def room_curves(about: ReportHead, measured: Sequence[ConditionRow]) -> Plate:
+def room_curves(about: Row, measured: Sequence[Row]) -> Plate:
     """Return the plot: on the left what views do, on the right what noise does at the most common number of views."""
     return Plate(
         stem="rooms",
@@ -222,9 +185,9 @@ def room_curves(about: ReportHead, measured: Sequence[ConditionRow]) -> Plate:
     )
 
 
-def curve_rows(measured: Sequence[ConditionRow]) -> list[CurvePoint]:
+def curve_rows(measured: Sequence[Row]) -> list[Row]:
     """Return one row for each scan and function, and for each scan's segmentation."""
-    rows: list[CurvePoint] = []
+    rows: list[Row] = []
     for scan in measured:
         start = {"views": scan["views"], "noise": scan["noise"]}
         rows.append(start | {"curve": "objects found", "value": scan["segmentation"]["recall"], "whole": None})
@@ -233,7 +196,7 @@ def curve_rows(measured: Sequence[ConditionRow]) -> list[CurvePoint]:
     return rows
 
 
-def draw_curves(figure: Figure, measured: Sequence[ConditionRow]):
+def draw_curves(figure: Figure, measured: Sequence[Row]):
     """Draw views on the left and, where several levels were measured, noise on the right."""
     rows = curve_rows(measured)
     noises = sorted({row["noise"] for row in rows if row["views"] != WHOLE})
@@ -250,7 +213,7 @@ def draw_curves(figure: Figure, measured: Sequence[ConditionRow]):
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=5, handlelength=3.2)
 
 
-def draw_panel(axes: Axes, rows: Sequence[CurvePoint], across: str, label: str):
+def draw_panel(axes: Axes, rows: Sequence[Row], across: str, label: str):
     """Draw each curve over one of the columns."""
     places = {value: place for place, value in enumerate(dict.fromkeys(row[across] for row in rows))}
     for index, name in enumerate(dict.fromkeys(row["curve"] for row in rows)):
@@ -266,7 +229,7 @@ def draw_panel(axes: Axes, rows: Sequence[CurvePoint], across: str, label: str):
     axes.grid(axis="y", linewidth=0.3, color="#dddddd")
 
 
-def write_report(folder: Path, about: ReportHead, measured: Sequence[ConditionRow]):
+def write_report(folder: Path, about: Row, measured: Sequence[Row]):
     """Write ``rooms.json``, and the plot as PNG, SVG and CSV."""
     write_text(folder / "rooms.json", json.dumps(about | {"conditions": list(measured)}, indent=2) + "\n")
     write_plate(room_curves(about, measured), folder)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import TypedDict
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,19 +14,9 @@ from .truth import BACK_ONLY, SEEN, RecognisedObject, TrueObject, overlap
 
 IOU = 0.5  # above one half no two parts can claim the same object
 
+Row = dict[str, Any]  # of a report, as JSON has it; a figure is None where there is nothing to divide by
 Matches = Mapping[int, int | None]  # a part's number -> the number of the true object that it is, None for none
 Functions = Mapping[int, frozenset[str]]  # the functions of a part or of an object, by its number
-
-
-class CountsRow(TypedDict):
-    """Counts as reports have them; a figure is None where there is nothing to divide by."""
-
-    f_measure: float | None
-    precision: float | None
-    recall: float | None
-    hits: int
-    false_alarms: int
-    misses: int
 
 
 @dataclass(frozen=True)
@@ -52,7 +42,7 @@ class Counts:
     def f_measure(self) -> float | None:
         return ratio(2 * self.hits, 2 * self.hits + self.false_alarms + self.misses)
 
-    def row(self) -> CountsRow:
+    def row(self) -> Row:
         """Return the figures for a report, rounded."""
         return {name: rounded(getattr(self, name)) for name in ("f_measure", "precision", "recall")} | asdict(self)
 
@@ -146,20 +136,6 @@ class Verdict:
         return f"back {ending}" if self.true.visible == BACK_ONLY else "uncounted"
 
 
-class ScoreRow(TypedDict):
-    """A score as JSON has it."""
-
-    found: int
-    seen: int
-    recall: float | None
-    true_claims: int
-    claims: int
-    precision: float | None
-    backs_found: int
-    backs: int
-    disputed: int
-
-
 @dataclass(frozen=True, kw_only=True)
 class Score:
     """Counts of verdicts, which add up over scans and functions."""
@@ -184,7 +160,7 @@ class Score:
     def __add__(self, other: Score) -> Score:
         return Score(**{name: getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__})
 
-    def row(self) -> ScoreRow:
+    def row(self) -> Row:
         """Return the figures for a report."""
         return {
             "found": self.found,
@@ -269,21 +245,3 @@ def best_pairs(shared: np.ndarray) -> dict[int, int]:
         if shared[t, f] > 0 and t not in pairs and f not in pairs.values():
             pairs[t] = f
     return pairs
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JudgedScan:
-    """One scan: what is true of it, what was recognised, and the verdicts."""
-
-    name: str
-    points: np.ndarray = field(repr=False)  # (N, 3) float64, metres, the scan's frame
-    labels: np.ndarray = field(repr=False)  # (N,) int, as `Room.labels`
-    truth: Sequence[TrueObject]
-    recognised: Sequence[RecognisedObject]
-    verdicts: Sequence[Verdict]
-    proposals: Sequence[RecognisedObject] = ()  # all that was asked about, overlapping ones too
-
-    @property
-    def asked(self) -> Sequence[RecognisedObject]:
-        """All that was asked about; where that is not known, what was recognised."""
-        return self.proposals or self.recognised

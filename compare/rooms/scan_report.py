@@ -1,57 +1,23 @@
-"""The score of real scans as a person reads it: by function, by scan, and every miss and false claim with its cause."""
+"""The score of real scans as a person reads it: by function, and by scan."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict
 
 from spherefunc_bullet.console import print_table, show
-from spherefunc_bullet.formats.writing import prepare_folder, writing
+from spherefunc_bullet.formats.writing import writing
 from spherefunc_bullet.scenes.recognition.recognition import Room
-from spherefunc_bullet.scenes.report.picture import Mark, room_picture
+from spherefunc_bullet.scenes.report.picture import room_picture
 from spherefunc_bullet.scenes.scans.scan import Scan
-from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 
-from .causes import CAUSES, CauseRow
-from .matching import Score, ScoreRow, Verdict, score_of
+from .matching import Row, Score, Verdict, score_of
 from .truth import read_rows
 
-SPHERES = "spheres"
 Verdicts = Sequence[Verdict]
 
 
-class ScanRow(TypedDict, total=False):
-    """What was recognised in one scan, as JSON has it, and how that compares with what is known, if anything is."""
-
-    scan: str
-    points: int
-    up_from: str
-    objects: int
-    functional: list[str]
-    seconds: float
-    stages: dict[str, float]  # seconds
-    functions: dict[str, ScoreRow]
-    found: list[str]
-    missed: list[str]
-    wrong: list[str]  # functions claimed falsely
-    backs_found: list[str]
-    disputed: list[str]
-    recall: float | None
-    precision: float | None
-
-
-class InferredRow(TypedDict):
-    """What was inferred and not seen, as JSON has it; no other count includes it."""
-
-    claims: int
-    backs: int  # of these, chairs of which only the back shows
-    seen: int  # of these, others that are there
-
-
-def inferred_row(claims: Verdicts) -> InferredRow:
+def inferred_row(claims: Verdicts) -> Row:
     """Return how many of the claims of what was not seen are true, and of what."""
     return {
         "claims": len(claims),
@@ -66,7 +32,7 @@ def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
     return {name: score_of(verdict for verdict in verdicts if verdict.function == name) for name in names}
 
 
-def known_row(verdicts: Verdicts) -> ScanRow:
+def known_row(verdicts: Verdicts) -> Row:
     """Return how what was recognised in a scan compares with what is known of it."""
     score = score_of(verdicts)
 
@@ -85,41 +51,14 @@ def known_row(verdicts: Verdicts) -> ScanRow:
     }
 
 
-def print_functions(readings: Mapping[str, Verdicts], inferred: Verdicts = ()):
-    """Print recall and precision of each function, and of all, for the spheres and for every baseline."""
-    scores = {reading: scores_by_function(verdicts) for reading, verdicts in readings.items()}
-    names = sorted({name for own in scores.values() for name in own})
-    columns = ["classified by", *(f"{name} {kind}" for name in [*names, "all"] for kind in ("recall", "precision"))]
-    rows = []
-    for reading, own in scores.items():
-        cells = [own.get(name, Score()) for name in names]
-        rows.append([reading, *(text for score in [*cells, sum(cells, Score())] for text in shares_of(score))])
-    print_table("What the sensor saw: found of how many, and how many claims are true", columns, rows)
-    apart = score_of(readings.get(SPHERES, ()))
-    backs = f"{apart.backs_found} of {apart.backs_found + apart.backs_missed} of which only the back shows are found"
-    show(f"counted apart, by {SPHERES}: {backs}; {apart.disputed} claims of what is disputed (bowls, an open pot)")
+def print_inferred(inferred: Verdicts):
+    """Print what was inferred and not seen, which counts nowhere."""
     row = inferred_row(inferred)
     true = f"{row['backs']} are chairs of which only the back shows, {row['seen']} others"
     show(f"inferred from backs at tables, and counted nowhere: {row['claims']}, of which {true}\n")
 
 
-def shares_of(score: Score) -> tuple[str, str]:
-    """Return recall and precision as counts and shares."""
-    return counted(score.found, score.found + score.missed), counted(score.found, score.found + score.false)
-
-
-def counted(some: int, of: int) -> str:
-    """Return a count and its share, a dash where there is nothing to count.
-
-    Examples
-    --------
-    >>> counted(2, 3), counted(0, 0)
-    ('2/3 0.67', '-')
-    """
-    return f"{some}/{of} {some / of:.2f}" if of else "-"
-
-
-def print_scans(rows: Sequence[ScanRow]):
+def print_scans(rows: Sequence[Row]):
     """Print a line for each scan."""
     names = sorted({name for row in rows for name in row.get("functions", {})})
     columns = ["scan", "points", "level by", "parts", *names, "claims true", "backs", "disputed", "seconds"]
@@ -133,7 +72,7 @@ def print_scans(rows: Sequence[ScanRow]):
     show()
 
 
-def scan_cells(row: ScanRow, names: Sequence[str]) -> list[str]:
+def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
     """Return a scan's counts: by function, of claims, of backs, and of what is disputed."""
     known = row.get("functions")
     if known is None:
@@ -152,53 +91,15 @@ def plain(some: int, of: int) -> str:
     return f"{some}/{of}" if of else "-"
 
 
-def print_causes(misses: Sequence[CauseRow], false_claims: Sequence[CauseRow]):
-    """Print every miss and every false claim with its cause, and how many there are of each."""
-    for title, rows in (("Missed", misses), ("False claims", false_claims)):
-        counts = Counter(row["cause"] for row in rows)
-        by_cause = ", ".join(f"{counts[cause]} {cause}" for cause in CAUSES if counts[cause])
-        if not rows:
-            show(f"{title}: none\n")
-            continue
-        columns = ["scan", "function", "object", "at, m", "cause", "what happened"]
-        print_table(f"{title}, {len(rows)}: {by_cause}", columns, [cause_cells(row) for row in rows])
-        show()
-
-
-def cause_cells(row: CauseRow) -> list[str]:
-    """Return a miss or a false claim as a table has it."""
-    what = f"{row['object']}, {row['visible']}" if row["score"] is None else f"score {row['score']:.2f}"
-    place = " ".join(f"{value:.2f}" for value in row["center"])
-    return [row["scan"].removesuffix(".ply"), row["function"], what, place, row["cause"], row["detail"]]
-
-
 RESTRICTED = ("research", "non-commercial", "no licence", "unknown")  # words of licences that forbid publishing
-COLOURS = {"found": (0, 130, 60), "missed": (210, 30, 30), "false": (120, 0, 0)}
-_APART = (110, 110, 110)  # of what is not counted
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pictures:
-    """Where pictures are written to, if anywhere."""
-
-    published: Path | None = None  # of scans whose licence allows it, small
-    review: Path | None = None  # of all, with the truth: to look at
-
-    def prepare(self):
-        """Make the folders, or raise InputError before anything is computed."""
-        prepare_folder(self.published)
-        prepare_folder(self.review)
-
-    def write(self, path: Path, scan: Scan, room: Room, verdicts: Sequence[Verdict]):
-        """Write a scan's pictures: a small one of few colours, as documents take it, and one with the truth."""
-        if self.published is not None and may_be_shown(path):
-            file = self.published / f"scene_{path.stem}.png"
-            with writing(file):
-                room_picture(scan, room, size=(560, 420)).quantize(96).save(file, optimize=True)
-        if self.review is not None:
-            file, marks = self.review / f"{path.stem}.png", truth_marks(scan, room, verdicts)
-            with writing(file):
-                room_picture(scan, room, marks=marks).save(file)
+def write_picture(folder: Path | None, path: Path, scan: Scan, room: Room):
+    """Write a small picture of few colours, as documents take it, of a scan whose licence allows it."""
+    if folder is not None and may_be_shown(path):
+        file = folder / f"scene_{path.stem}.png"
+        with writing(file):
+            room_picture(scan, room, size=(560, 420)).quantize(96).save(file, optimize=True)
 
 
 def may_be_shown(path: Path) -> bool:
@@ -207,15 +108,3 @@ def may_be_shown(path: Path) -> bool:
     licences = {row["file"]: row["license"] for row in read_rows(manifest)} if manifest.exists() else {}
     licence = licences.get(path.name, "")
     return bool(licence) and not any(word in licence.lower() for word in RESTRICTED)
-
-
-def truth_marks(scan: Scan, room: Room, verdicts: Sequence[Verdict]) -> list[Mark]:
-    """Return the boxes of all true objects with a function: green where found, red where missed, grey if uncounted."""
-    marks = []
-    for verdict in [verdict for verdict in verdicts if verdict.true is not None]:
-        true = verdict.true
-        level, labelled = room.levelling.to_level, true.points is not None
-        corners = bounding_box(level(scan.points[true.points])).corners if labelled else level(true.box.corners)
-        colour = COLOURS.get(verdict.outcome, _APART)
-        marks.append(Mark(corners=corners, colour=colour, text=f"{true.name}: {verdict.outcome}", thin=True))
-    return marks

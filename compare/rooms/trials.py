@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypedDict, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_liv
 from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
 from spherefunc_bullet.settling.records import Dropping, simulate_objects
 
-from .matching import Counts, CountsRow, Functions, Matches, function_counts, match_parts, rounded, segmentation_counts
+from .matching import Counts, Functions, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
 
 Summand = TypeVar("Summand")
 
@@ -66,27 +66,6 @@ class RoomTrial(Recognition):
     resolution: Resolution = AS_SEEN
 
 
-class FunctionRow(CountsRow):
-    """How well one function is classified, as reports have it."""
-
-    f_measure_cut_out: float | None
-    f_measure_whole: float | None
-
-
-class ConditionRow(TypedDict):
-    """What was measured under one condition, as reports have it."""
-
-    views: str
-    noise: float
-    rooms: int
-    objects: int
-    hidden: int
-    points: int
-    segmentation: CountsRow
-    functions: dict[str, FunctionRow]
-    seconds: dict[str, float]  # of each stage, mean over rooms
-
-
 @dataclass(frozen=True, kw_only=True)
 class ConditionCounts:
     """The counts of one condition, which add up over rooms."""
@@ -104,7 +83,7 @@ class ConditionCounts:
     def __add__(self, other: ConditionCounts) -> ConditionCounts:
         return ConditionCounts(**summed(vars(self), vars(other)))
 
-    def row(self, condition: Condition) -> ConditionRow:
+    def row(self, condition: Condition) -> Row:
         """Return the figures for a report."""
         kinds = {"f_measure": self.labelled, "f_measure_cut_out": self.cut_out, "f_measure_whole": self.whole}
         functions = {

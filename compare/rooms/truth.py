@@ -21,7 +21,6 @@ DISPUTED = "cup"  # the function that people dispute of bowls, open pots and wha
 SUPPORT, SUPPORTS = "support", "table"  # what a surface is labelled that serves as ground, and what it is if claimed
 UNCLEAR = frozenset({"cup", "sittable", "table"})  # of an object that its row calls unclear, all count neither way
 _STEPS = 24  # per axis, of the places at which two boxes are compared
-_MARGIN = 0.02  # metres around a box drawn by hand within which points are of its object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,21 +34,6 @@ class TrueObject:
     box: Box | None = None
     points: np.ndarray | None = None  # (N,) bool, of the scan's
 
-    def holds(self, points: np.ndarray, spared: float = 0.0) -> np.ndarray:
-        """Return which of the scan's points (N, 3) are the object's, (N,) bool.
-
-        Parameters
-        ----------
-        points : (N, 3) float64, metres, the scan's frame
-        spared : float
-            Height of a box's lowest slice that is left out, metres: what the object stands on.
-        """
-        if self.points is not None:
-            return self.points
-        own = self.box.to_own(points)
-        inside = (np.abs(own) <= self.box.size / 2 + _MARGIN).all(axis=1)
-        return inside & (own[:, 2] > spared - self.box.size[2] / 2 - (0.0 if spared else _MARGIN))
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecognisedObject:
@@ -59,7 +43,6 @@ class RecognisedObject:
     box: Box
     points: np.ndarray  # (N,) bool
     scores: dict[str, float]  # of each function
-    fragment: bool = False
 
 
 def true_objects(scan_file: Path) -> list[TrueObject] | None:

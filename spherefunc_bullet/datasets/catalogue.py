@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
@@ -40,19 +40,30 @@ def make_catalogue(name: str, seed: int = 0) -> list:
 
 def built_catalogue(name: str) -> Path:
     """Return the manifest of a catalogue, building it in the cache the first time."""
-    home = cache_home() / "catalogues"
-    folder = home / f"{version('spherefunc-bullet')}-{VERSION}" / name
-    if not (folder / "manifest.csv").is_file():
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=home) as scratch:
-            write_catalogue(make_catalogue(name), Path(scratch) / name, name)
-            # Two processes may build at once: the first to rename wins, the other's copy is dropped.
+    folder = cache_home() / "catalogues" / f"{version('spherefunc-bullet')}-{VERSION}" / name
+    return built_once(folder, lambda place: write_catalogue(make_catalogue(name), place, name))
+
+
+def built_once(folder: Path, build: Callable[[Path], object]) -> Path:
+    """Return the manifest of a folder, which is built the first time; two processes may do so at once.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    manifest = folder / "manifest.csv"
+    if not manifest.is_file():
+        with writing(folder.parent, "a folder"):
+            folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+            build(Path(scratch) / folder.name)
             try:
-                os.replace(Path(scratch) / name, folder)
-            except OSError as error:
-                if not (folder / "manifest.csv").is_file():
+                os.replace(Path(scratch) / folder.name, folder)
+            except OSError as error:  # the first to rename wins, the other's copy is dropped
+                if not manifest.is_file():
                     raise InputError(f"{folder}: expected a folder that can be written; {error.strerror}") from error
-    return folder / "manifest.csv"
+    return manifest
 
 
 def write_catalogue(objects: Iterable, directory: str | os.PathLike, group: str) -> Path:

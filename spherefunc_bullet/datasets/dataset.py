@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -259,10 +258,3 @@ def is_permissive(text: str) -> bool:
 def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
     """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
     return [item.group if item.license else "" for item in objects]
-
-
-def learnt_sources(objects: Iterable[DatasetObject]) -> dict[str, int]:
-    """Return of how many objects each source is, by its name and licence; only sources that state a licence."""
-    return dict(
-        sorted(Counter(f"{item.source or item.group} ({item.license})" for item in objects if item.license).items())
-    )

@@ -24,7 +24,7 @@ _BITS = 21  # of a cube's index along each axis; two million cubes either way of
 _OFFSET = 1 << (_BITS - 1)
 
 
-def cube_keys(centers: np.ndarray, side: float, corner: np.ndarray | None = None) -> np.ndarray:
+def cube_keys(centers: np.ndarray, side: float) -> np.ndarray:
     """Return one int64 per centre that names its cube.
 
     Parameters
@@ -32,13 +32,9 @@ def cube_keys(centers: np.ndarray, side: float, corner: np.ndarray | None = None
     centers : (S, 3) float
         Metres, z up, the object centred on the z axis and standing on z = 0.
     side : float
-        Of a cube, metres.
-    corner : (2,) float, optional
-        Where the grid's first cube begins, x and y, metres; by default its middle cube is centred on the z axis.
-        The floor is always a boundary.
+        Of a cube, metres. The middle cube is centred on the z axis; the floor is a boundary.
     """
-    x, y = (-side / 2, -side / 2) if corner is None else corner
-    return keys_of_cubes(np.floor((centers - [x, y, 0.0]) / side).astype(np.int64))
+    return keys_of_cubes(np.floor((centers - [-side / 2, -side / 2, 0.0]) / side).astype(np.int64))
 
 
 def keys_of_cubes(indices: np.ndarray) -> np.ndarray:
@@ -53,9 +49,9 @@ def cube_indices(keys: np.ndarray) -> np.ndarray:
     return np.stack([keys >> 2 * _BITS, keys >> _BITS & mask, keys & mask], axis=1) - _OFFSET
 
 
-def counted_cubes(points: np.ndarray, side: float, corner: np.ndarray | None = None) -> Counts:
+def counted_cubes(points: np.ndarray, side: float) -> Counts:
     """Return the cubes that hold points (S, 3), and how many each holds; see `cube_keys`."""
-    keys, counts = np.unique(cube_keys(points, side, corner), return_counts=True)
+    keys, counts = np.unique(cube_keys(points, side), return_counts=True)
     return keys, counts.astype(float)
 
 

@@ -17,7 +17,7 @@ from ..simulator import MISS_LIMIT, DropResult, Outcome
 
 ASKED = 50  # settled spheres tested for walls around them, about; the others are NaN
 DROPS = 200  # at each radius, where a stated number of them is read as quantities
-EARLY_DROPS = 40  # at each radius: enough to classify most objects (compare/evaluation/stopping.py)
+EARLY_DROPS = 40  # at each radius: enough to classify most objects (docs/studies.md)
 FEW = 5  # settled spheres of all radii together from which much can be concluded
 LOST = -1  # in place of an `Outcome`: did not settle; older files do not say how it ended
 _KEPT_WIDTH = 6  # numbers of a drop in a file: x, y of its column; x, y, z of its rest, and walled in, or NaN

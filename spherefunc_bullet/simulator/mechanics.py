@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
@@ -30,37 +30,41 @@ KINDS = {
 }
 
 
+def amount(default: Any, **limits: float) -> Any:
+    """Return a field of settings with the range that it has to lie in, as `require_amount` has it; None may be."""
+    return field(default=default, metadata={"limits": limits})
+
+
+class Amounts:
+    """Settings that refuse what lies outside the range of a field, see `amount`."""
+
+    def __post_init__(self):
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if "limits" in one.metadata and value is not None:
+                require_amount(one.name, value, **one.metadata["limits"])
+
+
 @dataclass(frozen=True, kw_only=True)
-class Matter:
+class Matter(Amounts):
     """What an object is made of."""
 
-    area_density: float = AREA_DENSITY  # kg/m2, of its surface
-    mass: float | None = None  # kg, of the whole; None: from the surface
-    friction: float = 0.5  # on the ground, wood on wood
-    restitution: float = 0.0  # 1: bounces back completely
-
-    def __post_init__(self):
-        require_amount("area_density", self.area_density, above=0.0)
-        require_amount("mass", 1.0 if self.mass is None else self.mass, above=0.0)
-        require_amount("friction", self.friction)
-        require_amount("restitution", self.restitution, most=0.9)
+    area_density: float = amount(AREA_DENSITY, above=0.0)  # kg/m2, of its surface
+    mass: float | None = amount(None, above=0.0)  # kg, of the whole; None: from the surface
+    friction: float = amount(0.5)  # on the ground, wood on wood
+    restitution: float = amount(0.0, most=0.9)  # 1: bounces back completely
 
 
 @dataclass(frozen=True, kw_only=True)
-class PoseSettings:
+class PoseSettings(Amounts):
     """How an object is dropped to see how it can lie."""
 
-    drops: int = 100
-    fall: float = 0.1  # of its largest extent: how far its lowest point falls
+    drops: int = amount(100, least=1)
+    fall: float = amount(0.1)  # of its largest extent: how far its lowest point falls
     matter: Matter = field(default_factory=Matter)
-    time_limit: float = 100.0  # in sqrt(extent / g), after which a drop is given up: 32 s for an extent of 1 m
-    least: float = 0.002  # poses less likely than that, by drops and by statics, are left out
-
-    def __post_init__(self):
-        require_amount("drops", self.drops, least=1)
-        require_amount("fall", self.fall)
-        require_amount("time_limit", self.time_limit, above=0.0)
-        require_amount("least", self.least, most=1)
+    # In sqrt(extent / g), after which a drop is given up: 32 s for an extent of 1 m.
+    time_limit: float = amount(100.0, above=0.0)
+    least: float = amount(0.002, most=1)  # poses less likely than that, by drops and by statics, are left out
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,22 +104,19 @@ class Stance(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandSettings:
+class StandSettings(Amounts):
     """How an object is put on the ground, and what is set on it."""
 
-    load: float = 0.0  # kg, at each place in turn
+    load: float = amount(0.0)  # kg, at each place in turn
     matter: Matter = field(default_factory=Matter)
-    tilt_deg: float = 1.0  # more than that is no longer the pose it came in
+    tilt_deg: float = amount(1.0, above=0.0)  # more than that is no longer the pose it came in
     rocking_deg: float = 10.0  # more than that is tipping
-    time_limit: float = 60.0  # in sqrt(extent / g)
-    most_places: int = 100  # that the load is set on, evenly chosen
+    time_limit: float = amount(60.0, above=0.0)  # in sqrt(extent / g)
+    most_places: int = amount(100, least=1)  # that the load is set on, evenly chosen
 
     def __post_init__(self):
-        require_amount("load", self.load)
-        require_amount("tilt_deg", self.tilt_deg, above=0.0)
+        super().__post_init__()
         require_amount("rocking_deg", self.rocking_deg, least=self.tilt_deg)
-        require_amount("time_limit", self.time_limit, above=0.0)
-        require_amount("most_places", self.most_places, least=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -154,35 +155,27 @@ class StandResult:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarrySettings:
+class CarrySettings(Amounts):
     """How a filled object is carried: tilted on all sides, farther each time, and shaken."""
 
-    radius: float | None = None  # of the spheres, metres; None: as the object is large
-    spheres: int = 300  # that it is filled with at most
-    fill: float = 0.9  # of the spheres that it holds: to the brim, every vessel spills
+    radius: float | None = amount(None, above=0.0)  # of the spheres, metres; None: as the object is large
+    spheres: int = amount(300, least=1)  # that it is filled with at most
+    fill: float = amount(0.9, above=0.0, most=1.0)  # of the spheres that it holds: to the brim, every vessel spills
     angles_deg: tuple[float, ...] = (15.0, 30.0, 45.0)
-    haste: float = 1.0  # of tilting and turning; at 1 a turn takes 26 to 120 sqrt(radius / g), at 0.1 ten times as long
-    shake: float = 0.01  # metres, amplitude along x, y and z
-    frequency: float = 3.0  # Hz
-    friction: float = 0.5
-    restitution: float = 0.0
-    density: float = 1000.0  # kg/m3 of the spheres: it changes nothing on an object that is held
+    # Of tilting and turning; at 1 a turn takes 26 to 120 sqrt(radius / g), at 0.1 ten times as long.
+    haste: float = amount(1.0, above=0.0, most=2.0)
+    shake: float = amount(0.01)  # metres, amplitude along x, y and z
+    frequency: float = amount(3.0, above=0.0)  # Hz
+    friction: float = amount(0.5)
+    restitution: float = amount(0.0, most=0.9)
+    density: float = amount(1000.0, above=0.0)  # kg/m3 of the spheres: it changes nothing on an object that is held
 
     def __post_init__(self):
-        if self.radius is not None:
-            require_amount("radius", self.radius, above=0.0)
-        require_amount("spheres", self.spheres, least=1)
-        require_amount("fill", self.fill, above=0.0, most=1.0)
+        super().__post_init__()
         if not self.angles_deg or list(self.angles_deg) != sorted(set(self.angles_deg)):
             raise InputError(f"angles {self.angles_deg}: expected ascending angles, such as 15,30,45")
         for angle in self.angles_deg:
             require_amount("angle", angle, above=0.0, most=180.0)
-        require_amount("haste", self.haste, above=0.0, most=2.0)
-        require_amount("shake", self.shake)
-        require_amount("frequency", self.frequency, above=0.0)
-        require_amount("friction", self.friction)
-        require_amount("restitution", self.restitution, most=0.9)
-        require_amount("density", self.density, above=0.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,34 +13,24 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from .mechanics import require_amount
+from .mechanics import Amounts, amount
 
 HELD = ""  # why it did not hold: nothing
 REASONS = ("slid", "tipped", "sank", "moved", "knees hit", "sharp", "spilled")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProofSettings:
+class ProofSettings(Amounts):
     """How places are used."""
 
-    person: float = 1.75  # metres, how tall a sitter is
-    sitting_time: float = 1.0  # seconds after which a sitter is looked at
-    lean: float = 40.0  # newtons, by which a sitter 1.75 m tall is then pushed from each side
-    friction: float = 0.6  # cloth on wood; a mug on wood
-    put_time: float = 1.0  # seconds after which what was put down is looked at, and as long after the push
-    push: float = 1.0  # newtons
-    spheres: int = 60  # that stand for what is poured, at most
-    kept: float = 0.9  # share of the spheres that has to be inside at the end
-
-    def __post_init__(self):
-        require_amount("person", self.person, least=0.6, most=2.5)
-        require_amount("sitting_time", self.sitting_time, above=0.0)
-        require_amount("lean", self.lean)
-        require_amount("friction", self.friction)
-        require_amount("put_time", self.put_time, above=0.0)
-        require_amount("push", self.push)
-        require_amount("spheres", self.spheres, least=1)
-        require_amount("kept", self.kept, most=1.0)
+    person: float = amount(1.75, least=0.6, most=2.5)  # metres, how tall a sitter is
+    sitting_time: float = amount(1.0, above=0.0)  # seconds after which a sitter is looked at
+    lean: float = amount(40.0)  # newtons, by which a sitter 1.75 m tall is then pushed from each side
+    friction: float = amount(0.6)  # cloth on wood; a mug on wood
+    put_time: float = amount(1.0, above=0.0)  # seconds to the look at what was put down, and as long after the push
+    push: float = amount(1.0)  # newtons
+    spheres: int = amount(60, least=1)  # that stand for what is poured, at most
+    kept: float = amount(0.9, most=1.0)  # share of the spheres that has to be inside at the end
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
 from spherefunc_bullet.bullet import loading
+from spherefunc_bullet.bullet.bodies.carrying import FINER, MANY, carrying_physics
 from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, G, shaken
 from spherefunc_bullet.bullet.collision.cuts import hull_of, in_halves
 from spherefunc_bullet.bullet.collision.pieces import bends_between, corners
@@ -19,11 +20,21 @@ from spherefunc_bullet.bullet.collision.sides import fitted
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
+from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator.mechanics import CarrySettings
 
 RANDOM = np.random.default_rng
+
+
+def test_finer_steps_cover_the_same_time():
+    for spheres in (1, MANY, MANY + 1):
+        steps = [carrying_physics(Physics(), CarrySettings(), spheres, finer) for finer in FINER]
+        assert all(how.look == pytest.approx(LOOK) and how.rolling_friction == 0 for how in steps)
+        assert [how.sub_steps / steps[0].sub_steps for how in steps] == list(FINER)
+    many, few = (carrying_physics(Physics(), CarrySettings(), count, 1) for count in (MANY + 1, MANY))
+    assert many.sub_steps < few.sub_steps  # each sphere more costs more
 
 
 def test_a_vessel_is_shaken_once_along_each_axis_as_hard_as_asked():

@@ -8,16 +8,14 @@ import clouds
 import numpy as np
 import pytest
 import trimesh
+from clouds import boxed
 from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.bullet.bodies.carrying import (
-    FINER,
     LEAKS,
-    MANY,
     Filling,
     Kept,
     carry_result,
-    carrying_physics,
     filling_of,
     notes_on,
 )
@@ -25,7 +23,6 @@ from spherefunc_bullet.bullet.bodies.falling import even_rotations
 from spherefunc_bullet.bullet.bodies.parallel_drops import APART, ParallelDropWorld, free_body, moved
 from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, phases, tilted
 from spherefunc_bullet.bullet.engine import pybullet
-from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
 from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sat_down, spread_of, why_not
 from spherefunc_bullet.bullet.proofs.stage import G, Stage, shape_of, tilt_of
@@ -39,11 +36,6 @@ from spherefunc_bullet.simulator.statics.body import body_of
 
 RANDOM = np.random.default_rng
 BOX = trimesh.creation.box((0.4, 0.2, 0.1))
-
-
-def boxed(extents=(0.4, 0.2, 0.1)) -> Cloud:
-    box = trimesh.creation.box(extents)
-    return cloud_from_mesh(box.vertices, box.faces, "box")
 
 
 # How a vessel is carried
@@ -117,15 +109,6 @@ def test_what_is_kept_is_said_of_what_a_whole_vessel_would_hold():
     assert none.kept == (0, 0) and none.kept_shaken == 0 and none.weight == 0 and len(none.notes) == 1
     assert none.centers.shape == (0, 3)
     assert notes_on(Filling(some, 8), basin(LEAKS)) == () != notes_on(Filling(some, 8), basin(LEAKS - 0.01))
-
-
-def test_finer_steps_cover_the_same_time():
-    for spheres in (1, MANY, MANY + 1):
-        steps = [carrying_physics(Physics(), CarrySettings(), spheres, finer) for finer in FINER]
-        assert all(how.look == pytest.approx(LOOK) and how.rolling_friction == 0 for how in steps)
-        assert [how.sub_steps / steps[0].sub_steps for how in steps] == list(FINER)
-    many, few = (carrying_physics(Physics(), CarrySettings(), count, 1) for count in (MANY + 1, MANY))
-    assert many.sub_steps < few.sub_steps  # each sphere more costs more
 
 
 # Free bodies

@@ -8,6 +8,7 @@ import clouds
 import numpy as np
 import pytest
 import trimesh
+from clouds import boxed
 
 from spherefunc_bullet.bullet.bodies.carrying import Carriage
 from spherefunc_bullet.bullet.collision.shape import collision_shape, of_mesh, require_room, with_slivers
@@ -16,18 +17,13 @@ from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.loading import LONG, SHORT, rays, sphere_of_urdf, write_groups, write_stl
 from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.world import BAKED, FAR, World, neighbors, waiting
-from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropSettings, Outcome, Stop, make_simulator
 
 RANDOM = np.random.default_rng
 BOX = trimesh.creation.box((0.4, 0.2, 0.1))
-
-
-def boxed(extents=(0.4, 0.2, 0.1)) -> Cloud:
-    box = trimesh.creation.box(extents)
-    return cloud_from_mesh(box.vertices, box.faces, "box")
 
 
 def test_groups_of_centres_are_small_and_near_each_other():

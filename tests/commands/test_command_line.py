@@ -16,7 +16,6 @@ import pytest
 from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.compare.evaluation.alternatives import DROPPED
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_lengths
 from spherefunc_bullet.formats.writing import cache_home
@@ -477,26 +476,6 @@ def test_a_batch_to_the_end_is_what_the_papers_method_reads(call, data, tmp_path
         return len(list((tmp_path / "run" / "settled").rglob("*.npz")))
 
     assert runs("paper") == 16 and runs("cubes") == 32
-
-
-def test_alternatives_read_the_same_runs_in_every_way(call, data):
-    done = call("evaluate", data, "--alternatives", "--trials", 1, "--radii", "2cm", "--jobs", 1, "--json")
-    rows = json.loads(done.stdout)
-    assert {"paper", "cubes", "§III-C: all examples", "§III-B: grid from the object's corner"} <= set(rows)
-    assert set(DROPPED) <= set(rows)
-    for row in rows.values():
-        assert set(row) == {"random halves", "across sources", "random halves, turned"}
-        assert all(0 <= figure <= 1 for functions in row.values() for figure in functions.values())
-    # So few spheres of 2 cm settle that no limit is reached.
-    assert rows["cubes"] == rows["cubes, to the end"] == rows["cubes, 2,000 spheres at most"]
-
-
-def test_some_alternatives_alone(call, data):
-    quick = ("--trials", 1, "--radii", "2cm", "--jobs", 1)
-    done = call("evaluate", data, "--alternatives", "--only", "paper, whole sphere", *quick, "--json")
-    assert list(json.loads(done.stdout)) == ["paper", "§III-A: the whole sphere inside the box"]
-    check_refused(call("evaluate", data, "--alternatives", "--only", "naught"), "--only naught", "paper")
-    check_refused(call("evaluate", data, "--only", "paper"), "--only", "--alternatives")
 
 
 def test_evaluate_on_other_data(call, subset, data, tmp_path):

@@ -8,12 +8,10 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.compare.bench import answers, engine_share, peers, piles
+from spherefunc_bullet.compare.bench import answers, peers
 from spherefunc_bullet.compare.bench.harness import Case, apart
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.scenes.household.parts.solids import box
-from spherefunc_bullet.simulator import DropSettings
 
 pytestmark = pytest.mark.slow
 
@@ -33,16 +31,6 @@ def test_backends_stand_beside_each_other(capsys):
     answers.compare_backends("household", "fast", 8)
     printed = capsys.readouterr().out
     assert "spheres kept" in printed and re.search(r"^fast +8 +\d+ ", printed, re.MULTILINE)
-
-
-@pytest.mark.skipif(find_spec("pybullet") is None, reason="PyBullet is not installed")
-def test_the_engine_s_share_is_of_all_the_time_of_a_run(tmp_path):
-    path = tmp_path / "plate.ply"
-    box(0.2, 0.2, 0.02).export(path)
-    shares = engine_share.shares_of(path, DropSettings(radius=0.02, max_drops=20, miss_limit=20))
-    parts = (shares.surface, shares.loading, shares.stepping, shares.rest)
-    assert shares.drops == 20 and min(parts) > 0
-    assert float(shares.row[-1]) == pytest.approx(shares.stepping / sum(parts), abs=0.006)  # two decimals
 
 
 def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
@@ -67,11 +55,3 @@ def test_peers_meet_the_objects_that_are_asked_for(tmp_path):
 def test_the_naive_script_drops_as_many_as_asked(tmp_path):
     run = apart(peers.naive_run, *peers.cases(["mug"], tmp_path), 12)  # it closes standard output to PyBullet
     assert run.drops == 12 and 0 < run.settled < 12 and run.seconds > 0
-
-
-def test_the_cost_of_drops_is_of_each_stretch_of_a_run(tmp_path):
-    cloud = load_cloud(piles.write_crate(tmp_path))
-    parts = piles.stretches(cloud, "fast", 0.02, (1, 50, 200))
-    assert [(part.first, part.last) for part in parts] == [(1, 50), (50, 200)]
-    piles.draw({"fast": parts}, tmp_path / "growth.svg")
-    assert "spheres that have settled" in re.sub(r"<!--|-->", "", (tmp_path / "growth.svg").read_text())

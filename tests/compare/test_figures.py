@@ -17,7 +17,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial, count_confusion
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes
-from spherefunc_bullet.compare.figures.budget import EvaluatedData, ladder
+from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder
 from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
 from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset

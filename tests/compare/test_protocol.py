@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,6 @@ import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation import features
-from spherefunc_bullet.compare.evaluation.alternatives import EVERY
 from spherefunc_bullet.compare.evaluation.evaluation import (
     FunctionQuality,
     Trial,
@@ -143,7 +143,7 @@ def test_the_letter_counts_the_nearest_of_all():
 def test_every_example_outvotes_a_rare_function():
     # Cups lie nearer to cups than to anything else, but there are three of them beside a hundred.
     places = [0, 1, 2, *range(10, 110)]
-    every = replace(METHODS["paper"], neighbors=(EVERY,))
+    every = replace(METHODS["paper"], neighbors=(sys.maxsize,))
     labels, splits = line_labels([1, 1, 1, *[0] * 100]), leave_one_out(103, 0)
     alone = Splits(halves={}, left_out={"all": splits})
     nearest, all_ = (

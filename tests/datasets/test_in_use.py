@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.heading import headed, turned_cloud
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
-from spherefunc_bullet.datasets.dataset import DatasetObject, learnt_sources, sources_of
+from spherefunc_bullet.datasets.dataset import DatasetObject, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
 from spherefunc_bullet.learning.profiles.on_top import objects_on_table
 from spherefunc_bullet.scenes.household.household import household_objects
@@ -170,4 +170,3 @@ def test_sources_are_those_that_state_a_licence(tmp_path):
         DatasetObject(path=tmp_path, functions=frozenset(), group="household"),
     ]
     assert sources_of(objects) == ["lab", ""]
-    assert learnt_sources(objects) == {"A lab (BSD-3-Clause)": 1}

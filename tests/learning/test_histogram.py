@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 
 import clouds
 import numpy as np
@@ -12,14 +11,6 @@ from sklearn.base import clone
 from sklearn.exceptions import NotFittedError
 from sklearn.metrics.pairwise import euclidean_distances
 
-from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation.alternatives import (
-    Alternative,
-    Reading,
-    front_first,
-    long_side_along_x,
-    randomly_turned,
-)
 from spherefunc_bullet.learning.histogram import (
     CubeHistogram,
     SphereHistogram,
@@ -28,9 +19,6 @@ from spherefunc_bullet.learning.histogram import (
     quarter_turns,
     widened,
 )
-from spherefunc_bullet.learning.method import CUBES
-from spherefunc_bullet.settling.drops import resting_drops
-from spherefunc_bullet.settling.records import ObjectRecord
 
 RADIUS = 0.02
 SIDE = 3.5 * 2 * RADIUS
@@ -65,11 +53,6 @@ def test_cubes_begin_at_the_floor_and_are_centred_on_the_axis():
     outside = np.array([[SIDE / 2 * 1.001, 0, 0], [0, 0, 1.001 * SIDE]])
     assert cube_indices(cube_keys(inside, SIDE)).tolist() == [[0, 0, 0], [0, 0, 0]]
     assert cube_indices(cube_keys(outside, SIDE)).tolist() == [[1, 0, 0], [0, 0, 1]]
-
-
-def test_corner_anchor_begins_at_the_lowest_sphere():
-    centers = np.array([[5.0, -3.0, 0.3], [5.0 + 1.5 * SIDE, -3.0, 0.3]])
-    assert cube_indices(cube_keys(centers, SIDE, centers[:, :2].min(axis=0)))[:, :2].tolist() == [[0, 0], [1, 0]]
 
 
 def test_keys_name_cubes_far_from_the_axis():
@@ -117,70 +100,9 @@ def test_partial_fit_first_is_fit():
     )
 
 
-def sloped(width: float, depth: float) -> np.ndarray:
-    """Return an asymmetric pile that rises towards +y, as on a seat with its back there."""
-    centers = np.random.default_rng(5).uniform(
-        [-width / 2, -depth / 2, 0], [width / 2, depth / 2, 0.1], (300, 3)
-    )
-    centers[:, 2] += 0.4 + 0.5 * (centers[:, 1] + depth / 2)
-    return centers
-
-
-@pytest.mark.parametrize(("width", "depth"), [(0.4, 0.42), (0.42, 0.4), (1.6, 0.6)])
-def test_heading_front_makes_quarter_turns_the_same(width, depth):
-    centers = sloped(width, depth)
-    turns = [quarter_turns(centers, k) for k in range(4)]
-    rows = CubeHistogram(RADIUS).fit_transform(map(front_first, turns)).toarray()
-    assert np.array_equal(rows, np.repeat(rows[:1], 4, axis=0))
-    as_given = CubeHistogram(RADIUS).fit_transform(turns).toarray()
-    assert not np.array_equal(as_given[0], as_given[1])
-
-
-def test_heading_front_puts_the_back_to_the_far_side():
-    for turns in range(4):
-        x, y, z = front_first(quarter_turns(sloped(0.4, 0.4), turns)).T
-        assert np.polyfit(y, z, 1)[0] > 0.4  # the slope of one half that it was made with, and noise
-
-
-def test_heading_long_side_lies_along_x():
-    assert np.ptp(long_side_along_x(quarter_turns(sloped(1.6, 0.6), 1)), axis=0)[0] > 1.5
-
-
 def test_four_quarter_turns_are_none():
     centers = pile(0)
     assert np.array_equal(quarter_turns(quarter_turns(centers, 1), 3), centers)
-
-
-def recorded(centers, size) -> ObjectRecord:
-    """Return an object of a size in metres, with its settled spheres."""
-    nothing = np.empty((0, 3), np.int16)
-    settled = {RADIUS: resting_drops(RADIUS, np.array(centers, float))}
-    return ObjectRecord(path=Path("x"), size=np.array(size), voxels=nothing, settled=settled, seconds={}, drops={})
-
-
-def test_an_alternative_reads_the_same_spheres_otherwise():
-    heap = recorded(pile(0), [1.2, 1.4, 0.5])
-    keys, counts = Reading(rooted=True, limit=50).cubes(heap, RADIUS)
-    plain, all_counts = Reading(limit=50).cubes(heap, RADIUS)
-    assert np.array_equal(keys, plain) and np.allclose(counts**2, all_counts) and all_counts.sum() == 50
-    lowest = cube_indices(Reading(grid="spheres").cubes(heap, RADIUS)[0]).min(axis=0)
-    assert lowest.tolist() == [0, 0, 0]
-
-
-def test_a_grid_from_the_objects_corner_moves_with_the_object():
-    # Spheres at one place in a grid that begins 60 and 75 cm to their left: 4 and 5 cubes of 14 cm, and a rest.
-    heap = recorded([[0.0, 0.0, 0.1]], [1.2, 1.5, 0.5])
-    assert cube_indices(Reading(grid="object").cubes(heap, RADIUS)[0]).tolist() == [[4, 5, 0]]
-    assert cube_indices(Reading().cubes(heap, RADIUS)[0]).tolist() == [[0, 0, 0]]
-    simulated = Simulated("one", (), (heap,) * 8)
-    turned = randomly_turned(simulated, 0).records
-    assert {tuple(record.size) for record in turned} == {(1.2, 1.5, 0.5), (1.5, 1.2, 0.5)}
-
-
-def test_a_method_with_a_limit_reads_the_first_spheres():
-    assert Alternative().read(1000).limit is None  # the paper's runs go to the end
-    assert Alternative(method=CUBES).read(1000).limit == 1000
-    assert Alternative(method=CUBES, reading=Reading(limit=250)).read(1000).limit == 250
 
 
 def test_nothing_in_nothing_out():

@@ -14,7 +14,7 @@ from spherefunc_bullet.compare.documents.fingerprint import code_hash, imported_
 from spherefunc_bullet.compare.documents.main import due, measure, wanted, write_tables
 from spherefunc_bullet.compare.documents.registry import TABLES
 from spherefunc_bullet.compare.documents.saved import Measurement, quoted
-from spherefunc_bullet.compare.documents.tables import OLDER, Table, blocks_of, complaints, outside_blocks, with_blocks
+from spherefunc_bullet.compare.documents.tables import BLOCK, OLDER, Table, blocks_of, complaints, with_blocks
 from spherefunc_bullet.errors import InputError
 
 SPEED = 'from .model import DROPS\n\n\ndef speed():\n    """Return drops a second."""\n    return 2 * DROPS\n'
@@ -158,7 +158,7 @@ def test_names_mean_tables_documents_and_measurements():
 
 def test_blocks_need_both_markers_and_names_of_their_own():
     block = "<!-- table: a -->\nx\n<!-- end -->\n"
-    assert blocks_of(block, "") == {"a": "x\n"} and outside_blocks(f"1{block}2") == "1\n2"
+    assert blocks_of(block, "") == {"a": "x\n"}
     assert with_blocks(f"1\n{block}2", {"a": "y\n", "b": "z\n"}) == f"1\n{block}2".replace("x", "y")
     for text in (block + block, "<!-- end -->", "<!-- table: a -->", f"<!-- table: b -->\n{block}"):
         with pytest.raises(InputError, match="each name once"):
@@ -191,7 +191,7 @@ def test_no_measured_table_is_typed():
     """Several F-measures, or shares, stand in a row of a table only where a program wrote them."""
     figure = re.compile(r"^\|.*\b[01]\.\d{3}\b\D{1,6}[01]\.\d{3}\b.*|^\|.*\b0\.\d\d / [01]\.\d\d\b.*", re.MULTILINE)
     for path in {ROOT / "README.md", *(ROOT / "docs").glob("*.md")}:
-        typed = figure.findall(outside_blocks(path.read_text(encoding="utf-8")))
+        typed = figure.findall(BLOCK.sub("", path.read_text(encoding="utf-8")))
         assert not typed, f"{path.name}: {typed[:3]}"
 
 

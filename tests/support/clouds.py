@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 
-from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.conformance import shapes
 
 SPACING = shapes.SPACING
@@ -30,3 +31,9 @@ def stair(count: int = 4, width: float = 0.3, tread: float = 0.12, rise: float =
         parts.append(sheet([-width / 2, y, z], [width, 0, 0], [0, 0, rise]))
         parts.append(sheet([-width / 2, y, z + rise], [width, 0, 0], [0, tread, 0]))
     return cloud(*parts, name="stair")
+
+
+def boxed(extents: tuple[float, float, float] = (0.4, 0.2, 0.1)) -> Cloud:
+    """Return a closed box, as a mesh."""
+    box = trimesh.creation.box(extents)
+    return cloud_from_mesh(box.vertices, box.faces, "box")

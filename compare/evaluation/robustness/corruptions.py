@@ -29,7 +29,7 @@ from spherefunc_bullet.settling.settling import settle
 
 from ..evaluation import Trial
 from ..features import SPHERES
-from ..protocol import Labels, Split, labels_of, leave_one_group_out, random_splits
+from ..protocol import Labels, Split, labels_of, sources_or_halves
 from ..readings import Profiled, Reading, readings, sure_across_sources
 
 CLEAN = "clean"
@@ -160,12 +160,7 @@ def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:
     labels = labels_of(asked.simulated)
     if learnt is not None:
         return [Split(np.arange(learnt), asked.whole + np.arange(len(asked.originals)))]
-    groups = labels.groups[: asked.whole]
-    whole = (
-        leave_one_group_out(groups)
-        if len(set(groups.tolist())) > 1
-        else random_splits(asked.whole, asked.whole // 2, TRIALS, seed)
-    )
+    whole = sources_or_halves(labels.groups[: asked.whole], TRIALS, seed)
     splits = [Split(one.train, asked.whole + np.flatnonzero(np.isin(asked.originals, one.test))) for one in whole]
     return [split for split in splits if len(split.test)]
 

@@ -45,11 +45,6 @@ def kept_lessons(
     return read_lessons(path)
 
 
-def lesson_paths(folder: Path) -> list[Path]:
-    """Return the files of lessons in a folder, none where there is a data set or no folder."""
-    return [] if (folder / "manifest.csv").is_file() else sorted(folder.glob("*.npz"))
-
-
 def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> str:
     """Return the name of a room's lessons: the hash of all that decides them but the code that scans."""
     simulator = make_simulator(model.simulator)

@@ -1,0 +1,76 @@
+"""A data set with its evaluation at more training sizes than the protocol has, from which all figures are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.console import progress
+from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.settling.records import Dropping
+
+from ..evaluation.evaluation import Evaluation, evaluate
+from ..evaluation.features import sphere_distances
+from ..evaluation.protocol import Labels, Protocol, labels_of, require_enough
+
+LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
+APART = 0.9  # of the last rung: one nearer to it would only crowd the figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluatedData:
+    """A data set's objects, and what was said of them when they were not learnt."""
+
+    simulated: Simulated
+    dropping: Dropping
+    protocol: Protocol  # its training sizes are those of the confusion matrices
+    evaluation: Evaluation  # at the training sizes of the learning curve
+
+    @property
+    def name(self) -> str:
+        return self.simulated.name
+
+    @property
+    def radii(self) -> tuple[float, ...]:
+        """Metres, ascending."""
+        return self.dropping.radii
+
+    @property
+    def labels(self) -> Labels:
+        return self.evaluation.labels
+
+    @property
+    def half(self) -> int:
+        """The largest number of training examples."""
+        return self.evaluation.halves[0]
+
+    def cloud(self, index: int) -> Cloud:
+        """Return an object's cloud, as it was when the spheres fell."""
+        return self.dropping.cloud(self.simulated.objects[index].path)
+
+
+def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, protocol: Protocol) -> EvaluatedData:
+    """Return a data set with its evaluation, at more training sizes than the protocol has, and each object left out.
+
+    Raises
+    ------
+    InputError
+        If all objects have one label, or there are too few.
+    """
+    labels = labels_of(simulated)
+    require_enough(simulated.name, len(labels))
+    distances, trials = sphere_distances(simulated, dropping.radii, method), {}
+    sizes = ladder(len(labels), protocol.train_sizes)
+    for size in progress(sizes, len(sizes), "learning and testing"):
+        splits = replace(protocol, train_sizes=(size,)).splits(labels)
+        trials |= evaluate(distances, labels, method, splits).trials
+    alone = replace(protocol, train_sizes=(), leave_one_out=True).splits(labels)
+    evaluation = replace(evaluate(distances, labels, method, alone), trials=trials)
+    return EvaluatedData(simulated=simulated, dropping=dropping, protocol=protocol, evaluation=evaluation)
+
+
+def ladder(count: int, sizes: tuple[int, ...]) -> list[int]:
+    """Return the training sizes of the learning curve: up to half of the objects, ``sizes`` among them."""
+    half = count // 2
+    return sorted({half, *sizes, *(size for size in LADDER if size < APART * half)})

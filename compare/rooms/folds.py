@@ -1,0 +1,87 @@
+"""Halves of a data set to furnish rooms with, each with a model that has learnt the other half, or one from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.console import say
+from spherefunc_bullet.datasets.dataset import Dataset
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.model_file import load_model, new_classifier
+from spherefunc_bullet.scenes.recognition.judging import LARGE
+from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
+from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, scan_room
+from spherefunc_bullet.settling.drops import DropsByRadius
+from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.settling.settling import settle
+
+from .trials import Fold, split_in_halves
+
+VIEWS, NOISE = 3, 1.0  # of the scans that partial views are cut out of
+OTHER_ROOMS = 1000  # added to the seed: the rooms that are learnt from are not those that are tested
+
+
+@dataclass(frozen=True, kw_only=True)
+class Training(Dropping):
+    """How examples are made, and what learns from them."""
+
+    completion: tuple[str, ...] = ()
+    method: str = "cubes"
+
+
+def two_folds(dataset: Dataset, training: Training, failed: Callable[[InputError], None], jobs: int) -> list[Fold]:
+    """Return each half of a data set with a model that has learnt the other half.
+
+    Parameters
+    ----------
+    failed : callable
+        Is given the error of each file that cannot be used; the rest goes on.
+    """
+    simulated = simulate_dataset(dataset, training, jobs=jobs, failed=failed)
+    one, other = split_in_halves(Dataset(dataset.name, simulated.objects), training.seed)
+    return [
+        Fold(dataset=tested, model=trained_classifier(learnt, simulated, training, failed), jobs=jobs)
+        for tested, learnt in ((one, other), (other, one))
+    ]
+
+
+def whole_fold(dataset: Dataset, model: Path, jobs: int) -> Fold:
+    """Return a data set with a model from a file; if it has learnt the same objects, the figures flatter."""
+    classifier = load_model(model)
+    learnt = set(classifier.names_) & {item.path.name for item in dataset.objects}
+    if learnt:
+        say(f"{model}: has learnt {len(learnt)} objects of the names of those it is to tell; the figures may flatter")
+    return Fold(dataset=dataset, model=classifier, jobs=jobs)
+
+
+def trained_classifier(
+    dataset: Dataset, simulated: Simulated, training: Training, failed: Callable[[InputError], None]
+) -> CloudClassifier:
+    """Return a classifier that has learnt a data set's objects as whole models, and partial views of large ones.
+
+    Partial views of small objects look like what they are not.
+    """
+    by_path = {record.path: record.settled for record in simulated.records}
+    examples = [(by_path[item.path], item.functions, item.path.name) for item in dataset.objects]
+    examples += partial_examples(dataset, training, failed)
+    settled, labels, names = ([example[column] for example in examples] for column in range(3))
+    return new_classifier(training, training.method).fit_settled(settled, labels, names)
+
+
+def partial_examples(
+    dataset: Dataset, training: Training, failed: Callable[[InputError], None]
+) -> Iterator[tuple[DropsByRadius, frozenset[str], str]]:
+    """Yield settled centres, functions and name of what scans of rooms show of a data set's large objects."""
+    rooms = -(-len(dataset) // (TABLES + ON_FLOOR + ON_TOPS))
+    for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
+        scan = scan_room(room, VIEWS, NOISE, training.seed)
+        for number, cloud in partial_views(scan, training.completion):
+            if cloud.size.max() < LARGE:
+                continue
+            item = room.objects[number].item
+            settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)
+            yield settled, item.functions, f"{item.path.stem} in {room.name}"
