@@ -29,7 +29,7 @@ def part(first: str, before: str = "") -> Callable[[Printed], list[str]]:
 
 
 SPEED, SCENES, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "scenes", "rooms", "mechanics"))
-COMPARISON, BULLET, OTHERS = (f"docs/{name}.md" for name in ("comparison", "bullet", "backends"))
+COMPARISON, BULLET, OTHERS, STUDIES = (f"docs/{name}.md" for name in ("comparison", "bullet", "backends", "studies"))
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
@@ -163,6 +163,6 @@ TABLES = (
     shown("rooms-learnt", ROOMS, *PARTIAL),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
-    shown("mechanics-columns", MECHANICS, COLUMNS),
+    shown("mechanics-columns", STUDIES, COLUMNS),
     shown("engines", OTHERS, ENGINES),
 )
