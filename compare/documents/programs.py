@@ -153,7 +153,6 @@ TABLES = (
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
     shown("growth", SPEED, timed("growth", "--picture docs/images/growth.svg")),
-    shown("bench-bullet", BULLET, BENCH["bullet"]),
     shown("scans", SCENES, ON_SCANS, first="Each scan", before="Missed"),
     shown("scans-baselines", SCENES, BASELINES, first="classified by", before="counted apart"),
     shown("scans-proposals", SCENES, *PROPOSALS, ON_SCANS),
