@@ -29,7 +29,7 @@ def part(first: str, before: str = "") -> Callable[[Printed], list[str]]:
 
 
 SPEED, SCENES, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "scenes", "rooms", "mechanics"))
-COMPARISON, BULLET, OTHERS = (f"docs/{name}.md" for name in ("comparison", "bullet", "backends"))
+COMPARISON, OTHERS = (f"docs/{name}.md" for name in ("comparison", "backends"))
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
@@ -124,7 +124,6 @@ TABLES = (
     shown("peers", SPEED, timed("peers", "--drops 870")),
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
-    shown("bench-bullet", BULLET, BENCH["bullet"]),
     shown("scans", SCENES, ON_SCANS, first="Each scan"),
     shown("rooms-views", ROOMS, VIEWS),
     shown("rooms-noise", ROOMS, NOISE),

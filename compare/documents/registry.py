@@ -27,7 +27,6 @@ def table(document: str, name: str, render: Callable[..., Lines], *measured: Mea
 
 TABLES = (
     table(RESULTS, "functions", paper_figures.overview, *OVERVIEW, CUBES, measurements.CUBES_FROM_HOUSEHOLD),
-    table(RESULTS, "copies", choices.means, *BOTH),
     table(RESULTS, "unseen-kinds", choices.unseen_kinds, ON_MODELS),
     table(IMPAIRED, "copies-means", choices.means, *BOTH),
     table(IMPAIRED, "copies-kinds", choices.kinds, *BOTH),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import pickle
 import re
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from spherefunc_bullet.scenes.commands.dataset import app
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.folder import COLUMNS as COPY_COLUMNS
 from spherefunc_bullet.scenes.impairment.folder import copy_ply, impair_dataset, read_copies
-from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS, chosen_kinds
+from spherefunc_bullet.scenes.impairment.impairments import COPIES, IMPAIRMENTS, chosen_kinds
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface, halved
 
@@ -335,6 +336,10 @@ def test_same_seed_same_files_however_many_processes_make_them(targets, tmp_path
     files = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert files == sorted(path.name for path in (tmp_path / "b").iterdir())
     assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)
+
+
+def test_every_kind_can_be_sent_to_another_process():
+    assert [one.kind for one in pickle.loads(pickle.dumps(COPIES))] == [one.kind for one in COPIES]
 
 
 def test_bad_files_are_said_and_the_others_are_made(targets, tmp_path):

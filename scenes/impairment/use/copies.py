@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ...household.parts import solids
@@ -135,19 +137,19 @@ def laden(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return None if level is None else with_objects(specimen.surface, level, objects, rng)
 
 
-def as_sensed(corrupt: sensed.Corrupt, least: float, most: float) -> Change:
-    """Return the change that makes points of an object, corrupted between two severities, evenly by their logarithm."""
+def as_sensed(
+    specimen: Specimen, rng: np.random.Generator, corrupt: sensed.Corrupt, least: float, most: float
+) -> Surface | None:
+    """Return points of an object, corrupted between two severities, evenly by their logarithm.
 
-    def change(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-        """Return the points; None where those of the seat or the top are not among them."""
-        for _ in range(VIEWPOINTS):
-            how = float(np.exp(rng.uniform(np.log(least), np.log(most))))
-            points = corrupt(specimen.cloud.points, how, rng)
-            if len(points) >= sensed.LEFT and shows_level(specimen, points):
-                return Surface(points=points)
-        return None
-
-    return change
+    None where those of the seat or the top are not among them.
+    """
+    for _ in range(VIEWPOINTS):
+        how = float(np.exp(rng.uniform(np.log(least), np.log(most))))
+        points = corrupt(specimen.cloud.points, how, rng)
+        if len(points) >= sensed.LEFT and shows_level(specimen, points):
+            return Surface(points=points)
+    return None
 
 
 def shows_level(specimen: Specimen, points: np.ndarray) -> bool:
@@ -162,9 +164,9 @@ def shows_level(specimen: Specimen, points: np.ndarray) -> bool:
 IN_USE = (
     *used(
         "table",
-        laid=cups.laid(1, 1),
-        laid_few=cups.laid(2, 4),
-        laid_many=cups.laid(5, 8),
+        laid=partial(cups.laid, least=1, most=1),
+        laid_few=partial(cups.laid, least=2, most=4),
+        laid_many=partial(cups.laid, least=5, most=8),
         cloth=cups.cloth,
         chairs_under=cups.chairs_under,
         at_wall=cups.at_wall,
@@ -184,10 +186,10 @@ IN_USE = (
 AS_SENSED = tuple(
     Impairment(kind=kind, functions=EVERYTHING, works=True, change=change, used=True)
     for kind, change in (
-        ("noisy", as_sensed(sensed.noise, 0.003, 0.025)),
-        ("sparse", as_sensed(sensed.sparse, 0.04, 0.5)),
-        ("one_view", as_sensed(sensed.views, 1, 1)),
-        ("some_views", as_sensed(sensed.views, 2, 3)),
-        ("stray_points", as_sensed(sensed.outliers, 0.005, 0.05)),
+        ("noisy", partial(as_sensed, corrupt=sensed.noise, least=0.003, most=0.025)),
+        ("sparse", partial(as_sensed, corrupt=sensed.sparse, least=0.04, most=0.5)),
+        ("one_view", partial(as_sensed, corrupt=sensed.views, least=1, most=1)),
+        ("some_views", partial(as_sensed, corrupt=sensed.views, least=2, most=3)),
+        ("stray_points", partial(as_sensed, corrupt=sensed.outliers, least=0.005, most=0.05)),
     )
 )

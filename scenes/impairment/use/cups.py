@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from ...household.furniture.chairs import CHAIRS
@@ -87,17 +85,12 @@ HIGH = (0.04, 0.4)
 CHAIRS_HIGH = 0.55  # metres, a top under which chairs go
 
 
-def laid(least: int, most: int) -> Callable[[Specimen, np.random.Generator], Surface | None]:
-    """Return the change that puts so many objects on the top."""
-
-    def change(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-        """Return the table with what has room on it."""
-        if specimen.level is None or specimen.surface.is_cloud:
-            return None
-        objects = [small_object(rng) for _ in range(rng.integers(least, most + 1))]
-        return with_objects(specimen.surface, specimen.level, objects, rng)
-
-    return change
+def laid(specimen: Specimen, rng: np.random.Generator, least: int, most: int) -> Surface | None:
+    """Put so many objects on the top, as many as have room there."""
+    if specimen.level is None or specimen.surface.is_cloud:
+        return None
+    objects = [small_object(rng) for _ in range(rng.integers(least, most + 1))]
+    return with_objects(specimen.surface, specimen.level, objects, rng)
 
 
 def full(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
