@@ -30,6 +30,10 @@ class Basin:
     cells: np.ndarray  # (X, Y, Z) bool: a centre in them cannot leave without rising, but for a cell's width
     fullness: float  # their share of what there would be if the walls had no holes, 0 to 1
 
+    def held(self) -> np.ndarray:
+        """Return the cells (X, Y, Z) bool without those that were added beside them."""
+        return ndimage.binary_erosion(self.cells)
+
     def holds(self, centers: np.ndarray) -> np.ndarray:
         """Return which centres (N, 3) are in the basin, (N,) bool."""
         return self.known_of(self.cells, centers)

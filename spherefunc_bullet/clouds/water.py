@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from ..processes.compilation import njit
 from .cloud import Cloud
-from .flooding import basin_of, thicken
 
 CELLS = 250_000  # about so many, and never more than `MOST` along an extent
 COARSE_CELLS = 60_000, 40_000  # of the floods that look for leaks: by the other, where the middles of one meet a crack
@@ -102,6 +100,8 @@ def waters_of(cloud: Cloud, cells: int = CELLS) -> list[Water]:
         triangles = cloud.mesh.vertices[cloud.mesh.faces]
         cut_links(np.ascontiguousarray((triangles - origin) / cell), cuts)
     else:
+        from .flooding import thicken
+
         thicken((cloud.points - origin) / cell, max(0.8, OF_CLOUDS * cloud.spacing / cell), solid)
     return bodies_of(cuts, solid, origin, cell, 0.0 if cloud.mesh is not None else OF_CLOUDS * cloud.spacing)
 
@@ -123,9 +123,10 @@ def leaks(cloud: Cloud, centers: np.ndarray) -> bool:
             if share_under_water(water.origin, water.cell, water.cells, centers) >= UNDER_WATER:
                 return False
     # Water leaves through a crack between two parts of a mesh as well; grains do not.
+    from .flooding import basin_of  # and SciPy with it: few objects come so far
+
     grains = basin_of(cloud.mesh.vertices, cloud.mesh.faces, CRACK / 2, GRAIN_CELLS)
-    held = np.argwhere(ndimage.binary_erosion(grains.cells))  # without the cells beside them
-    return share_under_water(grains.origin, grains.cell, held, centers) < UNDER_WATER
+    return share_under_water(grains.origin, grains.cell, np.argwhere(grains.held()), centers) < UNDER_WATER
 
 
 def share_under_water(origin: np.ndarray, cell: float, cells: np.ndarray, centers: np.ndarray) -> float:

@@ -15,7 +15,7 @@ from ..errors import one_line
 from ..formats.sources import as_source
 from .cache import entry_path
 from .drops import DropsByRadius, RunLimit
-from .records import Dropping, computed_once, kept_answer, kept_runs, settle_kept
+from .records import Dropping, cloud_hash, computed_once, kept_answer, kept_runs, settle_kept
 from .settling import settle
 
 
@@ -37,8 +37,8 @@ class CloudObject:
         return settle_kept(self.own, *how) if self.cache else settle(self.cloud(), *how)
 
     def check(self, name: str, check: Callable[[Cloud], bool]) -> bool:
-        """Return what ``check`` says of the cloud."""
-        return check(self.own)
+        """Return what ``check`` says of the cloud, cached under this name where results are."""
+        return kept_answer(cloud_hash(self.own), name, lambda: check(self.own)) if self.cache else check(self.own)
 
     def count(self, name: str, count: Callable[[Cloud], int]) -> int:
         """Return what ``count`` counts in the cloud."""
