@@ -16,12 +16,11 @@ from sklearn.metrics.pairwise import euclidean_distances
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.console import progress
-from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counts_matrix, keys_of_cubes
+from spherefunc_bullet.learning.histogram import DIAMETERS, Counts, counted_cubes, counts_matrix, cube_keys
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 SPHERES = "spheres"
-COUNTED = 2**24  # numbers: a count of each would take more memory than sorting takes time
 MANY = 50  # objects: for fewer, other processes take longer to start than they save
 Answer = TypeVar("Answer")
 Distances = dict[float, np.ndarray]  # radius in metres -> (N, N) distances between objects
@@ -105,32 +104,11 @@ def cubes_and_heights(record: ObjectRecord, side: float) -> tuple[Counts, Counts
 
     The top view is the squares of the ground, as cubes on it, and the height over each.
     """
-    first = record.voxels.min(axis=0).astype(np.int64)
-    steps, ends = record.voxels - first, np.ptp(record.voxels, axis=0).astype(int) + 1
-    # Voxels lie on few planes, so that each plane is looked up once for all of its voxels.
-    planes = [(np.arange(end) + start + 0.5) * VOXEL for start, end in zip(first, ends, strict=True)]
-    corners = (-side / 2, -side / 2, 0.0)  # of the middle cube, as in `cube_keys`
-    cubes = [np.floor((plane - corner) / side).astype(np.int64) for plane, corner in zip(planes, corners, strict=True)]
-    low = np.array([axis[0] for axis in cubes])
-    x, y, z = (axis[step] - axis[0] for axis, step in zip(cubes, steps.T, strict=True))
-    rows, columns, layers = (int(axis[-1] - axis[0]) + 1 for axis in cubes)
-    below = x * columns + y
-    squares, _ = counted(below, rows * columns)
-    inside, counts = counted(below * layers + z, rows * columns * layers)
-    heights = np.zeros(rows * columns)
-    np.maximum.at(heights, below, planes[2][steps[:, 2]])
-    filled = np.column_stack(np.unravel_index(inside, (rows, columns, layers))) + low
-    grounded = np.column_stack([*np.divmod(squares, columns), np.zeros_like(squares)]) + [low[0], low[1], 0]
-    return (keys_of_cubes(filled), counts.astype(float)), (keys_of_cubes(grounded), heights[squares])
-
-
-def counted(numbers: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return which numbers from 0 to below a limit there are, ascending, and how often each."""
-    if limit > COUNTED:
-        return np.unique(numbers, return_counts=True)
-    counts = np.bincount(numbers, minlength=limit)
-    present = np.flatnonzero(counts)
-    return present, counts[present]
+    points = voxel_centers(record)
+    squares, places = np.unique(cube_keys(points * [1, 1, 0], side), return_inverse=True)
+    heights = np.zeros(len(squares))
+    np.maximum.at(heights, places, points[:, 2])
+    return counted_cubes(points, side), (squares, heights)
 
 
 def voxel_centers(record: ObjectRecord) -> np.ndarray:

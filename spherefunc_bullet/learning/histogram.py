@@ -34,12 +34,7 @@ def cube_keys(centers: np.ndarray, side: float) -> np.ndarray:
     side : float
         Of a cube, metres. The middle cube is centred on the z axis; the floor is a boundary.
     """
-    return keys_of_cubes(np.floor((centers - [-side / 2, -side / 2, 0.0]) / side).astype(np.int64))
-
-
-def keys_of_cubes(indices: np.ndarray) -> np.ndarray:
-    """Return the keys (V,) of cubes (V, 3) int64: ix, iy, iz, 0 at the axis and the floor."""
-    indices = indices + _OFFSET
+    indices = np.floor((centers - [-side / 2, -side / 2, 0.0]) / side).astype(np.int64) + _OFFSET
     return (indices[:, 0] << 2 * _BITS) | (indices[:, 1] << _BITS) | indices[:, 2]
 
 

@@ -28,6 +28,7 @@ class Method:
     vote: bool = False  # over radii, instead of the best one alone
     of_all: bool = False  # the nearest of all examples instead, whichever side they are on
     splits: int = 20  # of the training set, that choose the radius: with one, a rare function's is a matter of luck
+    tied: str = "largest"  # radius that is chosen of equally good ones, or "smallest"
     to_the_end: bool = False  # runs end by the paper's rule alone, without a limit of settled spheres
 
     @property

@@ -78,8 +78,8 @@ def radius_weights(
 ) -> dict[float, float]:
     """Return how much each radius counts for one function; those that do not count are left out.
 
-    The paper takes the radius with the best validated F-measure (§III-C); of equals the
-    largest, which is the cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half,
+    The paper takes the radius with the best validated F-measure (§III-C); of equals ``method.tied`` says which, and
+    the largest is the cheapest. With ``method.vote`` every radius counts by how far its F-measure is above one half,
     squared.
 
     Parameters
@@ -88,7 +88,7 @@ def radius_weights(
         Between the training objects' histograms.
     members : (N,) bool
     """
-    radii = sorted(distances, reverse=True)
+    radii = sorted(distances, reverse=method.tied == "largest")
     if len(members) < 3 or members.all() or not members.any():
         return {radii[0]: 1.0}
     splits = validation_splits(members, method.splits, random_state)

@@ -31,7 +31,7 @@ KINDS = {
 
 
 def amount(default: Any, **limits: float) -> Any:
-    """Return a field of settings with the range that it has to lie in, as `require_amount` has it; None may be."""
+    """Return a field of settings and its range, as `require_amount` has it; a default of None is no amount."""
     return field(default=default, metadata={"limits": limits})
 
 
@@ -41,7 +41,7 @@ class Amounts:
     def __post_init__(self):
         for one in fields(self):
             value = getattr(self, one.name)
-            if "limits" in one.metadata and value is not None:
+            if "limits" in one.metadata and value is not one.default:
                 require_amount(one.name, value, **one.metadata["limits"])
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
-from spherefunc_bullet.compare.evaluation import features
 from spherefunc_bullet.compare.evaluation.evaluation import (
     FunctionQuality,
     Trial,
@@ -238,10 +237,8 @@ def test_height_map_by_hand():
     assert distances[0, 1] == pytest.approx(VOXEL * np.hypot(10, 3.5))
 
 
-@pytest.mark.parametrize("limit", [0, 2**24])  # counted by sorting, and one by one
 @pytest.mark.parametrize("side", [0.03, 0.07, 0.014])
-def test_cubes_and_heights_are_those_of_the_voxels_one_by_one(side: float, limit: int, monkeypatch):
-    monkeypatch.setattr(features, "COUNTED", limit)
+def test_cubes_and_heights_are_those_of_the_voxels_one_by_one(side: float):
     voxels = np.random.default_rng(0).integers([-60, -90, 0], [70, 40, 50], (3000, 3))
     (cubes, counts), (squares, heights) = cubes_and_heights(record([1, 1, 1], np.unique(voxels, axis=0)), side)
     centers = (np.unique(voxels, axis=0) + 0.5) * VOXEL

@@ -1,4 +1,4 @@
-"""How real scans are scored: what is found, what is counted apart, and the cause of each miss and false claim."""
+"""How real scans are scored: what is found, and what is counted apart."""
 
 from __future__ import annotations
 
