@@ -24,7 +24,7 @@ lint: tools  ## style, imports that run one way, and the types of the public nam
 	@cd build/installed && ../../$(BIN)/lint-imports --config ../../pyproject.toml --no-cache > lint.txt || (cat lint.txt; exit 1)
 	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/support/typed_script.py
 
-PYTHON := python3
+PYTHON ?= python3
 
 wheel-check: tools  ## wheel and source package, each in an empty environment of PYTHON, classify outside the checkout
 	@rm -rf build/check && mkdir -p build/check/packages build/check/elsewhere
