@@ -226,3 +226,10 @@ def test_the_wheel_is_what_ran(wheel, hostile, tmp_path_factory):
         text=True,
     )
     assert done.stdout.startswith(str(site)), done.stderr
+
+
+def test_the_environment_says_which_python_make_takes():
+    """setup.sh reads PYTHON; a value of the Makefile's own would hide it."""
+    asked = ["make", "--print-data-base", "--dry-run", "setup"]
+    done = subprocess.run(asked, cwd=ROOT, env=os.environ | {"PYTHON": "/else/python3"}, capture_output=True, text=True)
+    assert re.search(r"^PYTHON :?= /else/python3$", done.stdout, re.MULTILINE)
