@@ -134,6 +134,22 @@ def test_laid_tables_keep_their_top_and_count_what_stands_on_it(specimens):
         assert objects_on_table(cloud, settle(cloud, "fast", (0.01, 0.03), 0, DROPS)) == count
 
 
+@pytest.mark.parametrize("seen", ["noise", "stray points"])
+@pytest.mark.parametrize("count", [0, 2])
+def test_noise_and_stray_points_on_a_table_are_no_objects(specimens, seen, count):
+    table, rng = specimens["table"], np.random.default_rng(0)
+    height = table.level.height
+    boxes = [upright_box(np.array([0.15, 0.2, tall])) + [x, 0, height] for x, tall in ((-0.3, 0.1), (0.2, 0.2))]
+    points = cloud_of(table.surface.joined(Surface(np.concatenate(boxes)))).points if count else table.cloud.points
+    if seen == "noise":
+        points = points + rng.normal(0, 0.005, points.shape)
+    else:
+        low, high = points.min(axis=0), points.max(axis=0) + [0, 0, 0.3]
+        points = np.concatenate([points, rng.uniform(low, high, (len(points) // 200, 3))])
+    cloud = Cloud(points, "as a sensor sees it")
+    assert objects_on_table(cloud, settle(cloud, "fast", (0.01, 0.03), 0, DROPS)) == count
+
+
 @pytest.mark.parametrize("kind", CORRUPTIONS)
 def test_corruptions_are_the_same_again(kind):
     points = clouds.mug().points

@@ -63,7 +63,7 @@ def test_what_stands_on_a_table_rises_from_it_inside_its_edge():
     assert on_table() == 0 and on_table(box + [0, 0, 0.7 + 1.2 * LEAST]) == 1
     assert on_table(box + [0, 0, 0.7 + 0.8 * LEAST]) == 0  # of the level
     assert on_table(*(box + [x, x, 0.75] for x in (-0.2, 0, 0.2))) == 3
-    edge = square((0, 0.3), 0.5 * SPARED) + [0, 0, 0.75]
+    edge = np.array([[x, y, 0.75] for x in (0.002, 0.012) for y in np.arange(0.3, 0.4, 0.01)])
     assert on_table(edge) == 0 and on_table(edge + [3 * SPARED, 0, 0]) == 1
     assert on_table(square((0.1, 0.1), np.sqrt(LARGEST) * 0.8 * 1.1) + [0, 0, 0.75]) == 0  # a shelf above
     assert on_table(box + [0, 0, 0.75], count=2) == 0  # hardly a sphere stays: no level
