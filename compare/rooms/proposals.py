@@ -15,11 +15,12 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import THRESHOLD, Membership
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.proposals import Proposal
-from spherefunc_bullet.scenes.recognition.recognition import FEWEST, FINE, MANY, Room, SceneObject
+from spherefunc_bullet.scenes.recognition.recognition import FINE, MANY, Room, SceneObject
 from spherefunc_bullet.scenes.recognition.room import Candidate, chosen
 from spherefunc_bullet.scenes.scans.cells import cells
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
+from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 
 from .truth import RecognisedObject
 
@@ -109,7 +110,7 @@ class Asked:
     def classified_by(self, scores: Sequence[Scores]) -> list[RecognisedObject]:
         """Return the objects that the same proposals become by other scores, one for each proposal."""
         candidates = [self.candidate(place, row) for place, row in enumerate(scores)]
-        return [self.as_chosen(one) for one in chosen(candidates, FEWEST)]
+        return [self.as_chosen(one) for one in chosen(candidates, Segmentation.min_cluster_size)]
 
     def candidate(self, place: int, scores: Scores) -> Candidate:
         """Return a proposal with what is said of it; a fragment has no function."""

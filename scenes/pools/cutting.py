@@ -8,18 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..segmentation.clusters import euclidean_clusters, members_of
+from ..segmentation.supports import TABLE_HEIGHT
 from .surfaces import CELL, Pool
 
 _CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
-_MARGIN = 0.04  # metres around the surface that are cut out with it
-_TOP = 0.03  # metres above the surface that still belong to it
+_BESIDE = 0.04  # metres around the surface that are cut out with it
+MARGIN = 0.03  # metres above and around a surface that still belong to it, and between parts of what rises from it
 _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
-_APART = 0.03  # metres between parts of what rises
 _OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
 LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
-_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
+_TABLE_AREA = 0.30  # square metres: nothing that rises from such a surface, as high as a table, is its own
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
 
@@ -119,15 +119,15 @@ def cut_out(
         Metres above the surface at which a back begins at the latest.
     """
     ground = footprint_of(pool)
-    bare = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
-    if pool.area >= _TABLE_AREA and pool.height >= _TABLE_HEIGHT:
+    bare = ground.grown(_BESIDE).holds(points) & (points[:, 2] < pool.height + MARGIN)
+    if pool.area >= _TABLE_AREA and pool.height >= TABLE_HEIGHT:
         return [bare]
-    free = ~bare & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
+    free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
     if over is not None:
         free &= ~over
     rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
     backed = bare.copy()
-    for members in members_of(euclidean_clusters(points[rising], _APART)):
+    for members in members_of(euclidean_clusters(points[rising], MARGIN)):
         if is_back(points[rising[members]], pool, middle, gap):
             backed[rising[members]] = True
     return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
@@ -135,8 +135,8 @@ def cut_out(
 
 def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
     """Return which points (N, 3) are of a pool's surface, (N,) bool."""
-    found = np.abs(points[:, 2] - pool.height) < _TOP
-    found[found] = footprint_of(pool).grown(_MARGIN).holds(points[found])
+    found = np.abs(points[:, 2] - pool.height) < MARGIN
+    found[found] = footprint_of(pool).grown(_BESIDE).holds(points[found])
     return found
 
 

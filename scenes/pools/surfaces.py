@@ -12,8 +12,7 @@ from ..segmentation.clusters import euclidean_clusters, members_of
 
 CELL = 0.02  # metres: side of the squares that surfaces are measured in
 _LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
-_STEP = 0.035  # metres of height between them: a cushion's swelling, less than a shelf's lip
-_BAND = 0.035  # metres around the spheres' feet in which their surface lies
+_BAND = 0.035  # metres of height between them, and around their feet: a cushion's swelling, less than a shelf's lip
 _UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
 _AROUND = 0.14  # metres above and below within which that is looked at
 _APART = 0.045  # metres between squares of one surface
@@ -55,7 +54,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         Where spheres rest.
     """
     feet = centers - [0, 0, radius]
-    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _STEP]
+    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _BAND]
     pools = [
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))

@@ -8,18 +8,17 @@ import numpy as np
 
 from ..scans.cells import Cells, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .cutting import footprint_of
+from .cutting import MARGIN, footprint_of
 from .surfaces import Pool
 
 _FINE = 0.005  # metres: voxels of what stands on a top
 _OVER = 0.012  # metres above a top at which objects begin
 _TALLEST = 0.35  # metres: of what is looked at
-_AROUND = 0.03  # metres beyond a top's edge
-_SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
+SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
 _APART = (0.01, 0.02)  # metres between objects, the sensor being near or far
 _DENSE, _VEIL = 5, 0.3  # points in a cell of surfaces that are dense, and the share of that which a veil lacks
-_LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no object
+FEWEST, _FLAT = 30, 0.02  # points and metres: what is less is no object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,8 +36,8 @@ class Top:
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
-    near = footprint_of(pool).grown(_AROUND).holds(points)
-    own = near & (np.abs(points[:, 2] - pool.height) < _SLAB)
+    near = footprint_of(pool).grown(MARGIN).holds(points)
+    own = near & (np.abs(points[:, 2] - pool.height) < SLAB)
     return top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
 
 
@@ -60,7 +59,7 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
     plane = np.array([0.0, 0.0, height])
     for reach in _FITS:
         inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
-        if inside.sum() < _LEAST:
+        if inside.sum() < FEWEST:
             return plane
         rows = np.column_stack([points[inside, :2], np.ones(inside.sum())])
         plane = np.linalg.lstsq(rows, points[inside, 2], rcond=None)[0]
@@ -89,6 +88,6 @@ def objects_on(top: Top) -> list[np.ndarray]:
     fine = cells(top.points, _FINE)
     found = [members for apart in _APART for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])]
     found += unveiled(fine)
-    found = [members for members in found if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])]
+    found = [members for members in found if len(members) >= FEWEST and _FLAT < np.ptp(top.points[members, 2])]
     distinct = {members.tobytes(): members for members in found}  # most are the same by either tolerance
     return [top.indices[own] for own in distinct.values() if np.ptp(top.points[own], axis=0).max() < _TALLEST]

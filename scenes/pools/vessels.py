@@ -22,7 +22,6 @@ from .tops import Top
 RADIUS = 0.012  # metres, of the spheres
 _DENSITY, _RUNS = 400, 6  # spheres on a square metre, and runs: about ten in a mug
 _FINE = 0.004  # metres: voxels of what stands on a top
-_SHEET = 0.006  # metres between points of the sheet that stands for the top
 _DIRECTIONS = 24
 _WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
 _RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
@@ -72,7 +71,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
 def sheet_below(points: np.ndarray) -> np.ndarray:
     """Return a lattice (M, 3) on the ground below points (N, 3): the bottom that a scan of a deep vessel lacks."""
     high = points.max(axis=0)
-    x, y = (np.arange(0, high[axis] + _SHEET, _SHEET) for axis in range(2))
+    x, y = (np.arange(0, high[axis] + RADIUS / 2, RADIUS / 2) for axis in range(2))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.column_stack([places, np.full(len(places), 1e-4)])
 

@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.settling import settle_all
 from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
-from ..segmentation.clusters import Box, bounding_box
+from ..segmentation.clusters import LARGE, Box, bounding_box
 from .completion import TOP, complete
 from .proposals import Proposal
 from .room import Bar, Candidate, claiming
@@ -65,7 +65,6 @@ def holding_anywhere(
 
 
 logger = logging.getLogger("spherefunc")
-LARGE = 0.5  # metres: what is larger is no cup, and holds no small object that a fragment would be one of
 # Smallest radii by an object's largest side, both metres. Small spheres on large objects take seconds and tell nothing
 # that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
 SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))

@@ -14,24 +14,22 @@ from spherefunc_bullet.simulator import Simulator
 from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
 from ..pools.resting import resting_places
 from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.tops import Top, ground_top, objects_on, top_of_pool
+from ..pools.tops import FEWEST, Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
-from ..segmentation.segmentation import FLOOR, WALL
+from ..segmentation.segmentation import FLOOR, WALL, Segmentation
 from ..segmentation.supports import top_below
 
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
 _RADIUS = 0.04  # metres, of the spheres that find seats and tops
 _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
-_VOXEL = 0.01  # metres: the scene as these spheres see it
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
 _TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
-_FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
@@ -147,10 +145,10 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
-    thinned = cells(scene.points[solid], _VOXEL)
+    thinned = cells(scene.points[solid], Segmentation.leaf_size)
     centers = resting_places(thinned.means, simulator, _RADIUS, density=_DENSITY, runs=_RUNS, seed=seed)
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
-    voxels = cells(scene.points[own], _VOXEL)
+    voxels = cells(scene.points[own], Segmentation.leaf_size)
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
     if how.parts:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
@@ -162,7 +160,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
         proposed += on_top(scene.points, own, top, simulator, seed, how.least_round)
-    return [proposal for proposal in proposed if len(proposal.members) >= _FEWEST]
+    return [proposal for proposal in proposed if len(proposal.members) >= FEWEST]
 
 
 def on_top(
@@ -190,7 +188,7 @@ def on_top(
             alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]
-                box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
+                box = bounding_box(points[inside]) if len(inside) >= FEWEST else None
                 if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

@@ -18,12 +18,11 @@ _SQUARE = 2  # voxels along the side of the squares that areas are measured in
 _REACH = 0.42  # metres beyond a proposal within which the scene is looked at
 _WAYS = 24  # directions
 _BAND = 0.02  # metres above and below the level that are of it
-SLAB = 0.03  # metres likewise, of the points that its outline is of
+SLAB = 0.03  # metres likewise, of the points that its outline is of; also above the ground
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
 _LOW = 0.25  # metres above the level: objects that stand on it
 _LOWER = 0.04  # metres below the level: another object beside it
-_GROUND = 0.03  # metres above the ground
 _WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (
     "long", "wide", "high",  # metres, of its box
@@ -162,7 +161,7 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
     way, far = polar(others[:, :2], level.middle)
     beyond, above = far - level.edge[way], others[:, 2] - level.height
     over, ring = beyond < 0, (beyond > 0) & (beyond < _NEAR)
-    standing, rises = others[:, 2] > support + _GROUND, above > _RISES
+    standing, rises = others[:, 2] > support + SLAB, above > _RISES
     at_edge = beyond > -_BAND
     highest = [
         float(np.percentile(above[which], 95)) if which.any() else support - level.height
@@ -176,7 +175,7 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
         share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
         share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
         share_of_directions(way[ring & (above < -_LOWER) & standing]),
-        share_of_directions(way[ring & (np.abs(others[:, 2]) < _GROUND)]),
+        share_of_directions(way[ring & (np.abs(others[:, 2]) < SLAB)]),
         1 - share_of_directions(way[ring]),
         *highest,
     ]

@@ -17,8 +17,7 @@ _MOSTLY_SEEN = 0.95  # the same where pixels are evenly spread: some cameras see
 _NEAREST = 0.1  # metres: no depth camera sees nearer, while a world frame's origin lies anywhere
 
 TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
-_ALIGNED = np.cos(np.radians(7.0))  # patches whose normals differ by less face the same way
-_ACROSS = np.sin(np.radians(7.0))
+_ALIGNED = np.radians(7.0)  # patches whose normals differ by less face the same way
 _FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
 _DISAGREES = 1.5  # degrees by which floor and everything else may differ before they are fitted together
 _VERTICAL_SHARE = 0.5  # what a vertical patch counts beside a level one: it fixes gravity by one angle only
@@ -114,8 +113,8 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
 def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the area (T,) that agrees with each tried up (T, 3), and number and area (T,) of its level patches."""
     cosine = tried @ normals.T
-    level = cosine > _ALIGNED
-    upright = np.abs(cosine) < _ACROSS
+    level = cosine > np.cos(_ALIGNED)
+    upright = np.abs(cosine) < np.sin(_ALIGNED)
     level_area = level @ areas
     return level_area + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1), level_area
 

@@ -13,7 +13,7 @@ from ..scans.cells import cells
 
 # Metres by which a depth camera's steps grow with the square of the distance; the first Kinect's are 0.0029.
 _STEP = 0.0043
-_LARGE = 0.5  # metres: the least of furniture
+LARGE = 0.5  # metres: the least of furniture, and more than holds a drink
 _WIDEST = 0.06  # metres: beyond, neighbouring objects run together
 
 
@@ -92,7 +92,7 @@ def is_large(points: np.ndarray, cluster_of: np.ndarray) -> np.ndarray:
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(low, cluster_of, points)
     np.maximum.at(high, cluster_of, points)
-    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[cluster_of]
+    return ((high - low).max(axis=1, initial=0.0) >= LARGE)[cluster_of]
 
 
 @njit(cache=True, error_model="numpy")

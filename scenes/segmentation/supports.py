@@ -23,7 +23,7 @@ _GAP = 0.05  # metres: what begins higher above the top does not stand on it
 _INSIDE = 0.02  # metres from the top's edge
 _AREA = 0.12  # square metres: the least of a top, or of a seat
 _SMALL = 0.4  # of a seat's area: what is larger is part of the seat
-_TABLE_AREA, _TABLE_HEIGHT = 0.25, 0.6  # square metres and metres: from there on a top is no seat
+_TABLE_AREA, TABLE_HEIGHT = 0.25, 0.6  # square metres and metres: from there on a top is no seat
 _SPANS = 0.7  # of a top's side: what rises from its edge and is as wide is its own back, or a desk's shelf
 _FEWEST = 10  # voxels of an object
 
@@ -40,7 +40,7 @@ class Top:
     @property
     def is_table(self) -> bool:
         """Whether it is too large or too high for a seat, so that nothing above it is its own back."""
-        return self.area >= _TABLE_AREA and self.height >= _TABLE_HEIGHT
+        return self.area >= _TABLE_AREA and self.height >= TABLE_HEIGHT
 
     def outside(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (N, 3) lie outside the outline seen from above, metres, negative inside."""

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..scans.patches import Patches
 
-_UPRIGHT = np.sin(np.radians(12.0))  # of a patch's normal along z
-_ALIGNED = np.cos(np.radians(12.0))
+_ALIGNED = np.radians(12.0)  # by which the normals of patches of one wall may differ, and lean
 _THICK = 0.05  # metres off its plane at which a point still belongs to a wall
 _THICKEST = 0.10  # metres, however noisy
 _BEYOND = 0.15  # metres: what is farther behind is another object
@@ -33,7 +32,7 @@ class Wall:
     normal: np.ndarray  # (2,) level unit vector into the room
     offset: float  # metres: normal @ xy on the plane
     span: tuple[float, float]  # metres along the wall, from and to
-    thickness: float = 0.05  # metres off the plane at which a point still belongs to it
+    thickness: float = _THICK  # metres off the plane at which a point still belongs to it
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return places (N,) of points (N, 3) along the wall, metres."""
@@ -64,7 +63,7 @@ def is_flush(points: np.ndarray, cluster_of: np.ndarray, walls: list[Wall]) -> n
 
 def ceiling_height(patches: Patches) -> float:
     """Return the height above which there is ceiling, metres; infinity if none is seen."""
-    level = patches[np.abs(patches.normals[:, 2]) > _ALIGNED]
+    level = patches[np.abs(patches.normals[:, 2]) > np.cos(_ALIGNED)]
     if not len(level) or level.centers[:, 2].max() < _CEILING:
         return np.inf
     high = level.centers[:, 2] > max(_CEILING, _CEILING_SHARE * level.centers[:, 2].max())
@@ -83,7 +82,7 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
     patches : Patches
         Of the same points.
     """
-    left = patches[np.abs(patches.normals[:, 2]) < _UPRIGHT]
+    left = patches[np.abs(patches.normals[:, 2]) < np.sin(_ALIGNED)]
     walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
@@ -101,7 +100,7 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
     tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // _TRIED)]
-    aligned = np.abs(normals[tried] @ normals.T) > _ALIGNED
+    aligned = np.abs(normals[tried] @ normals.T) > np.cos(_ALIGNED)
     offsets = (normals[tried] * places[tried]).sum(axis=1)
     near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK
     best = int(np.argmax((aligned & near) @ patches.areas))
