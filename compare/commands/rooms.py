@@ -41,7 +41,6 @@ def rooms(
         str, typer.Option(help="Learn whole models, partial views of them, both, or both-large: views of large ones.")
     ] = "both-large",
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
-    large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     completion: Annotated[
         str | None,
         typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
@@ -78,7 +77,7 @@ def rooms(
         rooms=count,
         conditions=conditions(views, noise),
         seed=seed,
-        settings=Segmentation(cluster_tolerance=parse_length(tolerance), large_tolerance=parse_length(large_tolerance)),
+        settings=Segmentation(cluster_tolerance=parse_length(tolerance)),
         completion=steps,
         cut_out=cut_out,
         proposals=kinds_of(proposals),
@@ -109,7 +108,6 @@ def head_of(trial: RoomTrial, data: str, model: str, backend: str) -> ReportHead
         "model": model,
         "backend": backend,
         "tolerance": trial.settings.cluster_tolerance,
-        "large_tolerance": trial.settings.large_tolerance,
         "completion": list(trial.completion),
         "proposals": list(trial.proposals),
         "lived_in": asdict(trial.lived_in),

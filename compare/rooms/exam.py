@@ -192,7 +192,6 @@ class ReportHead(TypedDict):
     model: str
     backend: str
     tolerance: float  # metres
-    large_tolerance: float  # metres
     completion: list[str]
     proposals: list[str]
     lived_in: dict[str, float]  # kind of disorder -> share of the rooms that have it

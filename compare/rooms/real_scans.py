@@ -69,7 +69,6 @@ def main(
     backend: Annotated[str, typer.Option(help="Whose shipped model to use.")] = "fast",
     complete: Annotated[str | None, typer.Option(help="Some of smooth,top,bottom,sides,mirror; or none.")] = None,
     cluster_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.cluster_tolerance,
-    large_tolerance: Annotated[float, typer.Option(help="Metres.")] = Segmentation.large_tolerance,
     proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
     alone: Annotated[
         bool, typer.Option("--alone", help="Tell objects by spheres, not by what surrounds them.")
@@ -93,7 +92,7 @@ def main(
         classifier.in_scenes_ = None
     trial = Trial(
         model=classifier,
-        settings=Segmentation(cluster_tolerance=cluster_tolerance, large_tolerance=large_tolerance),
+        settings=Segmentation(cluster_tolerance=cluster_tolerance),
         completion=steps_of(complete),
         proposals=kinds_of(proposals),
         baselines=learnt_baselines(learnt, classifier, failures.add),

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..segmentation.clusters import euclidean_clusters, members_of
-from ..segmentation.supports import TABLE_HEIGHT
 from .surfaces import CELL, Pool
 
 _CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
@@ -19,7 +18,6 @@ _BACK = 0.75  # metres: the highest back
 _OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
 LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
-_TABLE_AREA = 0.30  # square metres: nothing that rises from such a surface, as high as a table, is its own
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
 
@@ -120,7 +118,7 @@ def cut_out(
     """
     ground = footprint_of(pool)
     bare = ground.grown(_BESIDE).holds(points) & (points[:, 2] < pool.height + MARGIN)
-    if pool.area >= _TABLE_AREA and pool.height >= TABLE_HEIGHT:
+    if pool.is_table:
         return [bare]
     free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
     if over is not None:

@@ -19,6 +19,7 @@ _APART = 0.045  # metres between squares of one surface
 _FEWEST = 3  # spheres that make a pool
 _NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
 _PART = 0.10  # square metres at least
+_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
 
 
@@ -39,6 +40,11 @@ class Pool:
     def area(self) -> float:
         """Of the surface that is seen, square metres."""
         return len(self.squares) * CELL**2
+
+    @property
+    def is_table(self) -> bool:
+        """Whether it is too large and too high for a seat: nothing that rises from it is its own."""
+        return self.area >= _TABLE_AREA and self.height >= _TABLE_HEIGHT
 
 
 def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:

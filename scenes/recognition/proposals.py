@@ -19,7 +19,6 @@ from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
 from ..segmentation.segmentation import FLOOR, WALL, Segmentation
-from ..segmentation.supports import top_below
 
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
@@ -31,6 +30,7 @@ _TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
+_ABOVE, _UNDER = 0.015, 0.05  # metres above and below an object's lowest point in which what it stands on has its top
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
@@ -43,6 +43,7 @@ class Proposal:
     support: float  # the height that it stands on, metres
     pool: Pool | None = None  # of large spheres, that it carries
     box: Box | None = None  # around its points, if known
+    on_top: bool = False  # whether it stands on a top, apart from all else there
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,6 +143,34 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
     return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
+def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
+    """Return the height of the level top that an object stands on, 0 for the floor, metres.
+
+    What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
+
+    Parameters
+    ----------
+    own : int
+        The object.
+    parts : list of (N, 3) float64, metres, level frame
+        The points of all objects.
+    lows, highs : (K, 3) float64, metres
+        Their lowest and highest corners.
+    """
+    low, high, best = lows[own], highs[own], 0.0
+    if low[2] < _UNDER:
+        return best
+    reaches = (lows[:, :2] <= low[:2] + _UNDER) & (highs[:, :2] >= high[:2] - _UNDER)
+    begins = (lows[:, 2] < low[2] + _ABOVE) & (highs[:, 2] > low[2] - _UNDER)
+    for k in np.flatnonzero(reaches.all(axis=1) & begins):
+        other = parts[k]
+        under = other[(other[:, 2] < low[2] + _ABOVE) & (other[:, 2] > low[2] - _UNDER)]
+        under = under[((under[:, :2] > low[:2] - _UNDER) & (under[:, :2] < high[:2] + _UNDER)).all(axis=1)]
+        if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
+            best = max(best, float(np.median(under[:, 2])))
+    return best
+
+
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
@@ -183,7 +212,7 @@ def on_top(
         if box.size[1] < _NARROWEST:
             continue
         support = float(np.median(top.height_at(item)))
-        proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box))
+        proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box, on_top=top.is_table))
         if np.ptp(item[:, :2], axis=0).max() > _BLOB:
             alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):

@@ -27,6 +27,7 @@ from .room import BARS, Candidate, Room, SceneObject, chosen
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells
 HEIGHTS = (0.3, 1.3)  # metres above z = 0 of a level frame between which that is a floor and the top a table's
+_REACH = 0.05  # metres between parts of one top, and below z = 0 that a sensor's noise puts points
 UPRIGHT = 0.999  # cosine of 2.6 degrees: a scan's own z axis that is gravity's
 
 
@@ -44,7 +45,7 @@ def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) 
     if levelling.source != TABLE_TOP or not len(on_ground):
         return None
     voxels = cells(points[on_ground], Segmentation.leaf_size)
-    parts = members_of(euclidean_clusters(voxels.means, Segmentation.large_tolerance))
+    parts = members_of(euclidean_clusters(voxels.means, _REACH))
     largest = np.zeros(len(voxels.means), bool)
     largest[max(parts, key=len)] = True
     return GroundTop(members=on_ground[largest[voxels.cell_of]], height=height_in_scan(points, levelling))
@@ -56,7 +57,7 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
-    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -Segmentation.large_tolerance
+    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -_REACH
     return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
 
 
@@ -143,10 +144,9 @@ def recognise(
     levelling = level(seen, up, scan.name)
     watch.lap("floor")
     points = levelling.to_level(seen)
-    camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
     dense = filled(points, settings.leaf_size)
     watch.lap("filling")
-    labels = segment(dense, settings, noise=levelling.noise, camera=camera)
+    labels = segment(dense, settings, noise=levelling.noise)
     watch.lap("clusters")
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)

@@ -90,8 +90,19 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
     claims = [as_cluster(one, clusters) for one in claims]
     rest = [one for one in clusters if not one.claimed and free_share(one, claims) >= _LEFT]
+    rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return parted([*claims, *rest], least)
+
+
+def standing(candidates: Sequence[Candidate], claims: Sequence[Candidate]) -> list[Candidate]:
+    """Return what claims nothing and stands apart on a table, the largest first, where it is the same as no claim."""
+    apart: list[Candidate] = []
+    for one in sorted(candidates, key=lambda one: -len(one.proposal.members)):
+        if one.proposal.on_top and not one.claimed and not any(is_same(one, other) for other in claims):
+            if not any(shared_points(one.proposal, other.proposal) for other in apart):
+                apart.append(one)
+    return apart
 
 
 def precedence(one: Candidate) -> tuple[int, bool, int, int]:

@@ -34,7 +34,6 @@ class Levelling:
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
     floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
     noise: float | None  # standard deviation of the floor's points about it, metres; None where none is seen
-    camera: np.ndarray | None = None  # (3,) where the scan was seen from, in its own frame, if known
 
     @property
     def up(self) -> np.ndarray:
@@ -88,7 +87,6 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
             source=source,
             floor_seen=False,
             noise=None,
-            camera=camera,
         )
     height, area = plane
     fixed = up != "auto"
@@ -102,7 +100,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         camera = None
     source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
     return Levelling(
-        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
+        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise
     )
 
 
@@ -209,13 +207,13 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *,
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    likely, camera = (axis_up(up), None) if up != "auto" else camera_frame(points)
+    likely = axis_up(up) if up != "auto" else camera_frame(points)[0]
     normal, height = largest_plane(cells(points, _STEP).means, np.random.default_rng(seed))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0
     transform = level_transform(side * normal, side * height)
-    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None, camera=camera)
+    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None)
 
 
 def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:

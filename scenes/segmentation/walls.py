@@ -19,7 +19,6 @@ _TRIED = 300  # planes
 _AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
 _SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
 _SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
-_FLUSH = 0.9  # of a piece's points that lie in a wall's plane for it to be of the wall
 _CEILING = 1.9  # metres: the least height
 _CEILING_SHARE = 0.9  # of the highest patch's height
 _CEILING_AREA = 0.5  # square metres
@@ -47,18 +46,6 @@ class Wall:
         along = self.along(points)
         beside = (along > self.span[0] - _MARGIN) & (along < self.span[1] + _MARGIN)
         return beside & (self.ahead(points) < self.thickness)
-
-
-def is_flush(points: np.ndarray, cluster_of: np.ndarray, walls: list[Wall]) -> np.ndarray:
-    """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
-
-    Furniture hides the wall between, and such a piece alone is too small for a wall.
-    """
-    flush, counts = np.zeros(len(points), bool), np.bincount(cluster_of)
-    for wall in walls:
-        near = np.bincount(cluster_of, np.abs(wall.ahead(points)) < wall.thickness)
-        flush |= (near > _FLUSH * counts)[cluster_of]
-    return flush
 
 
 def ceiling_height(patches: Patches) -> float:

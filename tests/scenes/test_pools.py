@@ -136,21 +136,6 @@ def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     assert len(members) == pytest.approx((mug().points[:, 2] > 0.012).sum(), rel=0.02)
 
 
-@pytest.mark.parametrize(("count", "parted"), [(12_000, True), (800, False)])
-def test_a_veil_that_joins_two_things_is_left_out_where_surfaces_are_dense(count, parted):
-    """Stereo cameras draw veils from an object's edge to what is behind it, of few points."""
-    rng = np.random.default_rng(0)
-    ends = np.array([0, 2, 3, 1])[rng.integers(0, 4, count)]  # which side of a square tower of 6 cm
-    along, up = rng.uniform(-0.03, 0.03, count), rng.uniform(0.0, 0.08, count)
-    x, y = np.where(ends % 2, along, 0.03 - 0.03 * ends), np.where(ends % 2, 0.06 - 0.03 * ends, along)
-    towers = [np.column_stack([x + aside, y, up]) for aside in (0.0, 0.16)]
-    veil = np.column_stack([rng.uniform(0.03, 0.13, 100), np.zeros(100), rng.uniform(0.03, 0.06, 100)])
-    owners = np.repeat([0, 1, 2], [count, count, 100])
-    found = [set(np.unique(owners[members])) for members in objects_on(ground_top(np.vstack([*towers, veil])))]
-    assert {0, 1, 2} in found
-    assert ({0} in [one - {2} for one in found]) == parted
-
-
 def test_a_vessel_that_touches_a_tin_is_told_from_it_by_its_rim():
     cup = mug().points
     width = np.ptp(cup[:, 0])
