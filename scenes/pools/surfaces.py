@@ -18,7 +18,7 @@ _AROUND = 0.14  # metres above and below within which that is looked at
 _APART = 0.045  # metres between squares of one surface
 _FEWEST = 3  # spheres that make a pool
 _NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
-_PART = 0.10  # square metres at least
+PART = 0.10  # square metres: the least of such a part, and of what objects stand on
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
 
@@ -142,7 +142,7 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
         return []
     nearest = distance_transform_edt(~broad, return_distances=False, return_indices=True)
     part_of = parts[tuple(nearest)][own]
-    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= _PART]
+    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= PART]
     if len(large) < 2:
         return []
     feet = centers - [0, 0, radius]

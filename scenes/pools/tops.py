@@ -8,15 +8,15 @@ import numpy as np
 
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
+from ..segmentation.segmentation import Segmentation
 from .cutting import MARGIN, footprint_of
 from .surfaces import Pool
 
-_FINE = 0.005  # metres: voxels of what stands on a top
+SPACING = 0.005  # metres: voxels of what stands on a top, and between points that are added
 _OVER = 0.012  # metres above a top at which objects begin
 _TALLEST = 0.35  # metres: of what is looked at
 SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
-_APART = (0.01, 0.02)  # metres between objects, the sensor being near or far
 FEWEST, _FLAT = 30, 0.02  # points and metres: what is less is no object
 
 
@@ -68,11 +68,14 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
 
 
 def objects_on(top: Top) -> list[np.ndarray]:
-    """Return the members of each object that stands on a top, indices of the scene's points, by both tolerances."""
+    """Return the members of each object that stands on a top, indices of the scene's points,."""
     if not len(top.points):
         return []
-    fine = cells(top.points, _FINE)
-    found = [members for apart in _APART for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])]
-    found = [members for members in found if len(members) >= FEWEST and _FLAT < np.ptp(top.points[members, 2])]
-    distinct = {members.tobytes(): members for members in found}  # most are the same by either tolerance
-    return [top.indices[own] for own in distinct.values() if np.ptp(top.points[own], axis=0).max() < _TALLEST]
+    fine = cells(top.points, SPACING)
+    found = members_of(euclidean_clusters(fine.means, Segmentation.cluster_tolerance)[fine.cell_of])
+    sizes = [np.ptp(top.points[own], axis=0) for own in found]
+    return [
+        top.indices[own]
+        for own, size in zip(found, sizes, strict=True)
+        if len(own) >= FEWEST and size[2] > _FLAT and size.max() < _TALLEST
+    ]

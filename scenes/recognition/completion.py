@@ -10,12 +10,13 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.processes.compilation import njit
 
+from ..pools.tops import SPACING
+from ..pools.vessels import FINE
 from ..scans.cells import Near, advance, cells
 from ..segmentation.clusters import LARGE, bounding_box
 
 RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
 PASSES = 2
-FINE = 0.004  # metres, side of the voxels that the points are thinned to; clouds of whole models are no finer
 
 
 def smoothed(points: np.ndarray) -> np.ndarray:
@@ -91,7 +92,6 @@ _CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it, and a rim above: one side shows half, legs cover a tenth
 _NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat objects are thinner
 _NEARBY = 0.025  # metres
-SPACING = 0.005  # metres, of the points that are added
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 

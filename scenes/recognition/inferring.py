@@ -20,7 +20,6 @@ _VOXEL, _APART = 0.015, 0.035  # metres: of what is looked at, and between backs
 _REACH = 0.35  # metres outside a top's edge up to which a chair's back stands
 _BESIDE = 0.40  # metres between the middles of two chairs
 _ABOVE = 0.55  # metres above a table's top up to which its back shows
-_CLEAR = 0.02  # metres above it from which on what is one with the table is not its top
 _NEAR = 0.05  # metres inside the top's edge and below it where a back may show, and by which it rises above it at least
 _WIDTH, _THICK = (0.28, 0.70), 0.24  # metres: of a back, the least and most, and most
 _DEPTH = 0.45  # metres: of a chair
@@ -43,7 +42,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
         top = level_of(cells(table.points, CELL).means, CELL).height
         edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < SLAB])
         beside = free & (points[:, 2] > top - _NEAR)
-        joined = (labels == table.id) & (points[:, 2] > top + _CLEAR)  # what is one cluster with the table
+        joined = (labels == table.id) & (points[:, 2] > top + CELL)  # what is one cluster with the table
         for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
             if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _BESIDE for other in taken):

@@ -104,11 +104,10 @@ def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:
 
 
 def hollow_place(pool: VesselPool) -> Place:
-    """Return a pool as a place to pour; it holds what a prism of its walls' outline holds."""
-    angles = (np.arange(len(pool.walls)) + 0.5) * 2 * np.pi / len(pool.walls)
-    ring = pool.center[:2] + pool.walls[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-    after = np.roll(ring, -1, axis=0)
-    area = 0.5 * abs(float(np.sum(ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1])))
+    """Return a pool as a place to pour; it holds what a cylinder as wide as its walls holds."""
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = pool.center[:2] + pool.reach * np.column_stack([np.cos(angles), np.sin(angles)])
+    area = float(np.pi * pool.reach**2)
     depth = float(pool.rim - pool.center[2])
     return Place(
         kind="pour",
@@ -121,7 +120,7 @@ def hollow_place(pool: VesselPool) -> Place:
         height=float(pool.rim),
         clearance=None,
         score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)) * _TRUST,
-        radius=float(pool.walls.min()),
+        radius=pool.reach,
         capacity_ml=area * depth * 1e6,
         filled_ml=SPILLED_AT * area * depth * 1e6,
         depth=depth,

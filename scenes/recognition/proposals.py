@@ -13,8 +13,8 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
 from ..pools.resting import resting_places
-from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.tops import FEWEST, Top, ground_top, objects_on, top_of_pool
+from ..pools.surfaces import PART, Pool, level_pools, parted_at_necks
+from ..pools.tops import FEWEST, SLAB, Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
@@ -26,11 +26,10 @@ _RADIUS = 0.04  # metres, of the spheres that find seats and tops
 _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
-_TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
-_ABOVE, _UNDER = 0.015, 0.05  # metres above and below an object's lowest point in which what it stands on has its top
+_ABOVE = 0.015  # metres above an object's lowest point that what it stands on may reach
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
@@ -158,14 +157,14 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
         Their lowest and highest corners.
     """
     low, high, best = lows[own], highs[own], 0.0
-    if low[2] < _UNDER:
+    if low[2] < SLAB:
         return best
-    reaches = (lows[:, :2] <= low[:2] + _UNDER) & (highs[:, :2] >= high[:2] - _UNDER)
-    begins = (lows[:, 2] < low[2] + _ABOVE) & (highs[:, 2] > low[2] - _UNDER)
+    reaches = (lows[:, :2] <= low[:2] + SLAB) & (highs[:, :2] >= high[:2] - SLAB)
+    begins = (lows[:, 2] < low[2] + _ABOVE) & (highs[:, 2] > low[2] - SLAB)
     for k in np.flatnonzero(reaches.all(axis=1) & begins):
         other = parts[k]
-        under = other[(other[:, 2] < low[2] + _ABOVE) & (other[:, 2] > low[2] - _UNDER)]
-        under = under[((under[:, :2] > low[:2] - _UNDER) & (under[:, :2] < high[:2] + _UNDER)).all(axis=1)]
+        under = other[(other[:, 2] < low[2] + _ABOVE) & (other[:, 2] > low[2] - SLAB)]
+        under = under[((under[:, :2] > low[:2] - SLAB) & (under[:, :2] < high[:2] + SLAB)).all(axis=1)]
         if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
             best = max(best, float(np.median(under[:, 2])))
     return best
@@ -185,7 +184,7 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     proposed = [
         Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
     ]
-    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
+    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= PART]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
         proposed += on_top(scene.points, own, top, simulator, seed, how.least_round)

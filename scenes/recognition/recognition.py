@@ -11,14 +11,15 @@ from threadpoolctl import threadpool_limits
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
-from ..pools.vessels import surroundings
+from ..pools.tops import SLAB
+from ..pools.vessels import FINE, surroundings
 from ..scans.cells import Near, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
-from .completion import DEFAULT, FINE, SPACING, smoothed
+from .completion import DEFAULT, SPACING, smoothed
 from .inferring import inferred_seats
 from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
@@ -27,7 +28,6 @@ from .room import BARS, Candidate, Room, SceneObject, chosen
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells
 HEIGHTS = (0.3, 1.3)  # metres above z = 0 of a level frame between which that is a floor and the top a table's
-_REACH = 0.05  # metres between parts of one top, and below z = 0 that a sensor's noise puts points
 UPRIGHT = 0.999  # cosine of 2.6 degrees: a scan's own z axis that is gravity's
 
 
@@ -45,7 +45,7 @@ def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) 
     if levelling.source != TABLE_TOP or not len(on_ground):
         return None
     voxels = cells(points[on_ground], Segmentation.leaf_size)
-    parts = members_of(euclidean_clusters(voxels.means, _REACH))
+    parts = members_of(euclidean_clusters(voxels.means, SLAB))
     largest = np.zeros(len(voxels.means), bool)
     largest[max(parts, key=len)] = True
     return GroundTop(members=on_ground[largest[voxels.cell_of]], height=height_in_scan(points, levelling))
@@ -57,7 +57,7 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
-    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -_REACH
+    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -SLAB
     return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
 
 

@@ -34,12 +34,9 @@ BARS = {
     POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
 _SAME = 0.35  # intersection over union from which on two claims are of one object
-_WITHIN = (
-    0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one object
-)
+_WITHIN = 0.6  # of the smaller one's points: two claims of a function that lie so far within each other are one object
 _NEARLY = 0.1  # of score: what differs by less is as sure
 _LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
-_WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,7 +129,7 @@ def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
     for cluster in clusters:
         shared = shared_points(claim.proposal, cluster.proposal)
         sizes = len(claim.proposal.members), len(cluster.proposal.members)
-        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WHOLE:
+        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WITHIN:
             return claim.taking(cluster.proposal.members)
     return claim
 

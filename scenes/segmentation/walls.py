@@ -21,7 +21,6 @@ _SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
 _SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
 _CEILING = 1.9  # metres: the least height
 _CEILING_SHARE = 0.9  # of the highest patch's height
-_CEILING_AREA = 0.5  # square metres
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -54,7 +53,7 @@ def ceiling_height(patches: Patches) -> float:
     if not len(level) or level.centers[:, 2].max() < _CEILING:
         return np.inf
     high = level.centers[:, 2] > max(_CEILING, _CEILING_SHARE * level.centers[:, 2].max())
-    if level.areas[high].sum() < _CEILING_AREA:
+    if level.areas[high].sum() < _AREA:
         return np.inf
     return float(np.median(level.centers[high, 2])) - _THICK
 
