@@ -9,20 +9,17 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .gravity import axis_up, camera_frame, facing_normals, joint_up, seen_gravity
+from .gravity import axis_up, joint_up, likely_up, seen_gravity, upward_normals
 from .patches import Patches, find_patches, patch_side
 
 _LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
 _STEP = 0.02  # metres: of heights that are compared, and sides of voxels in which near surfaces count no more than far
 _MERGED = 2  # bins to either side that belong to one plane
 _LARGE = 0.15  # of the largest level plane: what is smaller is no floor
-_LARGE_ENOUGH = 1.0  # square metres: what is larger is a floor however large the others are
 _MOST_BELOW = 0.03  # share of the points that noise and reflections may put below the floor
 _BELOW = 0.10  # metres below a plane, for that count
 _FIT = 2 * _STEP  # metres around a plane within which points are fitted
 _TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
-_STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
-_LOWEST_CAMERA = 0.15  # metres above the ground: an origin that is lower was put there, and is no camera
 _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 
 
@@ -74,12 +71,10 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         If ``up`` is no direction, or the points have no extent.
     """
     patches = find_patches(points, patch_side(points))
-    likely, camera = camera_frame(points)
-    if up != "auto":
-        likely, camera = axis_up(up), None
-    seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
+    likely = likely_up(points) if up == "auto" else axis_up(up)
+    seen = seen_gravity(patches, likely) if up == "auto" and len(patches) else None
     upward = likely if seen is None else seen
-    plane = lowest_large_plane(points, patches[facing_normals(patches, upward, camera) @ upward > _LEVEL], upward)
+    plane = lowest_large_plane(points, patches[upward_normals(patches, upward) @ upward > _LEVEL], upward)
     if plane is None:
         source = "given" if up != "auto" else "assumed"
         return Levelling(
@@ -96,9 +91,8 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         height, upward = height_along(joint, points, upward, height), joint
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
-    if camera is not None and camera @ upward - height < _LOWEST_CAMERA:
-        camera = None
-    source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
+    low = np.percentile(points @ upward, 99) - height < _ON_TABLE
+    source = "table top" if low and area < _TABLE_AREA else "floor"
     return Levelling(
         T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise
     )
@@ -123,7 +117,7 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
     area = np.bincount(bins, patches.areas, bins.max() + 1)
     width = 2 * _MERGED + 1
     around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
-    large = around >= min(_LARGE * around.max(), _LARGE_ENOUGH)
+    large = around >= _LARGE * around.max()
     along = np.sort(points @ up)
     for peak in np.flatnonzero(large):
         height = (lowest + peak + 0.5) * _STEP
@@ -165,13 +159,6 @@ def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: 
     return float(np.median(points[inside] @ joint)) if inside.any() else height
 
 
-def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
-    """Tell a table top from a floor: close below the camera, or small, with only low objects on it."""
-    if camera is not None:
-        return bool(camera @ up - height < _STANDING)
-    return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
-
-
 def level_transform(up: np.ndarray, height: float) -> np.ndarray:
     """Return the transform (4, 4) that turns ``up`` to z by the shortest way and puts its height at z = 0."""
     from scipy.spatial.transform import Rotation
@@ -207,7 +194,7 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *,
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    likely = axis_up(up) if up != "auto" else camera_frame(points)[0]
+    likely = axis_up(up) if up != "auto" else likely_up(points)
     normal, height = largest_plane(cells(points, _STEP).means, np.random.default_rng(seed))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
