@@ -17,7 +17,6 @@ _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
 _OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
-LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
 
@@ -28,11 +27,10 @@ class CutSettings:
     gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
     parts: bool = True  # whether surfaces are parted at necks as well
     tops_apart: bool = True  # whether the top of a table over a seat is no part of what rises from the seat
-    least_round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 
 
 LOOSE_CUTS = CutSettings()
-STRICT_CUTS = CutSettings(gap=0.10, parts=False, tops_apart=False, least_round=0.0)  # what models are taught by
+STRICT_CUTS = CutSettings(gap=0.10, parts=False, tops_apart=False)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,7 +74,7 @@ def footprint_of(pool: Pool) -> Footprint:
 
 
 def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_CUTS) -> list[tuple[np.ndarray, Pool]]:
-    """Return which points may be each pool's object, (N,) bool, with the pool; of some pools several.
+    """Return which points may be each pool's object, (N,) bool, with the pool.
 
     Parameters
     ----------
@@ -86,7 +84,7 @@ def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_
         All of the scene.
     how : CutSettings
     """
-    large = [pool for pool in pools if pool.area >= LARGE_AREA] if how.tops_apart else []
+    large = [pool for pool in pools if pool.is_table] if how.tops_apart else []
     tops = [(pool.height, on_surface(points, pool)) for pool in large]
     cuts = []
     for pool in pools:
@@ -94,17 +92,14 @@ def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_
         for height, top in tops:
             if height > pool.height + _OVER:
                 over |= top
-        cuts += [(cut, pool) for cut in cut_out(points, pool, over, how.gap)]
+        cuts.append((cut_out(points, pool, over, how.gap), pool))
     return cuts
 
 
 def cut_out(
     points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = LOOSE_CUTS.gap
-) -> list[np.ndarray]:
-    """Return which points may be a pool's object, (N,) bool each.
-
-    What rises from the surface's edge is its back; but where the surface is large, it may be a table's, which has none,
-    and the back a chair's behind it.
+) -> np.ndarray:
+    """Return which points may be a pool's object, (N,) bool: what rises from its edge too, unless it is a table's.
 
     Parameters
     ----------
@@ -119,16 +114,15 @@ def cut_out(
     ground = footprint_of(pool)
     bare = ground.grown(_BESIDE).holds(points) & (points[:, 2] < pool.height + MARGIN)
     if pool.is_table:
-        return [bare]
+        return bare
     free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
     if over is not None:
         free &= ~over
     rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
-    backed = bare.copy()
     for members in members_of(euclidean_clusters(points[rising], MARGIN)):
         if is_back(points[rising[members]], pool, middle, gap):
-            backed[rising[members]] = True
-    return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
+            bare[rising[members]] = True
+    return bare
 
 
 def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:

@@ -67,7 +67,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         if len(members) >= _FEWEST
         for pool in pools_at(points, centers[members], feet[members])
     ]
-    return without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
+    return sorted(pools, key=lambda pool: (-pool.area, pool.height))
 
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
@@ -152,14 +152,3 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
         for k in large
         if np.count_nonzero(on_it == k) >= _FEWEST
     ]
-
-
-def without_doubles(pools: list[Pool]) -> list[Pool]:
-    """Return pools, the largest first, without those whose surface is mostly another's at nearly the same height."""
-    kept: list[Pool] = []
-    for pool in pools:
-        keys = set(map(tuple, pool.squares.tolist()))
-        same = (other for other in kept if abs(other.height - pool.height) < _BAND)
-        if all(len(keys & set(map(tuple, other.squares.tolist()))) < 0.5 * len(keys) for other in same):
-            kept.append(pool)
-    return kept

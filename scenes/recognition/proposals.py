@@ -131,9 +131,7 @@ def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
     """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
     members = members_of(labels)
     supports = support_heights([points[own] for own in members])
-    return [
-        Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)
-    ]
+    return [Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)]
 
 
 def support_heights(parts: list[np.ndarray]) -> list[float]:
@@ -181,19 +179,15 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     if how.parts:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
     cuts = cuts_of(voxels.means, pools, how)
-    proposed = [
-        Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
-    ]
+    proposed = [Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts]
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= PART]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
-        proposed += on_top(scene.points, own, top, simulator, seed, how.least_round)
+        proposed += on_top(scene.points, own, top, simulator, seed)
     return [proposal for proposal in proposed if len(proposal.members) >= FEWEST]
 
 
-def on_top(
-    points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int, least_round: float
-) -> list[Proposal]:
+def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:
     """Return the objects that stand on a top, and the vessels in those of them that are more than one object.
 
     Parameters
@@ -201,8 +195,6 @@ def on_top(
     points : (N, 3) float64, metres, level frame
     own : (M,) int64
         Which of them the top's indices mean.
-    least_round : float
-        Of its length, a vessel's least width.
     """
     proposed = []
     for members in objects_on(top):
@@ -217,6 +209,6 @@ def on_top(
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= FEWEST else None
-                if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
+                if box is not None and box.size[1] >= _NARROWEST:
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

@@ -72,7 +72,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     box = bounding_box(own)
     sheet = sheet_within(own)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
-    alone = replace(context, completion=(), ground_seen=True, surroundings=None)
+    alone = replace(context, completion=(), surroundings=None)
     functions = classify_parts([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
     return SceneObject(
         id=number,
@@ -154,7 +154,7 @@ def recognise(
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
     context = RecognitionContext(
-        model=model, completion=completion, ground_seen=levelling.floor_seen, bars=bars, surroundings=around
+        model=model, completion=completion, bars=bars, surroundings=around
     )
     candidates = judged(dense, proposed, context, watch)
     objects = chosen(candidates, Segmentation.min_cluster_size)

@@ -18,7 +18,6 @@ _TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
 _ALIGNED = np.radians(7.0)  # patches whose normals differ by less face the same way
 _FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
 _DISAGREES = 1.5  # degrees by which floor and everything else may differ before they are fitted together
-_VERTICAL_SHARE = 0.5  # what a vertical patch counts beside a level one: it fixes gravity by one angle only
 _TRIED = 600  # patches whose normals are tried as up
 _FEWEST = 5  # level patches without which gravity is not seen
 
@@ -62,7 +61,7 @@ def seen_gravity(patches: Patches, up: np.ndarray) -> np.ndarray | None:
     """Return the direction (3,) that most of a scan's surfaces are level or upright to; None if none is level.
 
     Every patch's normal within 65 degrees of the likely up is tried. Level patches vote for it by their area, upright
-    ones by half of it: what looks like a floor in a view from above is a wall in one to the side, but only the true
+    ones too: what looks like a floor in a view from above is a wall in one to the side, but only the true
     vertical fits floors, table tops and walls at once.
 
     Parameters
@@ -87,7 +86,7 @@ def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np
     cosine = tried @ normals.T
     level = cosine > np.cos(_ALIGNED)
     upright = np.abs(cosine) < np.sin(_ALIGNED)
-    return level @ areas + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1)
+    return (level | upright) @ areas, level.sum(axis=1)
 
 
 def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
@@ -107,7 +106,7 @@ def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np
         level, upright = cosine > np.cos(np.radians(degrees)), cosine < np.sin(np.radians(degrees))
         if level.sum() < _FEWEST:
             break
-        weights = areas * (_VERTICAL_SHARE * upright - level)
+        weights = areas * (upright.astype(float) - level)
         spread = (normals * weights[:, None]).T @ normals - np.outer(floor, floor)
         fitted = np.linalg.eigh(spread)[1][:, 0]
         up = fitted * np.sign(fitted @ up)

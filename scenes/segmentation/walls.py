@@ -17,8 +17,6 @@ _MOST_BEYOND = 0.03  # share of the voxels within that stretch
 _TRIED = 300  # planes
 # Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
 _AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
-_SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
-_SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
 _CEILING = 1.9  # metres: the least height
 _CEILING_SHARE = 0.9  # of the highest patch's height
 
@@ -112,17 +110,6 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < _WIDTH or top < _TOP:
         return None
-    is_wide = width >= _SURE_WIDTH and top >= _SURE_TOP
-    if is_wide and filled_share(along[own] - low, points[own, 2], width, top) > _FILLED:
-        return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
     behind = np.mean(ahead[beside] < -_BEYOND)
     return wall if behind < _MOST_BEYOND else None
-
-
-def filled_share(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
-    """Return the share of a plane's squares that hold points (N,): a wall has most, a cut across a room few."""
-    columns, rows = int(width / _SQUARE), int(top / _SQUARE)
-    i, j = (along / _SQUARE).astype(int), (heights / _SQUARE).astype(int)
-    inside = (i < columns) & (j >= 0) & (j < rows)
-    return len(np.unique(i[inside] * rows + j[inside])) / (columns * rows)
