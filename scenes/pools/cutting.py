@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,6 @@ _BESIDE = 0.04  # metres around the surface that are cut out with it
 MARGIN = 0.03  # metres above and around a surface that still belong to it, and between parts of what rises from it
 _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
-_OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
@@ -26,11 +24,10 @@ class CutSettings:
 
     gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
     parts: bool = True  # whether surfaces are parted at necks as well
-    tops_apart: bool = True  # whether the top of a table over a seat is no part of what rises from the seat
 
 
 LOOSE_CUTS = CutSettings()
-STRICT_CUTS = CutSettings(gap=0.10, parts=False, tops_apart=False)  # what models are taught by
+STRICT_CUTS = CutSettings(gap=0.10, parts=False)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,32 +70,7 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_CUTS) -> list[tuple[np.ndarray, Pool]]:
-    """Return which points may be each pool's object, (N,) bool, with the pool.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres, level frame
-        Of the scene without ground and walls.
-    pools : sequence of Pool
-        All of the scene.
-    how : CutSettings
-    """
-    large = [pool for pool in pools if pool.is_table] if how.tops_apart else []
-    tops = [(pool.height, on_surface(points, pool)) for pool in large]
-    cuts = []
-    for pool in pools:
-        over = np.zeros(len(points), bool)
-        for height, top in tops:
-            if height > pool.height + _OVER:
-                over |= top
-        cuts.append((cut_out(points, pool, over, how.gap), pool))
-    return cuts
-
-
-def cut_out(
-    points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = LOOSE_CUTS.gap
-) -> np.ndarray:
+def cut_out(points: np.ndarray, pool: Pool, gap: float = LOOSE_CUTS.gap) -> np.ndarray:
     """Return which points may be a pool's object, (N,) bool: what rises from its edge too, unless it is a table's.
 
     Parameters
@@ -106,8 +78,6 @@ def cut_out(
     points : (N, 3) float64, metres, level frame
         Of the scene without ground and walls.
     pool : Pool
-    over : (N,) bool, optional
-        Points of tops over it, which are no back.
     gap : float
         Metres above the surface at which a back begins at the latest.
     """
@@ -116,20 +86,11 @@ def cut_out(
     if pool.is_table:
         return bare
     free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
-    if over is not None:
-        free &= ~over
     rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
     for members in members_of(euclidean_clusters(points[rising], MARGIN)):
         if is_back(points[rising[members]], pool, middle, gap):
             bare[rising[members]] = True
     return bare
-
-
-def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
-    """Return which points (N, 3) are of a pool's surface, (N,) bool."""
-    found = np.abs(points[:, 2] - pool.height) < MARGIN
-    found[found] = footprint_of(pool).grown(_BESIDE).holds(points[found])
-    return found
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:

@@ -11,7 +11,7 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
+from ..pools.cutting import LOOSE_CUTS, CutSettings, cut_out
 from ..pools.resting import resting_places
 from ..pools.surfaces import PART, Pool, level_pools, parted_at_necks
 from ..pools.tops import FEWEST, SLAB, Top, ground_top, objects_on, top_of_pool
@@ -178,8 +178,10 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
     if how.parts:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
-    cuts = cuts_of(voxels.means, pools, how)
-    proposed = [Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts]
+    cuts = [cut_out(voxels.means, pool, how.gap)[voxels.cell_of] for pool in pools]
+    proposed = [
+        Proposal(by=POOLS, members=own[cut], support=0.0, pool=pool) for cut, pool in zip(cuts, pools, strict=True)
+    ]
     tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= PART]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:

@@ -9,7 +9,7 @@ from clouds import mug, sheet
 from room_shapes import moved, room, square_table
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.pools.cutting import STRICT_CUTS, cut_out, cuts_of, footprint_of
+from spherefunc_bullet.scenes.pools.cutting import cut_out, footprint_of
 from spherefunc_bullet.scenes.pools.resting import resting_places
 from spherefunc_bullet.scenes.pools.surfaces import CELL, level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.tops import ground_top, objects_on, top_of_pool
@@ -75,21 +75,6 @@ def test_a_chair_is_cut_out_with_legs_and_back_and_without_the_table():
     top = points[cut_out(points, table)]
     assert top[:, 2].max() < 0.78
     assert np.ptp(top[:, 0]) == pytest.approx(1.4, abs=0.03)
-
-
-def test_a_back_begins_above_the_seat_and_a_top_over_the_seat_is_none():
-    """A chair at a table's corner, half below it, whose back is held by posts that nobody saw and touches the top."""
-    back = sheet([0.5, 0.22, 0.63], [0.42, 0, 0], [0, 0, 0.3])
-    seat = moved(square_table(0.42, 0.42, 0.45), 0.71, 0.0)
-    points = np.vstack([square_table(1.2, 0.8, 0.74), seat, back])
-    table, pool = pools_of(points)
-    (own,) = [points[cut] for cut, its in cuts_of(points, [table, pool]) if its is pool]
-    high = own[own[:, 2] > 0.55]
-    assert high[:, 2].max() > 0.9
-    assert np.ptp(high[:, 0]) > 0.35
-    assert (high[:, 1] > 0.2).mean() > 0.95
-    (taught,) = [points[cut] for cut, its in cuts_of(points, [table, pool], STRICT_CUTS) if its is pool]
-    assert taught[:, 2].max() < 0.8
 
 
 def test_surfaces_that_a_neck_connects_are_pools_each_and_together():
