@@ -90,7 +90,9 @@ def judged(
     radius = context.model.radius_
     nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        Candidate(proposal=part.proposal, functions=next(predictions) if one else nothing, place=place)
+        Candidate(
+            proposal=part.proposal, functions=next(predictions) if one else nothing, place=place, fragment=not one
+        )
         for place, (part, one) in enumerate(zip(parts, whole, strict=True))
     ]
 

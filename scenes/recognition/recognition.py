@@ -157,7 +157,7 @@ def recognise(
         model=model, completion=completion, bars=bars, surroundings=around
     )
     candidates = judged(dense, proposed, context, watch)
-    objects = chosen(candidates, Segmentation.min_cluster_size)
+    objects = [one for one in chosen(candidates, Segmentation.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")

@@ -46,6 +46,7 @@ class Candidate:
     proposal: Proposal
     functions: dict[str, Membership]
     place: int  # in the order of proposals
+    fragment: bool = False  # see `judging.is_fragment`
 
     @property
     def claimed(self) -> frozenset[str]:
