@@ -1,6 +1,6 @@
 """What each hand-set number of scan recognition changes: halved and doubled, on virtual rooms that nobody has learnt.
 
-    python -m spherefunc_bullet.compare.rooms.sensitivity DATA [--folders pools] [--rooms 4] [--json]
+    python -m spherefunc_bullet.compare.rooms.sensitivity DATA [--folders pools] [--rooms 4] [--list] [--json]
 
 Numbers are the constants of modules in four folders, and the fields of their settings. A compiled kernel keeps what it
 was compiled with, so what only kernels read is left out. A number that changes no answer in many rooms may go.
@@ -15,6 +15,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Annotated
 
@@ -22,7 +23,7 @@ import numpy as np
 import typer
 
 import spherefunc_bullet.scenes as scenes
-from spherefunc_bullet.console import Failures, print_json, print_table, progress, run
+from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, show
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.function_model import FunctionModel
@@ -137,6 +138,14 @@ def row_of(number: Number, scanned: Sequence[VirtualScan], model: FunctionModel,
     return row
 
 
+def print_list(numbers: Sequence[Number]):
+    """Print how many numbers there are in each file, and which."""
+    for module, own in groupby(numbers, key=lambda number: number.module):
+        values = [f"{number.name}={number.value:g}" for number in own]
+        show(f"{len(values):3} {module.removeprefix(f'{scenes.__name__}.')}: {', '.join(values)}")
+    show(f"{len(numbers)} hand-set numbers")
+
+
 def main(
     data: Annotated[
         str, typer.Argument(help="Models that furnish the rooms, which the model for scans has not learnt.")
@@ -144,17 +153,22 @@ def main(
     folders: Annotated[str, typer.Option(help="Some of the four, with commas.")] = ",".join(FOLDERS),
     rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
     seed: Annotated[int, typer.Option(min=0)] = 0,
+    listed: Annotated[bool, typer.Option("--list", help="Only list them, by file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ):
     """Measure and print."""
-    chosen, failures, model = folders.split(","), Failures(), load_model(shipped_model("fast", scans=True))
+    chosen, failures = folders.split(","), Failures()
     require_known("--folders", chosen, FOLDERS)
+    numbers = [number for folder in chosen for number in numbers_of(folder)]
+    if listed:
+        print_list(numbers)
+        return
+    model = load_model(shipped_model("fast", scans=True))
     furnished = furnish_lived_in(
         open_dataset(data), rooms, seed=seed, failed=failures.add, lived_in=parse_lived_in("all=0.5")
     )
     scanned = [scan_room(room, VIEWS[k % len(VIEWS)], 1.0, seed) for k, room in enumerate(furnished)]
     counts, before = answers(scanned, model)
-    numbers = [number for folder in chosen for number in numbers_of(folder)]
     rows = [row_of(number, scanned, model, before) for number in progress(numbers, len(numbers), "changing numbers")]
     columns = ["number", "value", *(f"{what}, x{by:g}" for by in FACTORS for what in ("found", "false", "changed"))]
     if as_json:

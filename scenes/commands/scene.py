@@ -58,7 +58,6 @@ def scene(
         typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
     ] = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
-    large_tolerance: Annotated[str, typer.Option(help="Largest gap within an object as large as furniture.")] = "5cm",
     min_cluster_size: Annotated[int, typer.Option(help="Minimum number of voxels of an object.")] = 60,
     max_cluster_size: Annotated[int | None, typer.Option(help="Maximum number of voxels of an object.")] = None,
     leaf_size: Annotated[str, typer.Option(help="Voxel size for thinning the scan.")] = "1cm",
@@ -91,7 +90,6 @@ def scene(
     settings = Segmentation(
         leaf_size=parse_length(leaf_size),
         cluster_tolerance=parse_length(cluster_tolerance),
-        large_tolerance=parse_length(large_tolerance),
         min_cluster_size=min_cluster_size,
         **({} if max_cluster_size is None else {"max_cluster_size": max_cluster_size}),
     )

@@ -16,7 +16,7 @@ from .grid import FREE, PRESENT, View
 SHARED = 0.04  # metres about an object's points that count as its volume
 CELL = 0.02  # metres: an object's points are compared one a cell
 SAME = 0.3  # of the volume of two objects that they share at least, if they are one
-SIMILAR = 0.35  # by which the spread of an object that has moved may differ: other parts of it are hidden
+SIMILAR = 0.4  # by which the spread of an object that has moved may differ: other parts of it are hidden
 JUDGED = 0.2  # of an object's points that a view must show, or show to be free, to say anything of it
 GONE = 0.6  # of those that are free at least, where it is gone
 LEAST_MOVE = 0.05  # metres that a known object's middle shifts at least, if it has moved

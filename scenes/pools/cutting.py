@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,15 +10,11 @@ from ..segmentation.clusters import euclidean_clusters, members_of
 from .surfaces import CELL, Pool
 
 _CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
-_MARGIN = 0.04  # metres around the surface that are cut out with it
-_TOP = 0.03  # metres above the surface that still belong to it
+_BESIDE = 0.04  # metres around the surface that are cut out with it
+MARGIN = 0.03  # metres above and around a surface that still belong to it, and between parts of what rises from it
 _REACH = 0.08  # metres around it in which a back or an arm rises
 _BACK = 0.75  # metres: the highest back
-_APART = 0.03  # metres between parts of what rises
-_OVER = 0.15  # metres: a top so much higher is over a seat
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
-LARGE_AREA = 0.2  # square metres: of a surface that may be a table's, whatever rises from its edge
-_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: nothing that rises from such a surface is its own
 _INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
 
@@ -29,12 +24,10 @@ class CutSettings:
 
     gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
     parts: bool = True  # whether surfaces are parted at necks as well
-    tops_apart: bool = True  # whether the top of a table over a seat is no part of what rises from the seat
-    least_round: float = 0.4  # of its length, a vessel's least width: half of a mug is seen, and its handle
 
 
 LOOSE_CUTS = CutSettings()
-STRICT_CUTS = CutSettings(gap=0.10, parts=False, tops_apart=False, least_round=0.0)  # what models are taught by
+STRICT_CUTS = CutSettings(gap=0.10, parts=False)  # what models are taught by
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,67 +70,27 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cuts_of(points: np.ndarray, pools: Sequence[Pool], how: CutSettings = LOOSE_CUTS) -> list[tuple[np.ndarray, Pool]]:
-    """Return which points may be each pool's object, (N,) bool, with the pool; of some pools several.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres, level frame
-        Of the scene without ground and walls.
-    pools : sequence of Pool
-        All of the scene.
-    how : CutSettings
-    """
-    large = [pool for pool in pools if pool.area >= LARGE_AREA] if how.tops_apart else []
-    tops = [(pool.height, on_surface(points, pool)) for pool in large]
-    cuts = []
-    for pool in pools:
-        over = np.zeros(len(points), bool)
-        for height, top in tops:
-            if height > pool.height + _OVER:
-                over |= top
-        cuts += [(cut, pool) for cut in cut_out(points, pool, over, how.gap)]
-    return cuts
-
-
-def cut_out(
-    points: np.ndarray, pool: Pool, over: np.ndarray | None = None, gap: float = LOOSE_CUTS.gap
-) -> list[np.ndarray]:
-    """Return which points may be a pool's object, (N,) bool each.
-
-    What rises from the surface's edge is its back; but where the surface is large, it may be a table's, which has none,
-    and the back a chair's behind it.
+def cut_out(points: np.ndarray, pool: Pool, gap: float = LOOSE_CUTS.gap) -> np.ndarray:
+    """Return which points may be a pool's object, (N,) bool: what rises from its edge too, unless it is a table's.
 
     Parameters
     ----------
     points : (N, 3) float64, metres, level frame
         Of the scene without ground and walls.
     pool : Pool
-    over : (N,) bool, optional
-        Points of tops over it, which are no back.
     gap : float
         Metres above the surface at which a back begins at the latest.
     """
     ground = footprint_of(pool)
-    bare = ground.grown(_MARGIN).holds(points) & (points[:, 2] < pool.height + _TOP)
-    if pool.area >= _TABLE_AREA and pool.height >= _TABLE_HEIGHT:
-        return [bare]
-    free = ~bare & (points[:, 2] >= pool.height + _TOP) & (points[:, 2] < pool.height + _BACK)
-    if over is not None:
-        free &= ~over
+    bare = ground.grown(_BESIDE).holds(points) & (points[:, 2] < pool.height + MARGIN)
+    if pool.is_table:
+        return bare
+    free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
     rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
-    backed = bare.copy()
-    for members in members_of(euclidean_clusters(points[rising], _APART)):
+    for members in members_of(euclidean_clusters(points[rising], MARGIN)):
         if is_back(points[rising[members]], pool, middle, gap):
-            backed[rising[members]] = True
-    return [backed, bare] if pool.area >= LARGE_AREA and backed.sum() > bare.sum() else [backed]
-
-
-def on_surface(points: np.ndarray, pool: Pool) -> np.ndarray:
-    """Return which points (N, 3) are of a pool's surface, (N,) bool."""
-    found = np.abs(points[:, 2] - pool.height) < _TOP
-    found[found] = footprint_of(pool).grown(_MARGIN).holds(points[found])
-    return found
+            bare[rising[members]] = True
+    return bare
 
 
 def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .cutting import Footprint, footprint_of
+from .cutting import MARGIN, Footprint, footprint_of
 from .surfaces import CELL, Pool
-from .tops import fitted_height
+from .tops import SLAB, fitted_height
 
-_MARGIN = 0.03  # metres around the surface that still belong to it
-_SLAB = 0.05  # metres around its height in which it lies, however it slopes
 _FLAT = 0.010  # metres: median distance from its plane; a cushion's is more
 _SCATTER = 0.022  # metres from the plane up to which points are the sensor's scatter
 
@@ -26,7 +24,7 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
         Whose surface the object has.
     """
     ground = footprint_of(pool)
-    near = ground.grown(_MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < _SLAB)
+    near = ground.grown(MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < SLAB)
     if not near.any():
         return points
     plane = fitted_height(points[near], pool.height)

@@ -12,14 +12,14 @@ from ..segmentation.clusters import euclidean_clusters, members_of
 
 CELL = 0.02  # metres: side of the squares that surfaces are measured in
 _LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
-_STEP = 0.035  # metres of height between them: a cushion's swelling, less than a shelf's lip
-_BAND = 0.035  # metres around the spheres' feet in which their surface lies
+_BAND = 0.035  # metres of height between them, and around their feet: a cushion's swelling, less than a shelf's lip
 _UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
 _AROUND = 0.14  # metres above and below within which that is looked at
 _APART = 0.045  # metres between squares of one surface
 _FEWEST = 3  # spheres that make a pool
 _NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
-_PART = 0.10  # square metres at least
+PART = 0.10  # square metres: the least of such a part, and of what objects stand on
+_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
 
 
@@ -41,6 +41,11 @@ class Pool:
         """Of the surface that is seen, square metres."""
         return len(self.squares) * CELL**2
 
+    @property
+    def is_table(self) -> bool:
+        """Whether it is too large and too high for a seat: nothing that rises from it is its own."""
+        return self.area >= _TABLE_AREA and self.height >= _TABLE_HEIGHT
+
 
 def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:
     """Return the pools of spheres of a radius in metres, the largest surface first.
@@ -55,14 +60,14 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         Where spheres rest.
     """
     feet = centers - [0, 0, radius]
-    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _STEP]
+    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _BAND]
     pools = [
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))
         if len(members) >= _FEWEST
         for pool in pools_at(points, centers[members], feet[members])
     ]
-    return without_doubles(sorted(pools, key=lambda pool: (-pool.area, pool.height)))
+    return sorted(pools, key=lambda pool: (-pool.area, pool.height))
 
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
@@ -137,7 +142,7 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
         return []
     nearest = distance_transform_edt(~broad, return_distances=False, return_indices=True)
     part_of = parts[tuple(nearest)][own]
-    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= _PART]
+    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= PART]
     if len(large) < 2:
         return []
     feet = centers - [0, 0, radius]
@@ -147,14 +152,3 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
         for k in large
         if np.count_nonzero(on_it == k) >= _FEWEST
     ]
-
-
-def without_doubles(pools: list[Pool]) -> list[Pool]:
-    """Return pools, the largest first, without those whose surface is mostly another's at nearly the same height."""
-    kept: list[Pool] = []
-    for pool in pools:
-        keys = set(map(tuple, pool.squares.tolist()))
-        same = (other for other in kept if abs(other.height - pool.height) < _BAND)
-        if all(len(keys & set(map(tuple, other.squares.tolist()))) < 0.5 * len(keys) for other in same):
-            kept.append(pool)
-    return kept

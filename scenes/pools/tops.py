@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scans.cells import Cells, cells
+from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .cutting import footprint_of
+from ..segmentation.segmentation import Segmentation
+from .cutting import MARGIN, footprint_of
 from .surfaces import Pool
 
-_FINE = 0.005  # metres: voxels of what stands on a top
+SPACING = 0.005  # metres: voxels of what stands on a top, and between points that are added
 _OVER = 0.012  # metres above a top at which objects begin
 _TALLEST = 0.35  # metres: of what is looked at
-_AROUND = 0.03  # metres beyond a top's edge
-_SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
+SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
-_APART = (0.01, 0.02)  # metres between objects, the sensor being near or far
-_DENSE, _VEIL = 5, 0.3  # points in a cell of surfaces that are dense, and the share of that which a veil lacks
-_LEAST, _FLAT = 30, 0.02  # points and metres: what is less is no object
+FEWEST, _FLAT = 30, 0.02  # points and metres: what is less is no object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,6 +27,7 @@ class Top:
     plane: np.ndarray  # (3,) of its height a x + b y + c, metres
     points: np.ndarray  # (N, 3) float64, metres, level frame, of what stands on it
     indices: np.ndarray  # (N,) int64, of these points in the scene
+    is_table: bool = True  # whether what stands there is no part of what it stands on
 
     def height_at(self, points: np.ndarray) -> np.ndarray:
         """Return the plane's heights (N,) below points (N, 3), metres."""
@@ -37,9 +36,10 @@ class Top:
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
-    near = footprint_of(pool).grown(_AROUND).holds(points)
-    own = near & (np.abs(points[:, 2] - pool.height) < _SLAB)
-    return top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
+    near = footprint_of(pool).grown(MARGIN).holds(points)
+    own = near & (np.abs(points[:, 2] - pool.height) < SLAB)
+    top = top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
+    return replace(top, is_table=pool.is_table)
 
 
 def ground_top(points: np.ndarray) -> Top:
@@ -60,35 +60,22 @@ def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
     plane = np.array([0.0, 0.0, height])
     for reach in _FITS:
         inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
-        if inside.sum() < _LEAST:
+        if inside.sum() < FEWEST:
             return plane
         rows = np.column_stack([points[inside, :2], np.ones(inside.sum())])
         plane = np.linalg.lstsq(rows, points[inside, 2], rcond=None)[0]
     return plane
 
 
-def unveiled(fine: Cells) -> list[np.ndarray]:
-    """Return the members of each object in cells that hold as many points as a surface does, none of sparse scans.
-
-    Between an object's edge and what is behind it stereo cameras see veils, which join neighbours. They lie along the
-    line of sight, so that a cell holds few of their points.
-    """
-    usual = np.percentile(fine.counts, 75)
-    if usual < _DENSE:
-        return []
-    filled = fine.counts >= _VEIL * usual
-    number = np.full(len(fine.counts), -1)
-    number[filled] = euclidean_clusters(fine.means[filled], _APART[0])
-    return members_of(number[fine.cell_of])
-
-
 def objects_on(top: Top) -> list[np.ndarray]:
-    """Return the members of each object that stands on a top, indices of the scene's points, by both tolerances."""
+    """Return the members of each object that stands on a top, indices of the scene's points,."""
     if not len(top.points):
         return []
-    fine = cells(top.points, _FINE)
-    found = [members for apart in _APART for members in members_of(euclidean_clusters(fine.means, apart)[fine.cell_of])]
-    found += unveiled(fine)
-    found = [members for members in found if len(members) >= _LEAST and _FLAT < np.ptp(top.points[members, 2])]
-    distinct = {members.tobytes(): members for members in found}  # most are the same by either tolerance
-    return [top.indices[own] for own in distinct.values() if np.ptp(top.points[own], axis=0).max() < _TALLEST]
+    fine = cells(top.points, SPACING)
+    found = members_of(euclidean_clusters(fine.means, Segmentation.cluster_tolerance)[fine.cell_of])
+    sizes = [np.ptp(top.points[own], axis=0) for own in found]
+    return [
+        top.indices[own]
+        for own, size in zip(found, sizes, strict=True)
+        if len(own) >= FEWEST and size[2] > _FLAT and size.max() < _TALLEST
+    ]

@@ -1,7 +1,7 @@
 """What holds: places where small spheres rest with a wall around them, above tops that carry objects.
 
-A vessel's rim is one surface around the pool: pushed along the ground in most directions a sphere meets it, at about
-the same distance. Where the sensor did not see the far wall, less than half may lack.
+Pushed along the ground a sphere in a vessel meets its wall in most directions. Where the sensor did not see the far
+wall, less than half may lack.
 """
 
 from __future__ import annotations
@@ -21,20 +21,13 @@ from .tops import Top
 
 RADIUS = 0.012  # metres, of the spheres
 _DENSITY, _RUNS = 400, 6  # spheres on a square metre, and runs: about ten in a mug
-_FINE = 0.004  # metres: voxels of what stands on a top
-_SHEET = 0.006  # metres between points of the sheet that stands for the top
-_DIRECTIONS = 24
+FINE = 0.004  # metres: voxels of small objects; the spacing of clouds that are sampled from meshes
+DIRECTIONS = 24
 _WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
 _RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
 _ENCLOSED = 0.6  # of the directions that meet a wall
 _JOINED = 0.03  # metres between spheres of one pool
 _WALL = 0.015  # metres: of a wall's thickness, and of a rim's curl
-_RAISED = 0.03  # metres above the top from which on a pool's floor is a vessel's own, not the top
-_BOTTOM = 0.01  # metres: of its floor's thickness
-_CONNECTED = 0.02  # metres between the points of one rim
-_ROUND = 1.5  # times the usual distance to the wall: what is farther is an opening, or a neighbour's
-_WITHIN = 0.6  # of a wall's points that lie nearer than the wall is said to: the others are its scatter
-_EVEN = (0.8, 1.3)  # times the usual distance between which a wall's is, in any direction
 _FEWEST = 2  # spheres of a pool
 
 
@@ -44,7 +37,7 @@ class VesselPool:
 
     center: np.ndarray  # (3,) metres, level frame: of the spheres' feet
     support: float  # metres, level frame: what the vessel stands on
-    walls: np.ndarray  # (D,) metres to the wall in each direction
+    reach: float  # metres from there to the wall
     rim: float  # metres, level frame: the wall's height
 
 
@@ -53,7 +46,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
     if len(top.points) < 10:
         return []
     flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
-    objects = cells(flat, _FINE).means
+    objects = cells(flat, FINE).means
     corner = objects.min(axis=0)
     moved = objects - [*corner[:2], 0]
     centers = resting_places(
@@ -72,7 +65,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
 def sheet_below(points: np.ndarray) -> np.ndarray:
     """Return a lattice (M, 3) on the ground below points (N, 3): the bottom that a scan of a deep vessel lacks."""
     high = points.max(axis=0)
-    x, y = (np.arange(0, high[axis] + _SHEET, _SHEET) for axis in range(2))
+    x, y = (np.arange(0, high[axis] + RADIUS / 2, RADIUS / 2) for axis in range(2))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.column_stack([places, np.full(len(places), 1e-4)])
 
@@ -85,7 +78,7 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
     (S, D) and (S, D) float64, metres
         Infinite, and 0, where none is near.
     """
-    walls, rims = np.full((len(feet), _DIRECTIONS), np.inf), np.zeros((len(feet), _DIRECTIONS))
+    walls, rims = np.full((len(feet), DIRECTIONS), np.inf), np.zeros((len(feet), DIRECTIONS))
     meet_walls(np.ascontiguousarray(points), np.ascontiguousarray(feet), walls, rims)
     return walls, rims
 
@@ -98,77 +91,28 @@ def meet_walls(points, feet, walls, rims):
             x, y, rise = points[i, 0] - feet[k, 0], points[i, 1] - feet[k, 1], points[i, 2] - feet[k, 2]
             square = x * x + y * y
             if square <= _WIDEST * _WIDEST and _RISES[0] < rise < _RISES[1]:
-                sector = int(math.atan2(y, x) / (2 * math.pi) * _DIRECTIONS) % _DIRECTIONS
+                sector = int(math.atan2(y, x) / (2 * math.pi) * DIRECTIONS) % DIRECTIONS
                 walls[k, sector] = min(walls[k, sector], math.sqrt(square))
                 rims[k, sector] = max(rims[k, sector], points[i, 2])
 
 
 def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | None:
-    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no one wall surrounds its middle."""
+    """Return the vessel's pool of spheres with feet (S, 3) above the top; None if no wall surrounds its middle."""
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
-    around = rim_around(objects, middle)
-    walls, rims = surroundings(around, middle[None])
+    walls, rims = surroundings(objects, middle[None])
     seen = np.isfinite(walls[0])
     if seen.mean() < _ENCLOSED:
         return None
-    rim = float(np.median(rims[0][seen]))
     level = float(middle[:2] @ top.plane[:2] + top.plane[2])
-    own_floor = middle[2] > _RAISED
     return VesselPool(
         center=np.append(middle[:2], level + middle[2]),
-        support=level + (middle[2] - _BOTTOM if own_floor else 0.0),
-        walls=wall_distances(around[:, :2] - middle[:2]),
-        rim=level + rim,
+        support=level,
+        reach=float(np.median(walls[0][seen])),
+        rim=level + float(np.median(rims[0][seen])),
     )
-
-
-def rim_around(points: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """Return those of the points (N, 3) that are the one connected surface around most of a pool's middle (3,).
-
-    Two objects that stand close leave a gap that spheres stay in, but neither goes around it.
-    """
-    way = points - middle
-    near = points[(np.linalg.norm(way[:, :2], axis=1) < _WIDEST) & (way[:, 2] > _RISES[0]) & (way[:, 2] < _RISES[1])]
-    parts = [near[members] for members in members_of(euclidean_clusters(near, _CONNECTED))]
-    return max(parts, key=lambda part: len(np.unique(sectors(part[:, :2] - middle[:2]))), default=near)
-
-
-def wall_distances(ways: np.ndarray) -> np.ndarray:
-    """Return how far a wall is in each direction (D,), metres, from the level ways (N, 2) to its points.
-
-    A sensor's scatter lies a centimetre to either side of the wall, so its nearest point would be far inside.
-    """
-    way, far = sectors(ways), np.linalg.norm(ways, axis=1)
-    order = np.lexsort((far, way))
-    way, far = way[order], far[order]
-    usual = np.nanmedian(quantiles(far, way, 0.5))
-    near = far < _ROUND * usual
-    walls = quantiles(far[near], way[near], _WITHIN)
-    return np.clip(np.where(np.isnan(walls), usual, walls), _EVEN[0] * usual, _EVEN[1] * usual)
-
-
-def quantiles(distances: np.ndarray, directions: np.ndarray, share: float) -> np.ndarray:
-    """Return the quantile of the distances (N,) in each direction (D,), sorted by these; NaN where there are none."""
-    ends = np.searchsorted(directions, np.arange(_DIRECTIONS + 1))
-    counts = np.diff(ends)
-    found = np.full(_DIRECTIONS, np.nan)
-    known = counts > 0
-    place = share * (counts[known] - 1)
-    low = np.floor(place).astype(int)
-    first = ends[:-1][known] + low
-    second = np.minimum(first + 1, ends[1:][known] - 1)
-    found[known] = distances[first] + (place - low) * (distances[second] - distances[first])
-    return found
-
-
-def sectors(ways: np.ndarray) -> np.ndarray:
-    """Return the direction (N,) of level ways (N, 2), of `_DIRECTIONS`."""
-    return (np.arctan2(ways[:, 1], ways[:, 0]) / (2 * np.pi) * _DIRECTIONS).astype(int) % _DIRECTIONS
 
 
 def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
     """Return which points (N, 3) are a vessel's: its wall, and what the wall surrounds, (N,) bool."""
-    way = points[:, :2] - pool.center[:2]
-    sector = sectors(way)
-    inside = np.linalg.norm(way, axis=1) < pool.walls[sector] + _WALL
+    inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + _WALL
     return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + _WALL)

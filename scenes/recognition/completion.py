@@ -10,12 +10,13 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.processes.compilation import njit
 
+from ..pools.tops import SPACING
+from ..pools.vessels import FINE
 from ..scans.cells import Near, advance, cells
-from ..segmentation.clusters import bounding_box
+from ..segmentation.clusters import LARGE, bounding_box
 
 RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
 PASSES = 2
-FINE = 0.004  # metres, side of the voxels that the points are thinned to; clouds of whole models are no finer
 
 
 def smoothed(points: np.ndarray) -> np.ndarray:
@@ -87,13 +88,10 @@ STEPS = ("smooth", "top", "bottom", "sides", "mirror")
 DEFAULT = ("smooth", "top", "bottom", "mirror")
 _SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
-_VESSEL = 0.5  # metres: what is larger holds no drink
 _CUT = 0.06  # metres above the support: what begins higher does not stand on it
-_CLOSED = 0.35  # of the outline that has a side below it: from one side half is seen, while legs cover a tenth
-_RIM = 0.35  # of the outline that has a rim above it: half of a mug's, less its handle
+_CLOSED = 0.35  # of the outline that has a side below it, and a rim above: one side shows half, legs cover a tenth
 _NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat objects are thinner
 _NEARBY = 0.025  # metres
-_SPACING = 0.005  # metres, of the points that are added
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
@@ -137,7 +135,7 @@ def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: flo
     (M, 3) float64, metres
         The points, smoothed if asked, then those added.
     """
-    small = np.ptp(corners_of(points), axis=0).max() <= _VESSEL
+    small = np.ptp(corners_of(points), axis=0).max() <= LARGE
     if "smooth" in steps and small:
         points = smoothed(points)
     if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
@@ -161,7 +159,7 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
 
     low, high = corners_of(points)
     lowest, highest = low[2], high[2]
-    if (high - low).max() > _VESSEL or lowest > support + _CUT:
+    if (high - low).max() > LARGE or lowest > support + _CUT:
         return np.empty((0, 3))
     if bounding_box(points).size[1] < _NARROWEST:
         return np.empty((0, 3))
@@ -172,9 +170,9 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
     slice_height = max(_SLICE, _LOWER * (highest - lowest))
     outline = points[hull.vertices, :2]
     lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
-    if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _RIM:
+    if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _CLOSED:
         return np.empty((0, 3))
-    x, y = (np.arange(low[k], high[k] + _SPACING, _SPACING) for k in range(2))
+    x, y = (np.arange(low[k], high[k] + SPACING, SPACING) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     sheet = np.column_stack([sheet[inside], np.full(inside.sum(), support)])
@@ -193,13 +191,13 @@ def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
 
 def continued_down(points: np.ndarray, support: float) -> np.ndarray:
     """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
-    column = np.floor(points[:, :2] / (2 * _SPACING)).astype(np.int64)
+    column = np.floor(points[:, :2] / (2 * SPACING)).astype(np.int64)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
     first = np.ones(len(order), bool)
     first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
     lowest = points[order[first]]
     edge = lowest[on_outline(column[order[first]])]
-    levels = np.arange(support, points[:, 2].max(), _SPACING)
+    levels = np.arange(support, points[:, 2].max(), SPACING)
     counts = np.searchsorted(levels, edge[:, 2])
     upwards = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.column_stack([np.repeat(edge[:, :2], counts, axis=0), levels[upwards]])
@@ -219,7 +217,7 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
     own = box.to_own(points)
-    seen, added = Near(own, 2 * _SPACING), [np.empty((0, 3))]
+    seen, added = Near(own, 2 * SPACING), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
         apart = ~seen.to(own * sign)
         if apart.mean() <= _DISAGREES:

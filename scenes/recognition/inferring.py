@@ -9,20 +9,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..pools.surfaces import CELL
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
 from .room import Inferred, SceneObject
-from .surroundings import level_of
+from .surroundings import SLAB, level_of
 
 SEAT, TABLE = "sittable", "table"  # the functions
-_COARSE, _FLAT = 0.02, 0.03  # metres: voxels of a table, and points about its level that are of its top
 _VOXEL, _APART = 0.015, 0.035  # metres: of what is looked at, and between backs
-_REACH, _WITHIN = 0.35, 0.05  # metres outside and inside a top's edge between which a chair's back stands
+_REACH = 0.35  # metres outside a top's edge up to which a chair's back stands
 _BESIDE = 0.40  # metres between the middles of two chairs
-_BELOW, _ABOVE = 0.05, 0.55  # metres about a table's top between which its back shows
-_CLEAR = 0.02  # metres above it from which on what is one with the table is not its top
-_TALLER = 0.05  # metres by which it rises above the top at least
-_WIDTH, _THICK, _HIGH = (0.28, 0.70), 0.24, 0.05  # metres: of a back, the least and most, most, and least
+_ABOVE = 0.55  # metres above a table's top up to which its back shows
+_NEAR = 0.05  # metres inside the top's edge and below it where a back may show, and by which it rises above it at least
+_WIDTH, _THICK = (0.28, 0.70), 0.24  # metres: of a back, the least and most, and most
 _DEPTH = 0.45  # metres: of a chair
 
 
@@ -40,10 +39,10 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
     free = (labels != -1) & (labels != -2) & ~of_use[np.where(labels >= 0, labels, len(objects))]
     seats, taken = [], [item.box for item in objects if SEAT in item.members]
     for table in (item for item in objects if TABLE in item.members):
-        top = level_of(cells(table.points, _COARSE).means, _COARSE).height
-        edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < _FLAT])
-        beside = free & (points[:, 2] > top - _BELOW)
-        joined = (labels == table.id) & (points[:, 2] > top + _CLEAR)  # what is one cluster with the table
+        top = level_of(cells(table.points, CELL).means, CELL).height
+        edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < SLAB])
+        beside = free & (points[:, 2] > top - _NEAR)
+        joined = (labels == table.id) & (points[:, 2] > top + CELL)  # what is one cluster with the table
         for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
             if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _BESIDE for other in taken):
@@ -55,7 +54,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
 def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
     """Return the boxes of the backs among points (N, 3) that rise at a table's edge, its top at a height in metres."""
     beside = beyond_edge(points, table)
-    around = (beside > -_WITHIN) & (beside < _REACH) & (points[:, 2] < top + _ABOVE)
+    around = (beside > -_NEAR) & (beside < _REACH) & (points[:, 2] < top + _ABOVE)
     if not around.any():
         return []
     voxels = cells(points[around], _VOXEL).means
@@ -72,8 +71,8 @@ def beyond_edge(points: np.ndarray, box: Box) -> np.ndarray:
 def is_back(box: Box, top: float) -> bool:
     """Return whether a box is upright, thin, as wide as a chair, and taller than a table's top."""
     width, thickness, height = box.size
-    tall = box.center[2] + height / 2 > top + _TALLER
-    return bool(_WIDTH[0] <= width <= _WIDTH[1] and thickness <= min(_THICK, 0.6 * width) and height >= _HIGH and tall)
+    tall = box.center[2] + height / 2 > top + _NEAR
+    return bool(_WIDTH[0] <= width <= _WIDTH[1] and thickness <= min(_THICK, 0.6 * width) and height >= _NEAR and tall)
 
 
 def seat_of(back: Box, table: SceneObject) -> Box:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -20,52 +20,16 @@ from spherefunc_bullet.settling.settling import settle_all
 from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
 from ..scans.cells import cells
-from ..segmentation.clusters import Box, bounding_box
+from ..segmentation.clusters import LARGE, Box, bounding_box
 from .completion import TOP, complete
 from .proposals import Proposal
 from .room import Bar, Candidate, claiming
 from .surroundings import NAMES, Surroundings
 
 Memberships = dict[str, Membership]  # by the function's name
-_LOWER = (0.1, 0.2)  # metres by which the lowest point of a view may lie above the floor: legs are hidden or cut off
-
-
-def holding_anywhere(
-    clouds: Sequence[Cloud],
-    predictions: Sequence[Memberships],
-    asked: Callable[[Sequence[int], float], list[Memberships]],
-    large: float,
-) -> list[Memberships]:
-    """Return the predictions for objects, without what a lower ground would make untrue of large ones.
-
-    Parameters
-    ----------
-    clouds : sequence of Cloud
-        Objects, standing on a ground that is only assumed.
-    predictions : sequence of dict
-        Those for them there.
-    asked : callable
-        Tells it of some of them, by their places, on a ground so much lower, metres.
-    large : float
-        Metres: what is smaller stands on what was seen, or is classified by its own height.
-    """
-    doubted = [
-        k
-        for k, cloud in enumerate(clouds)
-        if cloud.size.max() >= large and any(membership.member for membership in predictions[k].values())
-    ]
-    kept = list(predictions)
-    for lower in _LOWER:
-        for k, other in zip(doubted, asked(doubted, lower), strict=True):
-            kept[k] = {
-                name: replace(membership, member=membership.member and other[name].member)
-                for name, membership in kept[k].items()
-            }
-    return kept
 
 
 logger = logging.getLogger("spherefunc")
-LARGE = 0.5  # metres: what is larger is no cup, and holds no small object that a fragment would be one of
 # Smallest radii by an object's largest side, both metres. Small spheres on large objects take seconds and tell nothing
 # that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
 SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
@@ -79,7 +43,6 @@ class RecognitionContext:
 
     model: FunctionModel
     completion: Sequence[str]  # see `completion.complete`
-    ground_seen: bool = True  # whether z = 0 is a surface of the scene; else large objects hold wherever it may lie
     bars: Mapping[str, Bar] | None = None  # scores above which each kind claims a function; else the model's own
     surroundings: Surroundings | None = None  # of the scene, if the model has learnt such
 
@@ -127,7 +90,9 @@ def judged(
     radius = context.model.radius_
     nothing = {name: Membership(member=False, score=0.0, radius=radius[name]) for name in context.model.functions_}
     return [
-        Candidate(proposal=part.proposal, functions=next(predictions) if one else nothing, place=place)
+        Candidate(
+            proposal=part.proposal, functions=next(predictions) if one else nothing, place=place, fragment=not one
+        )
         for place, (part, one) in enumerate(zip(parts, whole, strict=True))
     ]
 
@@ -152,26 +117,19 @@ def classify_parts(
     settled = settled_on(clouds, context.model)
     watch.lap("spheres")
     functions = classify_dropped(parts, settled, context)
-    if not context.ground_seen:
-
-        def asked_lower(doubted: Sequence[int], lower: float) -> list[Memberships]:
-            raised = [Cloud(clouds[k].points + np.array([0.0, 0.0, lower]), clouds[k].name) for k in doubted]
-            return classify_dropped([parts[k] for k in doubted], settled_on(raised, context.model), context, lower)
-
-        functions = holding_anywhere(clouds, functions, asked_lower, LARGE)
     watch.lap("classification")
     return functions
 
 
 def classify_dropped(
-    parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext, lower: float = 0.0
+    parts: Sequence[Part], settled: Sequence[DropsByRadius], context: RecognitionContext
 ) -> list[Memberships]:
-    """Return what a model says of parts of a scene on which spheres have fallen, the ground lying so much lower."""
+    """Return what a model says of parts of a scene on which spheres have fallen."""
     if context.surroundings is None or not parts:
         predictions = context.model.memberships_of(settled, any_heading=True)
     else:
         around = context.surroundings.of
-        beside = [around(one.points, one.box.size, one.proposal.support - lower) for one in parts]
+        beside = [around(one.points, one.box.size, one.proposal.support) for one in parts]
         predictions = context.model.memberships_in_scene(settled, np.array(beside))
     if context.bars is None:
         return predictions

@@ -19,7 +19,8 @@ from spherefunc_bullet.places.regions import Surface, rings_of, surface_of
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.tops import Top
+from ..pools.surfaces import CELL
+from ..pools.tops import FEWEST, Top
 from ..pools.vessels import VesselPool, vessel_pools
 from ..scans.cells import cells
 from ..scans.depth_image import filled
@@ -29,9 +30,7 @@ from .completion import complete
 from .room import Room, SceneObject
 from .surroundings import SLAB, level_of
 
-_SIDE, _SQUARE = 0.01, 0.02  # metres: voxels that a level is found in, and squares of its outline
 _FREE = 0.15  # metres above a level that are free where something is put
-_FEWEST = 30  # voxels of a level
 _TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
 _NOTE = "seen in part"
 
@@ -45,23 +44,23 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
     around : (N, 3) float64, metres, level frame
         The scene: where it reaches over the level nothing is put. One sits on a chair that is pushed under a table too.
     """
-    voxels = cells(item.points, _SIDE).means
+    voxels = cells(item.points, Segmentation.leaf_size).means
     if kind == "sit":
         highest = HIGH_SEAT if item.box.size[0] < NARROW else SEAT_HEIGHTS[1]
         above = voxels[:, 2] - item.support
         voxels = voxels[(above > SEAT_HEIGHTS[0]) & (above < highest)]
-    if len(voxels) < _FEWEST:
+    if len(voxels) < FEWEST:
         return None
-    height = level_of(voxels, _SIDE).height
-    squares = cells(voxels[np.abs(voxels[:, 2] - height) <= SLAB] * [1, 1, 0], _SQUARE).indices[:, :2]
+    height = level_of(voxels, Segmentation.leaf_size).height
+    squares = cells(voxels[np.abs(voxels[:, 2] - height) <= SLAB] * [1, 1, 0], CELL).indices[:, :2]
     corner = squares.min(axis=0) - 2
     mask = np.zeros(squares.max(axis=0) - corner + 3, bool)
     mask[tuple((squares - corner).T)] = True
-    surface = Surface(corner * _SQUARE, _SQUARE, np.where(mask, height, -np.inf), 0.0)
+    surface = Surface(corner * CELL, CELL, np.where(mask, height, -np.inf), 0.0)
     mask = surface.blurred(mask, 2)
     if kind == "put":
         mask &= ~covered(surface, around, height)
-    room = _SQUARE * (ndimage.distance_transform_edt(mask) - 0.5)
+    room = CELL * (ndimage.distance_transform_edt(mask) - 0.5)
     if room.max() < DISC:
         return None
     middle = surface.middles(np.array(np.unravel_index(room.argmax(), room.shape)))
@@ -72,7 +71,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
         normal=np.array([0.0, 0.0, 1.0]),
         heading_deg=None,
         region=rings_of(surface, mask, np.array([0.0, 0.0, height])),
-        area=float(mask.sum()) * _SQUARE**2,
+        area=float(mask.sum()) * CELL**2,
         height=height,
         clearance=None,
         score=_TRUST,
@@ -105,11 +104,10 @@ def hollow_places(item: SceneObject, simulator: str | Simulator) -> list[Place]:
 
 
 def hollow_place(pool: VesselPool) -> Place:
-    """Return a pool as a place to pour; it holds what a prism of its walls' outline holds."""
-    angles = (np.arange(len(pool.walls)) + 0.5) * 2 * np.pi / len(pool.walls)
-    ring = pool.center[:2] + pool.walls[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
-    after = np.roll(ring, -1, axis=0)
-    area = 0.5 * abs(float(np.sum(ring[:, 0] * after[:, 1] - after[:, 0] * ring[:, 1])))
+    """Return a pool as a place to pour; it holds what a cylinder as wide as its walls holds."""
+    angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    ring = pool.center[:2] + pool.reach * np.column_stack([np.cos(angles), np.sin(angles)])
+    area = float(np.pi * pool.reach**2)
     depth = float(pool.rim - pool.center[2])
     return Place(
         kind="pour",
@@ -122,7 +120,7 @@ def hollow_place(pool: VesselPool) -> Place:
         height=float(pool.rim),
         clearance=None,
         score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)) * _TRUST,
-        radius=float(pool.walls.min()),
+        radius=pool.reach,
         capacity_ml=area * depth * 1e6,
         filled_ml=SPILLED_AT * area * depth * 1e6,
         depth=depth,

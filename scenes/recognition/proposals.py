@@ -11,28 +11,25 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import LOOSE_CUTS, CutSettings, cuts_of
+from ..pools.cutting import LOOSE_CUTS, CutSettings, cut_out
 from ..pools.resting import resting_places
-from ..pools.surfaces import Pool, level_pools, parted_at_necks
-from ..pools.tops import Top, ground_top, objects_on, top_of_pool
+from ..pools.surfaces import PART, Pool, level_pools, parted_at_necks
+from ..pools.tops import FEWEST, SLAB, Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
-from ..segmentation.segmentation import FLOOR, WALL
-from ..segmentation.supports import top_below
+from ..segmentation.segmentation import FLOOR, WALL, Segmentation
 
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
 _RADIUS = 0.04  # metres, of the spheres that find seats and tops
 _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
-_VOXEL = 0.01  # metres: the scene as these spheres see it
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
-_TOP = 0.1  # square metres: the least that objects stand on
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
-_FEWEST = 30  # points of a proposal
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
+_ABOVE = 0.015  # metres above an object's lowest point that what it stands on may reach
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
@@ -45,6 +42,7 @@ class Proposal:
     support: float  # the height that it stands on, metres
     pool: Pool | None = None  # of large spheres, that it carries
     box: Box | None = None  # around its points, if known
+    on_top: bool = False  # whether it stands on a top, apart from all else there
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -133,9 +131,7 @@ def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
     """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
     members = members_of(labels)
     supports = support_heights([points[own] for own in members])
-    return [
-        Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)
-    ]
+    return [Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)]
 
 
 def support_heights(parts: list[np.ndarray]) -> list[float]:
@@ -144,30 +140,56 @@ def support_heights(parts: list[np.ndarray]) -> list[float]:
     return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
 
 
+def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:
+    """Return the height of the level top that an object stands on, 0 for the floor, metres.
+
+    What carries an object reaches as far as it does: a table stands on the floor, though its pillar be a piece apart.
+
+    Parameters
+    ----------
+    own : int
+        The object.
+    parts : list of (N, 3) float64, metres, level frame
+        The points of all objects.
+    lows, highs : (K, 3) float64, metres
+        Their lowest and highest corners.
+    """
+    low, high, best = lows[own], highs[own], 0.0
+    if low[2] < SLAB:
+        return best
+    reaches = (lows[:, :2] <= low[:2] + SLAB) & (highs[:, :2] >= high[:2] - SLAB)
+    begins = (lows[:, 2] < low[2] + _ABOVE) & (highs[:, 2] > low[2] - SLAB)
+    for k in np.flatnonzero(reaches.all(axis=1) & begins):
+        other = parts[k]
+        under = other[(other[:, 2] < low[2] + _ABOVE) & (other[:, 2] > low[2] - SLAB)]
+        under = under[((under[:, :2] > low[:2] - SLAB) & (under[:, :2] < high[:2] + SLAB)).all(axis=1)]
+        if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
+            best = max(best, float(np.median(under[:, 2])))
+    return best
+
+
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
-    thinned = cells(scene.points[solid], _VOXEL)
+    thinned = cells(scene.points[solid], Segmentation.leaf_size)
     centers = resting_places(thinned.means, simulator, _RADIUS, density=_DENSITY, runs=_RUNS, seed=seed)
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
-    voxels = cells(scene.points[own], _VOXEL)
+    voxels = cells(scene.points[own], Segmentation.leaf_size)
     pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
     if how.parts:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
-    cuts = cuts_of(voxels.means, pools, how)
+    cuts = [cut_out(voxels.means, pool, how.gap)[voxels.cell_of] for pool in pools]
     proposed = [
-        Proposal(by=POOLS, members=own[cut[voxels.cell_of]], support=0.0, pool=pool) for cut, pool in cuts
+        Proposal(by=POOLS, members=own[cut], support=0.0, pool=pool) for cut, pool in zip(cuts, pools, strict=True)
     ]
-    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= _TOP]
+    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= PART]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
-        proposed += on_top(scene.points, own, top, simulator, seed, how.least_round)
-    return [proposal for proposal in proposed if len(proposal.members) >= _FEWEST]
+        proposed += on_top(scene.points, own, top, simulator, seed)
+    return [proposal for proposal in proposed if len(proposal.members) >= FEWEST]
 
 
-def on_top(
-    points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int, least_round: float
-) -> list[Proposal]:
+def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:
     """Return the objects that stand on a top, and the vessels in those of them that are more than one object.
 
     Parameters
@@ -175,8 +197,6 @@ def on_top(
     points : (N, 3) float64, metres, level frame
     own : (M,) int64
         Which of them the top's indices mean.
-    least_round : float
-        Of its length, a vessel's least width.
     """
     proposed = []
     for members in objects_on(top):
@@ -185,12 +205,12 @@ def on_top(
         if box.size[1] < _NARROWEST:
             continue
         support = float(np.median(top.height_at(item)))
-        proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box))
+        proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box, on_top=top.is_table))
         if np.ptp(item[:, :2], axis=0).max() > _BLOB:
             alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]
-                box = bounding_box(points[inside]) if len(inside) >= _FEWEST else None
-                if box is not None and box.size[1] >= max(_NARROWEST, least_round * box.size[0]):
+                box = bounding_box(points[inside]) if len(inside) >= FEWEST else None
+                if box is not None and box.size[1] >= _NARROWEST:
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

@@ -11,14 +11,15 @@ from threadpoolctl import threadpool_limits
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
-from ..pools.vessels import surroundings
+from ..pools.tops import SLAB
+from ..pools.vessels import FINE, surroundings
 from ..scans.cells import Near, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
-from .completion import DEFAULT, smoothed
+from .completion import DEFAULT, SPACING, smoothed
 from .inferring import inferred_seats
 from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
@@ -28,9 +29,6 @@ TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells
 HEIGHTS = (0.3, 1.3)  # metres above z = 0 of a level frame between which that is a floor and the top a table's
 UPRIGHT = 0.999  # cosine of 2.6 degrees: a scan's own z axis that is gravity's
-BELOW = 0.05  # metres below z = 0 that a sensor's noise puts points
-APART = 0.05  # metres between parts of one top
-_VOXEL = 0.01  # metres: the top as it is parted, and the sheet that spheres fall on
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +44,8 @@ def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) 
     on_ground = np.flatnonzero(labels == FLOOR)
     if levelling.source != TABLE_TOP or not len(on_ground):
         return None
-    voxels = cells(points[on_ground], _VOXEL)
-    parts = members_of(euclidean_clusters(voxels.means, APART))
+    voxels = cells(points[on_ground], Segmentation.leaf_size)
+    parts = members_of(euclidean_clusters(voxels.means, SLAB))
     largest = np.zeros(len(voxels.means), bool)
     largest[max(parts, key=len)] = True
     return GroundTop(members=on_ground[largest[voxels.cell_of]], height=height_in_scan(points, levelling))
@@ -59,7 +57,7 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
-    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -BELOW
+    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -SLAB
     return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
 
 
@@ -74,7 +72,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     box = bounding_box(own)
     sheet = sheet_within(own)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
-    alone = replace(context, completion=(), ground_seen=True, surroundings=None)
+    alone = replace(context, completion=(), surroundings=None)
     functions = classify_parts([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
     return SceneObject(
         id=number,
@@ -94,15 +92,13 @@ def sheet_within(points: np.ndarray) -> np.ndarray:
 
     hull = ConvexHull(points[:, :2])
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    x, y = (np.arange(low[k], high[k], _VOXEL / 2) for k in range(2))
+    x, y = (np.arange(low[k], high[k], SPACING) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     return np.column_stack([sheet[inside], np.zeros(inside.sum())])
 
 
 MANY = 2_000_000  # points: what has more is thinned before anything else
-FINE = 0.004  # metres, side of the voxels that it is thinned to: the spacing of clouds that are sampled from meshes
-FEWEST = 60  # points of an object
 
 
 def compile_kernels():
@@ -148,10 +144,9 @@ def recognise(
     levelling = level(seen, up, scan.name)
     watch.lap("floor")
     points = levelling.to_level(seen)
-    camera = None if levelling.camera is None else levelling.to_level(levelling.camera[None])[0]
     dense = filled(points, settings.leaf_size)
     watch.lap("filling")
-    labels = segment(dense, settings, noise=levelling.noise, camera=camera)
+    labels = segment(dense, settings, noise=levelling.noise)
     watch.lap("clusters")
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     proposed = propose(scene, model.simulator, proposals, seed=model.seed)
@@ -159,10 +154,10 @@ def recognise(
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
     context = RecognitionContext(
-        model=model, completion=completion, ground_seen=levelling.floor_seen, bars=bars, surroundings=around
+        model=model, completion=completion, bars=bars, surroundings=around
     )
     candidates = judged(dense, proposed, context, watch)
-    objects = chosen(candidates, FEWEST)
+    objects = [one for one in chosen(candidates, Segmentation.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")

@@ -34,12 +34,9 @@ BARS = {
     POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
 _SAME = 0.35  # intersection over union from which on two claims are of one object
-_WITHIN = (
-    0.6  # of the smaller one's points: two claims of one function that lie so far within each other are one object
-)
+_WITHIN = 0.6  # of the smaller one's points: two claims of a function that lie so far within each other are one object
 _NEARLY = 0.1  # of score: what differs by less is as sure
 _LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
-_WHOLE = 0.6  # intersection over union at which a pool is the cluster that it lies in, and takes its points
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,6 +46,7 @@ class Candidate:
     proposal: Proposal
     functions: dict[str, Membership]
     place: int  # in the order of proposals
+    fragment: bool = False  # see `judging.is_fragment`
 
     @property
     def claimed(self) -> frozenset[str]:
@@ -90,8 +88,19 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
     claims = [as_cluster(one, clusters) for one in claims]
     rest = [one for one in clusters if not one.claimed and free_share(one, claims) >= _LEFT]
+    rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return parted([*claims, *rest], least)
+
+
+def standing(candidates: Sequence[Candidate], claims: Sequence[Candidate]) -> list[Candidate]:
+    """Return what claims nothing and stands apart on a table, the largest first, where it is the same as no claim."""
+    apart: list[Candidate] = []
+    for one in sorted(candidates, key=lambda one: -len(one.proposal.members)):
+        if one.proposal.on_top and not one.claimed and not any(is_same(one, other) for other in claims):
+            if not any(shared_points(one.proposal, other.proposal) for other in apart):
+                apart.append(one)
+    return apart
 
 
 def precedence(one: Candidate) -> tuple[int, bool, int, int]:
@@ -121,7 +130,7 @@ def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
     for cluster in clusters:
         shared = shared_points(claim.proposal, cluster.proposal)
         sizes = len(claim.proposal.members), len(cluster.proposal.members)
-        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WHOLE:
+        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WITHIN:
             return claim.taking(cluster.proposal.members)
     return claim
 

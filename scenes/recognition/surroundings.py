@@ -11,19 +11,18 @@ from functools import cached_property
 
 import numpy as np
 
+from ..pools.surfaces import CELL
+from ..pools.vessels import DIRECTIONS
 from ..scans.cells import cells
 
 _SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
 _SQUARE = 2  # voxels along the side of the squares that areas are measured in
 _REACH = 0.42  # metres beyond a proposal within which the scene is looked at
-_WAYS = 24  # directions
-_BAND = 0.02  # metres above and below the level that are of it
-SLAB = 0.03  # metres likewise, of the points that its outline is of
+SLAB = 0.03  # metres above and below the level, of the points that its outline is of; also above the ground
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
 _LOW = 0.25  # metres above the level: objects that stand on it
 _LOWER = 0.04  # metres below the level: another object beside it
-_GROUND = 0.03  # metres above the ground
 _WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (
     "long", "wide", "high",  # metres, of its box
@@ -122,14 +121,14 @@ def level_of(voxels: np.ndarray, side: float) -> Level:
     np.maximum.at(tops, columns.cell_of, voxels[:, 2])
     np.minimum.at(lowest, columns.cell_of, voxels[:, 2])
     tops.sort()
-    counts = np.searchsorted(tops, tops + 2 * _BAND, side="right") - np.arange(len(tops))
+    counts = np.searchsorted(tops, tops + 2 * CELL, side="right") - np.arange(len(tops))
     best = int(np.argmax(counts))
     height = float(np.median(tops[best : best + counts[best]]))
     slab = voxels[np.abs(voxels[:, 2] - height) <= SLAB]
     flat = cells(slab * [1, 1, 0], square).means[:, :2]
     middle = flat.mean(axis=0)
     way, far = polar(flat, middle)
-    edge = np.zeros(_WAYS)
+    edge = np.zeros(DIRECTIONS)
     np.maximum.at(edge, way, far)
     return Level(
         height=height,
@@ -149,12 +148,12 @@ def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
     """
     way, far = polar(voxels[:, :2], level.middle)
     backs = np.unique(way[voxels[:, 2] > level.height + _RISES])
-    angles = backs * (2 * np.pi / _WAYS)
+    angles = backs * (2 * np.pi / DIRECTIONS)
     aside = float(np.hypot(np.cos(angles).mean(), np.sin(angles).mean())) if len(backs) else 0.0
     rise = level.height - support
     between = (voxels[:, 2] > support + 0.25 * rise) & (voxels[:, 2] < support + 0.7 * rise)
     closed = share_of_directions(way[between & (far > 0.6 * level.edge[way])])
-    return [len(backs) / _WAYS, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
+    return [len(backs) / DIRECTIONS, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
 
 
 def around_level(others: np.ndarray, level: Level, support: float) -> list[float]:
@@ -162,21 +161,21 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
     way, far = polar(others[:, :2], level.middle)
     beyond, above = far - level.edge[way], others[:, 2] - level.height
     over, ring = beyond < 0, (beyond > 0) & (beyond < _NEAR)
-    standing, rises = others[:, 2] > support + _GROUND, above > _RISES
-    at_edge = beyond > -_BAND
+    standing, rises = others[:, 2] > support + SLAB, above > _RISES
+    at_edge = beyond > -CELL
     highest = [
         float(np.percentile(above[which], 95)) if which.any() else support - level.height
         for which in (ring, (beyond > 0) & (beyond < _FAR))
     ]
     return [
-        level.covered(others[over & (above > _BAND) & (above < _LOW)]),
+        level.covered(others[over & (above > CELL) & (above < _LOW)]),
         level.covered(others[over & rises]),
-        share_of_directions(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * _BAND)]),
+        share_of_directions(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * CELL)]),
         share_of_directions(way[ring & standing]),
         share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
         share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
         share_of_directions(way[ring & (above < -_LOWER) & standing]),
-        share_of_directions(way[ring & (np.abs(others[:, 2]) < _GROUND)]),
+        share_of_directions(way[ring & (np.abs(others[:, 2]) < SLAB)]),
         1 - share_of_directions(way[ring]),
         *highest,
     ]
@@ -185,12 +184,12 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
 def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return direction (N,) int and distance (N,) of places (N, 2) from a middle (2,)."""
     x, y = places[:, 0] - middle[0], places[:, 1] - middle[1]
-    return np.floor(np.arctan2(y, x) / (2 * np.pi) * _WAYS).astype(int) % _WAYS, np.hypot(x, y)
+    return np.floor(np.arctan2(y, x) / (2 * np.pi) * DIRECTIONS).astype(int) % DIRECTIONS, np.hypot(x, y)
 
 
 def share_of_directions(ways: np.ndarray) -> float:
     """Return the share of all directions that are among some (N,)."""
-    return np.count_nonzero(np.bincount(ways, minlength=_WAYS)) / _WAYS
+    return np.count_nonzero(np.bincount(ways, minlength=DIRECTIONS)) / DIRECTIONS
 
 
 def alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:

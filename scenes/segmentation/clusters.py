@@ -11,15 +11,10 @@ from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
 
-# Metres by which a depth camera's steps grow with the square of the distance; the first Kinect's are 0.0029.
-_STEP = 0.0043
-_LARGE = 0.5  # metres: the least of furniture
-_WIDEST = 0.06  # metres: beyond, neighbouring objects run together
+LARGE = 0.5  # metres: the least of furniture, and more than holds a drink
 
 
-def euclidean_clusters(
-    points: np.ndarray, tolerance: float, distances: np.ndarray | None = None, *, connected: np.ndarray | None = None
-) -> np.ndarray:
+def euclidean_clusters(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the cluster (N,) int64 of each point, numbered from 0 in the order of their first points.
 
     Parameters
@@ -27,23 +22,11 @@ def euclidean_clusters(
     points : (N, 3) float64, metres
     tolerance : float
         Largest distance between neighbours, metres.
-    distances : (N,) float64, optional
-        From the camera, metres. A depth camera's steps grow with their square, and from about two metres on they are
-        wider than 2 cm: the tolerance then grows with them, to 6 cm at most.
-    connected : (N,) int64, optional
-        Clusters, numbered from 0, that are known to lie within ones by this tolerance: fewer pairs are looked at.
     """
     if not len(points):
         return np.empty(0, np.int64)
-    reach = np.full(len(points), tolerance)
-    if distances is not None:
-        reach = np.clip(_STEP * distances**2, tolerance, max(tolerance, _WIDEST))
-    grid = cells(points, float(reach.max()))
-    roots = np.arange(len(points))
-    if connected is not None:
-        names = connected[grid.order]
-        roots = np.unique(names, return_index=True)[1][names]
-    connect(np.ascontiguousarray(points[grid.order]), reach[grid.order], grid.keys, grid.start, roots)
+    grid, roots = cells(points, tolerance), np.arange(len(points))
+    connect(np.ascontiguousarray(points[grid.order]), tolerance, grid.keys, grid.start, roots)
     cluster_of = np.empty(len(points), np.int64)
     cluster_of[grid.order] = roots
     return renumbered(cluster_of)
@@ -64,37 +47,6 @@ def renumbered(cluster_of: np.ndarray) -> np.ndarray:
     return rank[member.ravel()]
 
 
-def bridge_gaps(points: np.ndarray, cluster_of: np.ndarray, tolerance: float, *, smaller: bool = True) -> np.ndarray:
-    """Return clusters (N,) int64 in which those around one as large as furniture are one with it.
-
-    Surfaces seen at a grazing angle, and noise, tear furniture apart; of small objects a gap parts neighbours.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres
-    cluster_of : (N,) int64
-        Clusters by a smaller tolerance, numbered from 0 in the order of their first points.
-    tolerance : float
-        The gap that is bridged, metres.
-    smaller : bool
-        Whether that tolerance was smaller everywhere; far from a camera it may not be.
-    """
-    wide = euclidean_clusters(points, tolerance, connected=cluster_of if smaller else None)
-    has_large = np.zeros(len(points), bool)
-    has_large[wide[is_large(points, cluster_of)]] = True
-    first = np.unique(wide, return_index=True)[1]
-    return renumbered(np.where(has_large[wide], cluster_of[first][wide], cluster_of))
-
-
-def is_large(points: np.ndarray, cluster_of: np.ndarray) -> np.ndarray:
-    """Return which points (N, 3) belong to a cluster as large as furniture, (N,) bool."""
-    count = cluster_of.max(initial=-1) + 1
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, cluster_of, points)
-    np.maximum.at(high, cluster_of, points)
-    return ((high - low).max(axis=1, initial=0.0) >= _LARGE)[cluster_of]
-
-
 @njit(cache=True, error_model="numpy")
 def connect(points, reach, keys, start, roots):
     """Give all points of a cluster one root.
@@ -102,9 +54,9 @@ def connect(points, reach, keys, start, roots):
     Parameters
     ----------
     points : (N, 3) float64, metres
-        Sorted by the cell of a grid as wide as the widest reach.
-    reach : (N,) float64, metres
-        Two points are neighbours where neither is farther than the other's reach.
+        Sorted by the cell of a grid as wide as the reach.
+    reach : float, metres
+        Of neighbours.
     keys : (C,) int64
         Of the cells, ascending, as `cells` packs them.
     start : (C + 1,) int64
@@ -138,8 +90,7 @@ def connect_cells(points, reach, start, a, b, roots):
             if roots[j] == one:  # most neighbours are one already
                 continue
             dx, dy, dz = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1], points[i, 2] - points[j, 2]
-            limit = min(reach[i], reach[j])
-            if dx * dx + dy * dy + dz * dz <= limit * limit:
+            if dx * dx + dy * dy + dz * dz <= reach * reach:
                 other = root_of(roots, j)
                 roots[max(one, other)] = min(one, other)
                 one = min(one, other)

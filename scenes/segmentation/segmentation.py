@@ -11,10 +11,8 @@ from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import cells
 from ..scans.patches import find_patches, patch_side
-from .clusters import bridge_gaps, euclidean_clusters, renumbered
-from .joining import join_pieces
-from .supports import split_off
-from .walls import Wall, ceiling_height, find_walls, is_flush
+from .clusters import euclidean_clusters
+from .walls import Wall, ceiling_height, find_walls
 
 FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
 _FLOOR = 0.02  # metres off the floor's plane that still belong to it, where its noise is not known
@@ -28,12 +26,11 @@ class Segmentation:
 
     leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
     cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
-    large_tolerance: float = 0.05  # metres likewise, where one of two clusters is as large as furniture, if wider
     min_cluster_size: int = 60  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
 
     def __post_init__(self):
-        for name in ("leaf_size", "cluster_tolerance", "large_tolerance"):
+        for name in ("leaf_size", "cluster_tolerance"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(f"{name}: expected between 0 and 1 m, got {getattr(self, name):g}")
         if not 1 <= self.min_cluster_size <= self.max_cluster_size:
@@ -41,13 +38,7 @@ class Segmentation:
             raise InputError(f"min_cluster_size and max_cluster_size: expected 1 or more, ascending, got {sizes}")
 
 
-def segment(
-    points: np.ndarray,
-    settings: Segmentation | None = None,
-    *,
-    noise: float | None = None,
-    camera: np.ndarray | None = None,
-) -> np.ndarray:
+def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: float | None = None) -> np.ndarray:
     """Return which object each point is of (paper, §IV-C).
 
     Parameters
@@ -57,8 +48,6 @@ def segment(
     settings : Segmentation
     noise : float, optional
         Standard deviation of the floor's points, metres, if known: the floor is taken to be thinner or thicker by it.
-    camera : (3,) float64, optional
-        Where a single view was taken from, if known, metres, level frame.
 
     Returns
     -------
@@ -68,30 +57,18 @@ def segment(
     """
     settings = settings or Segmentation()
     thinned = cells(points, settings.leaf_size)
-    return labelled_voxels(thinned.means, settings, noise, camera)[thinned.cell_of]
+    return labelled_voxels(thinned.means, settings, noise)[thinned.cell_of]
 
 
-def labelled_voxels(
-    voxels: np.ndarray, settings: Segmentation, noise: float | None, camera: np.ndarray | None
-) -> np.ndarray:
+def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | None) -> np.ndarray:
     """Return the label (C,) int32 of each voxel (C, 3) of a thinned scan; see `segment`."""
     patches = find_patches(voxels, max(patch_side(voxels), 4 * settings.leaf_size))
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
     labels[is_floor(voxels, noise)] = FLOOR
     above = voxels[:, 2] > 0
-    walls = find_walls(voxels, patches)
-    labels[above & is_wall(voxels, walls, ceiling_height(patches))] = WALL
+    labels[above & is_wall(voxels, find_walls(voxels, patches), ceiling_height(patches))] = WALL
     rest = np.flatnonzero(above & (labels == LEFT_OVER))
-    distances = None if camera is None else np.linalg.norm(voxels[rest] - camera, axis=1)
-    cluster_of = euclidean_clusters(voxels[rest], settings.cluster_tolerance, distances)
-    flush = is_flush(voxels[rest], cluster_of, walls)
-    labels[rest[flush]] = WALL
-    rest, cluster_of = rest[~flush], renumbered(cluster_of[~flush])
-    if settings.large_tolerance > settings.cluster_tolerance:
-        cluster_of = bridge_gaps(voxels[rest], cluster_of, settings.large_tolerance, smaller=camera is None)
-    cluster_of = split_off(voxels[rest], cluster_of, settings.cluster_tolerance, noise or 0.0)
-    cluster_of = join_pieces(voxels[rest], cluster_of, voxels[labels == WALL], voxels[labels == FLOOR], walls)
-    labels[rest] = np.where(cluster_of < 0, WALL, numbered_by_size(cluster_of, settings))
+    labels[rest] = numbered_by_size(euclidean_clusters(voxels[rest], settings.cluster_tolerance), settings)
     return labels
 
 
@@ -109,12 +86,11 @@ def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.nda
 
 
 def numbered_by_size(cluster_of: np.ndarray, settings: Segmentation) -> np.ndarray:
-    """Return clusters (C,) numbered by size, -3 for those below 0 and those of a size that is not wanted.
+    """Return clusters (C,) numbered by size, -3 for those of a size that is not wanted.
 
     Of equals the one that has the first voxel comes first; voxels stand in the order of their place in space.
     """
-    names, first, member, counts = np.unique(cluster_of, return_index=True, return_inverse=True, return_counts=True)
-    counts = np.where(names < 0, 0, counts)
+    _, first, member, counts = np.unique(cluster_of, return_index=True, return_inverse=True, return_counts=True)
     order = np.lexsort((first, -counts))
     wanted = order[(counts[order] >= settings.min_cluster_size) & (counts[order] <= settings.max_cluster_size)]
     number = np.full(len(counts), LEFT_OVER, np.int32)

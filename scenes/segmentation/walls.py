@@ -8,8 +8,7 @@ import numpy as np
 
 from ..scans.patches import Patches
 
-_UPRIGHT = np.sin(np.radians(12.0))  # of a patch's normal along z
-_ALIGNED = np.cos(np.radians(12.0))
+_ALIGNED = np.radians(12.0)  # by which the normals of patches of one wall may differ, and lean
 _THICK = 0.05  # metres off its plane at which a point still belongs to a wall
 _THICKEST = 0.10  # metres, however noisy
 _BEYOND = 0.15  # metres: what is farther behind is another object
@@ -18,12 +17,8 @@ _MOST_BEYOND = 0.03  # share of the voxels within that stretch
 _TRIED = 300  # planes
 # Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
 _AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
-_SURE_WIDTH, _SURE_TOP = 2.5, 1.8  # metres: a wall, whatever is behind,
-_SQUARE, _FILLED = 0.1, 0.5  # metres and share: if so many squares of it hold points
-_FLUSH = 0.9  # of a piece's points that lie in a wall's plane for it to be of the wall
 _CEILING = 1.9  # metres: the least height
 _CEILING_SHARE = 0.9  # of the highest patch's height
-_CEILING_AREA = 0.5  # square metres
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,7 +28,7 @@ class Wall:
     normal: np.ndarray  # (2,) level unit vector into the room
     offset: float  # metres: normal @ xy on the plane
     span: tuple[float, float]  # metres along the wall, from and to
-    thickness: float = 0.05  # metres off the plane at which a point still belongs to it
+    thickness: float = _THICK  # metres off the plane at which a point still belongs to it
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return places (N,) of points (N, 3) along the wall, metres."""
@@ -50,25 +45,13 @@ class Wall:
         return beside & (self.ahead(points) < self.thickness)
 
 
-def is_flush(points: np.ndarray, cluster_of: np.ndarray, walls: list[Wall]) -> np.ndarray:
-    """Return which points (N, 3) are of clusters (N,) int that lie in a wall's plane, however far along, (N,) bool.
-
-    Furniture hides the wall between, and such a piece alone is too small for a wall.
-    """
-    flush, counts = np.zeros(len(points), bool), np.bincount(cluster_of)
-    for wall in walls:
-        near = np.bincount(cluster_of, np.abs(wall.ahead(points)) < wall.thickness)
-        flush |= (near > _FLUSH * counts)[cluster_of]
-    return flush
-
-
 def ceiling_height(patches: Patches) -> float:
     """Return the height above which there is ceiling, metres; infinity if none is seen."""
-    level = patches[np.abs(patches.normals[:, 2]) > _ALIGNED]
+    level = patches[np.abs(patches.normals[:, 2]) > np.cos(_ALIGNED)]
     if not len(level) or level.centers[:, 2].max() < _CEILING:
         return np.inf
     high = level.centers[:, 2] > max(_CEILING, _CEILING_SHARE * level.centers[:, 2].max())
-    if level.areas[high].sum() < _CEILING_AREA:
+    if level.areas[high].sum() < _AREA:
         return np.inf
     return float(np.median(level.centers[high, 2])) - _THICK
 
@@ -83,7 +66,7 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
     patches : Patches
         Of the same points.
     """
-    left = patches[np.abs(patches.normals[:, 2]) < _UPRIGHT]
+    left = patches[np.abs(patches.normals[:, 2]) < np.sin(_ALIGNED)]
     walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
@@ -101,7 +84,7 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
     tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // _TRIED)]
-    aligned = np.abs(normals[tried] @ normals.T) > _ALIGNED
+    aligned = np.abs(normals[tried] @ normals.T) > np.cos(_ALIGNED)
     offsets = (normals[tried] * places[tried]).sum(axis=1)
     near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK
     best = int(np.argmax((aligned & near) @ patches.areas))
@@ -127,17 +110,6 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < _WIDTH or top < _TOP:
         return None
-    is_wide = width >= _SURE_WIDTH and top >= _SURE_TOP
-    if is_wide and filled_share(along[own] - low, points[own, 2], width, top) > _FILLED:
-        return wall
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
     behind = np.mean(ahead[beside] < -_BEYOND)
     return wall if behind < _MOST_BEYOND else None
-
-
-def filled_share(along: np.ndarray, heights: np.ndarray, width: float, top: float) -> float:
-    """Return the share of a plane's squares that hold points (N,): a wall has most, a cut across a room few."""
-    columns, rows = int(width / _SQUARE), int(top / _SQUARE)
-    i, j = (along / _SQUARE).astype(int), (heights / _SQUARE).astype(int)
-    inside = (i < columns) & (j >= 0) & (j < rows)
-    return len(np.unique(i[inside] * rows + j[inside])) / (columns * rows)

@@ -9,12 +9,12 @@ from spherefunc_bullet.scenes.recognition.proposals import CLUSTERS, POOLS, Prop
 from spherefunc_bullet.scenes.recognition.room import BARS, Candidate, chosen, claiming
 
 
-def candidate(place: int, by: str, members: range, **scores: float) -> Candidate:
+def candidate(place: int, by: str, members: range, *, on_top: bool = False, **scores: float) -> Candidate:
     answer = {
         name: Membership(member=scores.get(name, 0.0) > 0.5, score=scores.get(name, 0.0), radius=0.02)
         for name in ("cup", "sittable", "table")
     }
-    proposal = Proposal(by=by, members=np.arange(members.start, members.stop), support=0.0)
+    proposal = Proposal(by=by, members=np.arange(members.start, members.stop), support=0.0, on_top=on_top)
     return Candidate(proposal=proposal, functions=answer, place=place)
 
 
@@ -51,6 +51,15 @@ def test_a_pool_in_a_cluster_that_it_mostly_is_takes_the_cluster_s_points():
 def test_clusters_without_a_function_stay_objects_and_pools_do_not():
     plain = [candidate(0, CLUSTERS, range(0, 100)), candidate(1, POOLS, range(200, 300))]
     assert claims(plain) == [("none", 100)]
+
+
+def test_what_stands_on_a_table_is_an_object_once_without_a_function_too():
+    table, tin = candidate(0, CLUSTERS, range(0, 1000), table=0.7), range(900, 960)
+    apart = [candidate(k, POOLS, own, on_top=True) for k, own in ((1, range(900, 930)), (2, tin))]
+    assert claims([table, *apart]) == [("table", 940), ("none", 60)]
+    assert claims([table, candidate(1, POOLS, tin, on_top=True), candidate(2, POOLS, tin, cup=0.9)]) == [
+        ("table", 940), ("cup", 60),
+    ]  # fmt: skip
 
 
 def test_what_claims_leave_too_little_of_is_no_object():

@@ -26,8 +26,8 @@ def test_examples_stand_on_their_support(examples):
     (mug, *_) = [one.cloud for one in examples if one.number == NAMES.index("mug")]
     assert mug.bounds[0, 2] == pytest.approx(0.0, abs=0.02)
     assert mug.size.max() < 0.2
-    (table, *_) = [one.cloud for one in examples if one.number == NAMES.index("table")]
-    assert table.bounds[1, 2] == pytest.approx(0.72, abs=0.03)
+    tops = [one.cloud.bounds[1, 2] for one in examples if one.number == NAMES.index("table")]
+    assert min(tops) == pytest.approx(0.72, abs=0.03)  # the table's pool; its cluster has the mug on it
 
 
 def test_what_is_proposed_of_no_object_is_an_example_of_none():
