@@ -19,6 +19,7 @@ from ..processes.compilation import njit
 from .solid import thickened
 
 MOST = 400  # pieces
+ASIDE = 0.25  # cosine of the angle up to which a face of a hull looks the way out of a place
 TURNS = 4  # of planes about the vertical, besides those of the worst place
 Corners = np.ndarray  # (K, 3)
 
@@ -31,10 +32,11 @@ class Exposed:
     outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
     reach: np.ndarray  # (S,) metres around them that count as they do
+    clear: np.ndarray  # (S,) metres of their way out that have to stay free; 0: only they have to
 
     def excess(self, hull: Hull) -> tuple[np.ndarray, np.ndarray]:
         """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
-        ways = ways_out(self.places, self.outward, self.reach, *ends(hull.corners), hull.planes)
+        ways = ways_out(self.places, self.outward, self.reach, self.clear, *ends(hull.corners), hull.planes)
         covered = ways / self.tolerance
         which = np.flatnonzero(covered > 1)
         return which, covered[which]
@@ -68,25 +70,36 @@ def ends(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True, error_model="numpy")
-def ways_out(places, outward, reach, low, high, planes):
-    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it."""
+def ways_out(places, outward, reach, clear, low, high, planes):
+    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it.
+
+    A place with a clear way is left along it alone, also a hull that hovers over it; others by any face that looks so.
+    """
     ways = np.zeros(len(places))
     for n in range(len(places)):
         x, y, z, slack = places[n, 0], places[n, 1], places[n, 2], reach[n]
-        if not (low[0] - slack < x < high[0] + slack and low[1] - slack < y < high[1] + slack):
+        beside = slack + clear[n]
+        if not (low[0] - beside < x < high[0] + beside and low[1] - beside < y < high[1] + beside):
             continue
-        way, depth = np.inf, -np.inf
+        enters, leaves, aside, depth = 0.0, np.inf, np.inf, -np.inf
         for f in range(len(planes)):
             a, b, c = planes[f, 0], planes[f, 1], planes[f, 2]
             height = a * x + b * y + c * z + planes[f, 3] - slack
-            if height >= 1e-9:
-                way = depth = 0.0
-                break
-            depth = max(depth, height)
             speed = a * outward[n, 0] + b * outward[n, 1] + c * outward[n, 2]
-            if speed > 1e-6:
-                way = min(way, -height / speed)
-        ways[n] = way if way < np.inf else -depth
+            if height >= 1e-9:
+                enters = max(enters, -height / speed) if speed < -1e-6 else np.inf
+                if enters > clear[n]:
+                    break
+            elif speed > 1e-6:
+                leaves = min(leaves, -height / speed)
+            if speed > ASIDE:
+                aside = min(aside, -height)
+            depth = max(depth, height)
+        if enters <= clear[n] and enters < leaves:
+            if clear[n] > 0:
+                ways[n] = leaves
+            else:
+                ways[n] = aside if aside < np.inf else -depth
     return ways
 
 

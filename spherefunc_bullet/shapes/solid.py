@@ -10,7 +10,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
 MOST_CORNERS = 64  # of a convex piece: an engine asks each of them in every contact, and fewer leave gaps
-OFF = 1e-3  # of a piece's extent: corners that lie no farther outside are not worth their cost
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
 
 
@@ -73,22 +72,22 @@ def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points[corners], faces
 
 
-def capped(points: np.ndarray, most: int = MOST_CORNERS) -> np.ndarray:
+def capped(points: np.ndarray, off: float = 0.0, most: int = MOST_CORNERS) -> np.ndarray:
     """Return at most so many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
 
-    The hull of fewer corners lies within that of all, so no free space is taken.
+    The hull of fewer corners lies within that of all, so no free space is taken. Corners that lie no farther outside
+    than some metres are left out as well.
     """
     corners, _ = hull_of(points)
-    if len(corners) <= most:
-        return corners
     span = np.vstack([np.eye(3), 1 - 2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])])
     heights = corners @ span.T
     chosen = set(heights.argmin(axis=0).tolist()) | set(heights.argmax(axis=0).tolist())
-    while len(chosen) < most:
+    chosen |= set(range(4 if len(chosen) < 4 else 0))  # of a slanted sliver three may be the ends of all axes
+    while len(chosen) < min(most, len(corners)):
         equations = ConvexHull(corners[sorted(chosen)], qhull_options="QJ").equations
         outside = (corners @ equations[:, :3].T + equations[:, 3]).max(axis=1)
         outside[sorted(chosen)] = 0
-        if outside.max() <= OFF * np.ptp(corners, axis=0).max():
+        if outside.max() <= off:
             break
         chosen.add(int(outside.argmax()))
     return corners[sorted(chosen)]
