@@ -189,13 +189,12 @@ def main():
     parser = argparse.ArgumentParser(description="Do written shapes keep what is seen, in other programs?")
     parser.add_argument("data")
     parser.add_argument("--each", type=int, default=3, help="objects of each label and source")
-    parser.add_argument("--groups", default="", help="only these sources, comma-separated")
     parser.add_argument("--chosen", default="", help="sources that the method was chosen on, comma-separated")
     arguments = parser.parse_args()
     chosen, rows = defaultdict(list), []
     for item in open_dataset(arguments.data).objects:
         for label in ("cup", "sittable", "table"):
-            if label in item.functions and (not arguments.groups or item.group in arguments.groups.split(",")):
+            if label in item.functions:
                 chosen[item.group, label].append(item)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(arguments.each):  # every source first, in case it is stopped

@@ -41,10 +41,6 @@ class Exposed:
         which = np.flatnonzero(covered > 1)
         return which, covered[which]
 
-    def taken(self, hull: Hull) -> float:
-        """Return how much of the free space a hull takes."""
-        return float(np.minimum(self.excess(hull)[1], 50).sum())
-
 
 @dataclass(frozen=True, eq=False)
 class Hull:
@@ -112,10 +108,10 @@ class Part:
     which: np.ndarray  # places that it covers
     covered: np.ndarray  # by how many tolerances
 
-    @property
-    def cost(self) -> float:
-        """How much of the free space its hull takes."""
-        return float(np.minimum(self.covered, 50).sum())
+
+def taken(covered: np.ndarray) -> float:
+    """Return how much of the free space a hull takes that covers places (K,) by so many tolerances."""
+    return float(np.minimum(covered, 50).sum())
 
 
 def part_of(triangles: np.ndarray, exposed: Exposed) -> Part:
@@ -129,7 +125,9 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
 
     The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
     """
-    waiting = [(-part.cost, number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)]
+    waiting = [
+        (-taken(part.covered), number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)
+    ]
     heapq.heapify(waiting)
     done, number = [], len(waiting)
     while waiting:
@@ -141,7 +139,7 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
             continue
         for half in halves:
             number += 1
-            heapq.heappush(waiting, (-half.cost, number, half))
+            heapq.heappush(waiting, (-taken(half.covered), number, half))
     return done
 
 
@@ -156,7 +154,7 @@ def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
         if min(map(len, halves)) < 3:
             continue
         hulls = [hull_around(half) for half in halves]
-        cost = sum(exposed.taken(hull) for hull in hulls)
+        cost = sum(taken(exposed.excess(hull)[1]) for hull in hulls)
         cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(hull.corners, axis=0))) for hull in hulls) / low * 1e-4
         if cost < best:
             best, chosen = cost, height

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,6 @@ class Solid:
     faces: np.ndarray  # (M, 3) int64
     pieces: tuple[np.ndarray, ...] | None  # corners (K, 3) of convex pieces; None: the surface is the shape
     build_seconds: float = 0.0
-    notes: tuple[str, ...] = ()
 
     @property
     def bytes(self) -> int:
@@ -35,12 +34,12 @@ class Solid:
         return 1 if self.pieces is None else len(self.pieces)
 
 
-def surface(name: str, vertices: np.ndarray, faces: np.ndarray, build_seconds: float = 0.0) -> Solid:
+def surface(name: str, vertices: np.ndarray, faces: np.ndarray) -> Solid:
     """Return a surface of triangles, as concave meshes are."""
-    return Solid(name=name, vertices=vertices, faces=faces, pieces=None, build_seconds=build_seconds)
+    return Solid(name=name, vertices=vertices, faces=faces, pieces=None)
 
 
-def of_pieces(name: str, pieces: Iterable[np.ndarray], build_seconds: float = 0.0, notes: Sequence[str] = ()) -> Solid:
+def of_pieces(name: str, pieces: Iterable[np.ndarray]) -> Solid:
     """Return convex pieces, given by points (K, 3) whose hulls they are."""
     hulls = [hull_of(piece) for piece in pieces]
     starts = np.cumsum([0] + [len(corners) for corners, _ in hulls])
@@ -49,8 +48,6 @@ def of_pieces(name: str, pieces: Iterable[np.ndarray], build_seconds: float = 0.
         vertices=np.concatenate([corners for corners, _ in hulls]),
         faces=np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)]),
         pieces=tuple(corners for corners, _ in hulls),
-        build_seconds=build_seconds,
-        notes=tuple(notes),
     )
 
 
