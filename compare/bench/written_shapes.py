@@ -1,9 +1,10 @@
 """``python -m spherefunc_bullet.compare.bench.written_shapes DATA``: is what ``shapes --best`` writes worth writing?
 
 Written URDFs and MJCFs are loaded in a plain PyBullet (`loadURDF`) and a plain MuJoCo, by nothing of this package, and
-spheres are dropped on them one by one. A sphere that stays on the visual mesh, loaded as a concave one, is kept if it
-stays at the same height, to 1.25 radii; it is in its place if some sphere on the mesh rests so near to it. What
-contacts cost is a step with spheres at rest less one with them in the air.
+spheres that do not meet each other are dropped on them, as on the visual mesh: a concave one in PyBullet, a rigid flex
+in MuJoCo. Of the spheres that stay on the mesh those are kept that stay on the shape at the same height, to 1.25 radii.
+How exactly that can be asked is what the mesh keeps of itself where the same spheres are let go a tenth of a radius
+beside. What contacts cost is a step with spheres at rest less one with them in the air.
 """
 
 from __future__ import annotations
@@ -14,18 +15,21 @@ import time
 from collections import defaultdict
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import mujoco
 import numpy as np
 import pybullet as p
-from scipy.spatial import cKDTree
 
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.shapes.compared import compare_shapes
+from spherefunc_bullet.shapes.files import FIRM
+from spherefunc_bullet.shapes.solid import Solid
 
 SIDE, STEP, SECONDS, NEAR = 14, 1 / 480, 1.5, 1.25  # spheres along a side, s, s of a fall, radii
 AIR = 1_000.0  # radii: how high spheres are that touch nothing
+BESIDE, THIN = 0.07, 0.01  # radii: how far along x and y spheres are let go beside, half the thickness of a flex
 CONTACTS, TIMED = 50, 30  # spheres and steps of a timing
 MANY_FACES, ENOUGH = 5_000, 0.95
 
@@ -41,12 +45,12 @@ class Checked:
     keeps: bool  # as the package says
     pieces: int
     faces: int  # of the visual mesh
-    spread: float  # what the mesh keeps of itself, dropped beside
-    bullet: float  # share of the mesh's spheres that are kept, at their height
+    bullet: float  # share of the mesh's spheres that are kept
     mujoco: float
-    bullet_places: float  # share of them that are in a place of the mesh's
-    mujoco_places: float
+    bullet_itself: float  # what the mesh keeps of itself
+    mujoco_itself: float
     cheaper: float  # times, what contacts cost
+    at_most: float  # times, were each sphere to lie on a plane
     seconds: float  # of the processor, to find the shape
 
 
@@ -100,9 +104,12 @@ class Plain:
         p.disconnect(**self.at)
 
 
-def in_mujoco(path: Path, starts: np.ndarray, radius: float) -> np.ndarray:
-    """Return where spheres come to rest on a written MJCF, which stands still."""
-    spec = mujoco.MjSpec.from_file(str(path))
+def in_mujoco(path: Path | None, seen: Solid, starts: np.ndarray, radius: float) -> np.ndarray:
+    """Return where spheres come to rest on a written MJCF, which stands still, or on the visual mesh itself.
+
+    MuJoCo takes the hull of a mesh, but a rigid flex meets spheres with each of its triangles.
+    """
+    spec = mujoco.MjSpec.from_file(str(path)) if path else mujoco.MjSpec.from_string(concave(seen, radius))
     for joint in list(spec.joints):
         spec.delete(joint)
     spec.option.timestep = STEP
@@ -119,29 +126,26 @@ def in_mujoco(path: Path, starts: np.ndarray, radius: float) -> np.ndarray:
     return data.qpos.reshape(-1, 7)[:, :3].copy()
 
 
-def starts_over(vertices: np.ndarray, radius: float, engine: Plain, shift: float) -> np.ndarray:
+def concave(seen: Solid, radius: float) -> str:
+    """Return an MJCF of a mesh as it is, with contacts as firm as those of the written ones."""
+    root = Element("mujoco")
+    shape = {"type": "direct", "dim": "2", "rigid": "true", "radius": str(THIN * radius)}
+    arrays = {"point": " ".join(map(str, seen.vertices.ravel())), "element": " ".join(map(str, seen.faces.ravel()))}
+    flex = SubElement(SubElement(root, "worldbody"), "flexcomp", name="seen", **shape, **arrays)
+    SubElement(flex, "contact", selfcollide="none", **FIRM)
+    return tostring(root, encoding="unicode")
+
+
+def starts_over(vertices: np.ndarray, radius: float, engine: Plain) -> np.ndarray:
     """Return places just above what is highest, on a grid over the footprint."""
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    steps = (np.arange(SIDE) + shift) / SIDE
-    x, y = (low[axis] + steps * (high - low)[axis] for axis in (0, 1))
+    x, y = (low[axis] + (np.arange(SIDE) + 0.5) / SIDE * (high - low)[axis] for axis in (0, 1))
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     top = high[2] + 2 * radius
     rays = [[*place, top] for place in grid.tolist()], [[*place, 0.0] for place in grid.tolist()]
     hit = [result[3][2] if result[0] == engine.object else -1.0 for result in p.rayTestBatch(*rays, **engine.at)]
     above = np.array(hit) > 0
     return np.column_stack([grid[above], np.array(hit)[above] + 1.3 * radius])
-
-
-def on_object(ends: np.ndarray, radius: float) -> np.ndarray:
-    """Return the ends of spheres that did not reach the floor."""
-    return ends[ends[:, 2] > 1.3 * radius]
-
-
-def in_places(reference: np.ndarray, ends: np.ndarray, count: int, radius: float) -> float:
-    """Return the share of some count of spheres that lie in the place of one of the reference."""
-    if not len(ends) or not len(reference) or not count:
-        return float(not count)
-    return min(1.0, int((cKDTree(reference).query(ends)[0] <= NEAR * radius).sum()) / count)
 
 
 def stay(mesh: np.ndarray, ends: np.ndarray, radius: float) -> float:
@@ -156,27 +160,27 @@ def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     shapes = compare_shapes(path, shapes=False)
     best, seconds = shapes.best, time.process_time() - started
     urdf, mjcf = best.write(folder / f"{path.stem}.urdf"), best.write(folder / f"{path.stem}.xml")
-    vertices, radius = shapes.subject.mesh.vertices, shapes.subject.radius
+    seen, radius = shapes.subject.mesh, shapes.subject.radius
     visual = folder / f"{path.stem}_meshes" / "visual.obj"
-    mesh, other = Plain(None, visual, radius), Plain(urdf, visual, radius)
-    first, second = (starts_over(vertices, radius, mesh, shift) for shift in (0.5, 0.25))
-    ends = [mesh.drop(starts) for starts in (first, second)]
-    one, two = (on_object(end, radius) for end in ends)
-    reference, share = np.vstack([one, two]), in_places(one, two, len(two), radius)
-    loaded = other.drop(first), in_mujoco(mjcf, first, radius)
-    rest = on_object(loaded[0], radius)
-    empty = Plain(None, visual, radius)
-    held = [mesh.steps(one), other.steps(rest if len(rest) else one), empty.steps(one + [0, 0, AIR * radius])]
+    mesh, other, empty, flat = engines = [Plain(file, visual, radius) for file in (None, urdf, None, None)]
+    starts = starts_over(seen.vertices, radius, mesh)
+    beside = starts + BESIDE * radius * np.array([1, 1, 0])
+    bullet = mesh.drop(starts), other.drop(starts), mesh.drop(beside)
+    flex = [in_mujoco(*asked, radius) for asked in ((None, seen, starts), (mjcf, seen, starts), (None, seen, beside))]
+    on_mesh, rest = (ends[ends[:, 2] > 1.3 * radius] for ends in bullet[:2])
+    rest = rest if len(rest) else on_mesh
+    away = on_mesh + [AIR * radius, 0, AIR * radius]
+    held = [mesh.steps(on_mesh), other.steps(rest), empty.steps(away), flat.steps(away * [1, 1, 0] + [0, 0, radius])]
     times = np.array([next(zip(*held, strict=True)) for _ in range(TIMED)])
-    mesh.close(), other.close(), empty.close()
-    seen, written, air = np.median(times, axis=0)
+    for engine in engines:
+        engine.close()
+    seen_step, written, air, floor = np.median(times, axis=0)
     return Checked(
         file=path.name, label=label, group=group, shape=best.name, keeps=best.row.keeps, pieces=best.solid.count,
-        faces=len(shapes.subject.mesh.faces), spread=share,
-        bullet=stay(ends[0], loaded[0], radius), mujoco=stay(ends[0], loaded[1], radius),
-        bullet_places=in_places(reference, rest, len(one), radius),
-        mujoco_places=in_places(reference, on_object(loaded[1], radius), len(one), radius),
-        cheaper=float((seen - air) / (written - air)), seconds=seconds,
+        faces=len(seen.faces), cheaper=float((seen_step - air) / (written - air)), seconds=seconds,
+        at_most=float((seen_step - air) / (floor - air)),
+        bullet=stay(*bullet[:2], radius), bullet_itself=stay(*bullet[::2], radius),
+        mujoco=stay(*flex[:2], radius), mujoco_itself=stay(*flex[::2], radius),
     )  # fmt: skip
 
 
@@ -185,12 +189,12 @@ def main():
     parser = argparse.ArgumentParser(description="Do written shapes keep what is seen, in other programs?")
     parser.add_argument("data")
     parser.add_argument("--each", type=int, default=3, help="objects of each label and source")
-    parser.add_argument("--groups", default="", help="only these sources, comma-separated")
+    parser.add_argument("--chosen", default="", help="sources that the method was chosen on, comma-separated")
     arguments = parser.parse_args()
     chosen, rows = defaultdict(list), []
     for item in open_dataset(arguments.data).objects:
         for label in ("cup", "sittable", "table"):
-            if label in item.functions and (not arguments.groups or item.group in arguments.groups.split(",")):
+            if label in item.functions:
                 chosen[item.group, label].append(item)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(arguments.each):  # every source first, in case it is stopped
@@ -198,24 +202,28 @@ def main():
                 for item in items[:: max(1, len(items) // arguments.each)][number : number + 1]:
                     rows.append(checked(Path(item.path), label, group, Path(folder)))
                     say(str(rows[-1]))
-    report(rows)
+    report(rows, arguments.chosen.split(","))
     print_json([asdict(row) for row in rows])
 
 
-def report(rows: list[Checked]):
-    """Print one line for each source, and one for all."""
-    table = []
-    for group in [*sorted({row.group for row in rows}), "all"]:
-        own = [row for row in rows if group in (row.group, "all")]
-        names = ("bullet", "mujoco", "bullet_places", "mujoco_places")
-        fine = [np.mean([getattr(row, name) >= ENOUGH for row in own]) for name in names]
-        large = [row.cheaper for row in own if row.faces > MANY_FACES]
-        said, pieces = np.mean([row.keeps for row in own]), np.median([row.pieces for row in own])
-        cheaper = f"{np.median(large):.2g} (least {min(large):.2g})" if large else ""
-        table.append([group, len(own), f"{said:.2f}", *(f"{share:.2f}" for share in fine), f"{pieces:g}", cheaper])
-    head = ["source", "objects", "said to keep", "PyBullet", "MuJoCo", "in place", "in MuJoCo", "pieces"]
-    head += ["times cheaper, > 5,000 faces"]
-    print_table("Share of objects that keep 0.95 of the spheres", head, table)
+def report(rows: list[Checked], chosen: list[str]):
+    """Print one line for each source, for those that the method was chosen on, for the others, and for all."""
+    sources, table = sorted({row.group for row in rows}), []
+    halves = {"chosen on": chosen, "left out": [source for source in sources if source not in chosen]}
+    for name, groups in ({source: [source] for source in sources} | halves | {"all": sources}).items():
+        own = [row for row in rows if row.group in groups]
+        if not own:
+            continue
+        shares = np.array([[row.bullet, row.bullet_itself, row.mujoco, row.mujoco_itself] for row in own])
+        shares = np.insert(shares, [2, 4], shares[:, [0, 2]] / shares[:, [1, 3]], axis=1)
+        fine = [np.mean([row.keeps for row in own]), *(shares >= ENOUGH).mean(axis=0)]
+        large, pieces = [row for row in own if row.faces > MANY_FACES], np.median([row.pieces for row in own])
+        cheaper = [np.median([getattr(row, of) for row in large]) if large else np.nan for of in ("cheaper", "at_most")]
+        shown = [*(f"{share:.2f}" for share in fine), f"{pieces:g}", *(f"{times:.2g}" for times in cheaper)]
+        table.append([name, len(own), *shown])
+    engines = [name for engine in ("PyBullet", "MuJoCo") for name in (engine, "mesh itself", "of that")]
+    head = ["source", "objects", "said to keep", *engines, "pieces", "cheaper", "at most"]
+    print_table("Share of objects that keep 0.95 of the spheres; times cheaper: > 5,000 faces", head, table)
 
 
 if __name__ == "__main__":

@@ -5,20 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from .candidates import Make, made, of_hull, of_mesh, of_vhacd
+from .candidates import Make, made, of_hull, of_mesh
 from .comparison import Subject, row_of
 from .exposure import Fitting
 from .rows import Kept, Row
-from .solid import MOST_CORNERS
 
 if TYPE_CHECKING:
     from .solid import Solid
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
-HULLS = (8, 32)  # of V-HACD, at most
 BUDGET = 30.0  # seconds of the processor (a busy machine finds the same), after which nothing more is begun
 STRICT = Kept(share=0.95, moved=0.002)
 Tried = tuple["Solid", Row]
@@ -57,8 +54,6 @@ def kinds(subject: Subject, enough: Callable[[], bool], still: bool) -> Iterator
     yield [("hull", partial(of_hull, subject.cloud))]
     fitting = Fitting(subject, enough)
     yield [(f"fitted {scale:g}", partial(fitting.of, scale)) for scale in SCALES]
-    if find_spec("vhacdx"):
-        yield [(f"vhacd {hulls}", partial(of_vhacd, subject.cloud, hulls, MOST_CORNERS)) for hulls in HULLS]
 
 
 def shortfall(row: Row) -> float:

@@ -74,15 +74,15 @@ def of_hull(cloud: Cloud) -> Solid:
     return of_pieces("hull", [of_mesh(cloud).vertices])
 
 
-def of_vhacd(cloud: Cloud, hulls: int, corners: int = 64) -> Solid:
-    """Return V-HACD's pieces, at most so many, each of at most so many corners."""
+def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
+    """Return V-HACD's pieces, at most so many, each of at most 64 corners."""
     try:
         import vhacdx
     except ImportError as error:
         raise InputError(MISSING.format("vhacd", "shapes")) from error
     mesh = of_mesh(cloud)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
-    limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": corners}
+    limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": 64}
     pieces = vhacdx.compute_vhacd(mesh.vertices, faces, asyncACD=False, resolution=RESOLUTION, **limits)
     return of_pieces("vhacd", [np.asarray(points) for points, _ in pieces])
 

@@ -76,7 +76,7 @@ class Subject:
     @cached_property
     def seen(self) -> Seen:
         rests = tuple(at_rest(self.mesh, self.cloud, self.radius, seed) for seed in (0, 1))
-        return Seen(rests=rests, surface=self.tree(self.mesh), radius=self.radius, gap=self.radius / 8)
+        return Seen(rests=rests, surface=self.tree(self.mesh), radius=self.radius)
 
     def tree(self, solid: Solid) -> cKDTree:
         """Return dense points on a shape."""
@@ -125,7 +125,6 @@ def free_row(subject: Subject, solid: Solid) -> Row:
     space = space_of(subject.space.grid, solid)
     heights = height_map(solid, subject.low, subject.high)
     share, higher = level_kept(subject.level, subject.heights, heights, subject.extent)
-    count, _ = closed(subject.reached, space.reached(NARROW), space.grid)
     held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
     return Row(
         name=solid.name,
@@ -137,8 +136,8 @@ def free_row(subject: Subject, solid: Solid) -> Row:
         capacity_kept=held if subject.is_vessel else None,
         level_kept=share,
         level_higher_mm=1e3 * higher,
-        openings_closed=count,
-        notes=(*solid.notes, LEAKS) if leaks and subject.is_vessel else solid.notes,
+        openings_closed=closed(subject.reached, space.reached(NARROW)),
+        notes=(LEAKS,) if leaks and subject.is_vessel else (),
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .fitting import Exposed, cut, joined
 from .solid import Solid, capped, of_pieces
@@ -16,8 +17,10 @@ if TYPE_CHECKING:
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
 RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+UNDER = 3.0  # radii around the middle of a sphere at rest
 GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
-FINEST = 0.0008  # metres
+FINEST = 0.0005  # metres
+BLUNT = 1e-3  # of the extent: corners of a piece that lie no farther outside are not worth their cost
 OFF = 0.01  # of the way that is looked along: where it begins, off the surface itself
 FACES = 3_000  # that are cut; of finer meshes a fraction of a millimetre is lost, and a minute saved
 SEEN, ROOM = 16_000, 6_000  # samples of the surface, about, and of the free space around it
@@ -36,7 +39,7 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     shown = (free | held) & clear(subject.mesh, places, outward, way)
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
-    share[outward[:, 2] > UPWARD] = RESTED
+    share[(outward[:, 2] > UPWARD) & rested_on(subject, places)] = RESTED
     chosen = (share < OTHER) | (np.arange(len(share)) % FEWER == 0)
     places, outward, share = places[chosen], outward[chosen], share[chosen]
     room, grazed = free_places(subject), GRAZED * subject.extent
@@ -46,8 +49,17 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
         tolerance=np.append(followed, np.full(len(room), grazed)),
+        clear=np.append(np.where(share == RESTED, way, 0.0), np.zeros(len(room))),
         reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * grazed)),
     )
+
+
+def rested_on(subject: Subject, places: np.ndarray) -> np.ndarray:
+    """Return which places (S, 3) lie under spheres at rest, (S,) bool."""
+    centers = np.concatenate([rest.touching for rest in subject.seen.rests])
+    if not len(centers):
+        return np.zeros(len(places), bool)
+    return cKDTree(centers).query(places)[0] < UNDER * subject.radius
 
 
 def free_places(subject: Subject) -> np.ndarray:
@@ -100,7 +112,8 @@ class Fitting:
         exposed = exposed_surface(self.subject, scale)
         parts = cut(self.parts or [simplified(self.subject.mesh)], exposed, self.enough)
         self.parts = [part.triangles for part in parts]
-        return of_pieces("fitted", [capped(piece) for piece in joined(parts, exposed, self.enough)])
+        pieces, off = joined(parts, exposed, self.enough), BLUNT * self.subject.extent
+        return of_pieces("fitted", [capped(piece, off) for piece in pieces])
 
 
 def simplified(solid: Solid) -> np.ndarray:

@@ -112,6 +112,6 @@ def mjcf(name: str, seen: str, pieces: list[str], body: Body) -> Element:
     SubElement(assets, "mesh", name="visual", file=seen, inertia="shell")
     SubElement(free, "geom", type="mesh", mesh="visual", contype="0", conaffinity="0", group="2")
     for number, file in enumerate(pieces):
-        SubElement(assets, "mesh", name=f"piece_{number}", file=file)
+        SubElement(assets, "mesh", name=f"piece_{number}", file=file, inertia="shell")  # solid ones may be too thin
         SubElement(free, "geom", type="mesh", mesh=f"piece_{number}", group="3", **FIRM)
     return root

@@ -19,6 +19,7 @@ from ..processes.compilation import njit
 from .solid import thickened
 
 MOST = 400  # pieces
+ASIDE = 0.25  # cosine of the angle up to which a face of a hull looks the way out of a place
 TURNS = 4  # of planes about the vertical, besides those of the worst place
 Corners = np.ndarray  # (K, 3)
 
@@ -31,17 +32,14 @@ class Exposed:
     outward: np.ndarray  # (S, 3) unit vectors; zero in the free space itself, where every way out will do
     tolerance: np.ndarray  # (S,) metres, by which a hull may cover them
     reach: np.ndarray  # (S,) metres around them that count as they do
+    clear: np.ndarray  # (S,) metres of their way out that have to stay free; 0: only they have to
 
     def excess(self, hull: Hull) -> tuple[np.ndarray, np.ndarray]:
         """Return which places (K,) a hull covers by more than they tolerate, and by how many tolerances (K,)."""
-        ways = ways_out(self.places, self.outward, self.reach, *ends(hull.corners), hull.planes)
+        ways = ways_out(self.places, self.outward, self.reach, self.clear, *ends(hull.corners), hull.planes)
         covered = ways / self.tolerance
         which = np.flatnonzero(covered > 1)
         return which, covered[which]
-
-    def taken(self, hull: Hull) -> float:
-        """Return how much of the free space a hull takes."""
-        return float(np.minimum(self.excess(hull)[1], 50).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,25 +66,36 @@ def ends(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True, error_model="numpy")
-def ways_out(places, outward, reach, low, high, planes):
-    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it."""
+def ways_out(places, outward, reach, clear, low, high, planes):
+    """Return how far each place (S,) has to go outward to leave a hull; 0 for those outside of it.
+
+    A place with a clear way is left along it alone, also a hull that hovers over it; others by any face that looks so.
+    """
     ways = np.zeros(len(places))
     for n in range(len(places)):
         x, y, z, slack = places[n, 0], places[n, 1], places[n, 2], reach[n]
-        if not (low[0] - slack < x < high[0] + slack and low[1] - slack < y < high[1] + slack):
+        beside = slack + clear[n]
+        if not (low[0] - beside < x < high[0] + beside and low[1] - beside < y < high[1] + beside):
             continue
-        way, depth = np.inf, -np.inf
+        enters, leaves, aside, depth = 0.0, np.inf, np.inf, -np.inf
         for f in range(len(planes)):
             a, b, c = planes[f, 0], planes[f, 1], planes[f, 2]
             height = a * x + b * y + c * z + planes[f, 3] - slack
-            if height >= 1e-9:
-                way = depth = 0.0
-                break
-            depth = max(depth, height)
             speed = a * outward[n, 0] + b * outward[n, 1] + c * outward[n, 2]
-            if speed > 1e-6:
-                way = min(way, -height / speed)
-        ways[n] = way if way < np.inf else -depth
+            if height >= 1e-9:
+                enters = max(enters, -height / speed) if speed < -1e-6 else np.inf
+                if enters > clear[n]:
+                    break
+            elif speed > 1e-6:
+                leaves = min(leaves, -height / speed)
+            if speed > ASIDE:
+                aside = min(aside, -height)
+            depth = max(depth, height)
+        if enters <= clear[n] and enters < leaves:
+            if clear[n] > 0:
+                ways[n] = leaves
+            else:
+                ways[n] = aside if aside < np.inf else -depth
     return ways
 
 
@@ -99,10 +108,10 @@ class Part:
     which: np.ndarray  # places that it covers
     covered: np.ndarray  # by how many tolerances
 
-    @property
-    def cost(self) -> float:
-        """How much of the free space its hull takes."""
-        return float(np.minimum(self.covered, 50).sum())
+
+def taken(covered: np.ndarray) -> float:
+    """Return how much of the free space a hull takes that covers places (K,) by so many tolerances."""
+    return float(np.minimum(covered, 50).sum())
 
 
 def part_of(triangles: np.ndarray, exposed: Exposed) -> Part:
@@ -116,7 +125,9 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
 
     The part that takes most is cut next, until none takes any, there are too many, or it is said to be enough.
     """
-    waiting = [(-part.cost, number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)]
+    waiting = [
+        (-taken(part.covered), number, part) for number, part in enumerate(part_of(own, exposed) for own in parts)
+    ]
     heapq.heapify(waiting)
     done, number = [], len(waiting)
     while waiting:
@@ -128,7 +139,7 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
             continue
         for half in halves:
             number += 1
-            heapq.heappush(waiting, (-half.cost, number, half))
+            heapq.heappush(waiting, (-taken(half.covered), number, half))
     return done
 
 
@@ -143,7 +154,7 @@ def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
         if min(map(len, halves)) < 3:
             continue
         hulls = [hull_around(half) for half in halves]
-        cost = sum(exposed.taken(hull) for hull in hulls)
+        cost = sum(taken(exposed.excess(hull)[1]) for hull in hulls)
         cost += 1e-3 * sum(float(np.linalg.norm(np.ptp(hull.corners, axis=0))) for hull in hulls) / low * 1e-4
         if cost < best:
             best, chosen = cost, height

@@ -15,7 +15,6 @@ class Kept:
     """What has to be kept of an object for a shape to keep it all."""
 
     share: float = 0.9  # of capacity, carrying level and settled spheres
-    capacity: float | None = None  # of the capacity alone; None: as of all
     moved: float | None = None  # metres that places may move; None: any
 
 
@@ -68,8 +67,7 @@ def judged(row: Row, truth: Truth, kept: Kept) -> Row:
 
 def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
     """Yield what a shape does not keep."""
-    capacity = kept.share if kept.capacity is None else kept.capacity
-    if row.capacity_kept is not None and row.capacity_kept < capacity:
+    if row.capacity_kept is not None and row.capacity_kept < kept.share:
         held = f"holds {row.capacity_kept * truth.capacity_ml:.3g} of {truth.capacity_ml:.3g} ml"
         yield f"{held}: solid for the engine" if row.capacity_kept < NOTHING else held
     if row.level_kept < kept.share:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
 MOST_CORNERS = 64  # of a convex piece: an engine asks each of them in every contact, and fewer leave gaps
-OFF = 1e-3  # of a piece's extent: corners that lie no farther outside are not worth their cost
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
 
 
@@ -23,7 +22,6 @@ class Solid:
     faces: np.ndarray  # (M, 3) int64
     pieces: tuple[np.ndarray, ...] | None  # corners (K, 3) of convex pieces; None: the surface is the shape
     build_seconds: float = 0.0
-    notes: tuple[str, ...] = ()
 
     @property
     def bytes(self) -> int:
@@ -36,12 +34,12 @@ class Solid:
         return 1 if self.pieces is None else len(self.pieces)
 
 
-def surface(name: str, vertices: np.ndarray, faces: np.ndarray, build_seconds: float = 0.0) -> Solid:
+def surface(name: str, vertices: np.ndarray, faces: np.ndarray) -> Solid:
     """Return a surface of triangles, as concave meshes are."""
-    return Solid(name=name, vertices=vertices, faces=faces, pieces=None, build_seconds=build_seconds)
+    return Solid(name=name, vertices=vertices, faces=faces, pieces=None)
 
 
-def of_pieces(name: str, pieces: Iterable[np.ndarray], build_seconds: float = 0.0, notes: Sequence[str] = ()) -> Solid:
+def of_pieces(name: str, pieces: Iterable[np.ndarray]) -> Solid:
     """Return convex pieces, given by points (K, 3) whose hulls they are."""
     hulls = [hull_of(piece) for piece in pieces]
     starts = np.cumsum([0] + [len(corners) for corners, _ in hulls])
@@ -50,8 +48,6 @@ def of_pieces(name: str, pieces: Iterable[np.ndarray], build_seconds: float = 0.
         vertices=np.concatenate([corners for corners, _ in hulls]),
         faces=np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)]),
         pieces=tuple(corners for corners, _ in hulls),
-        build_seconds=build_seconds,
-        notes=tuple(notes),
     )
 
 
@@ -73,22 +69,22 @@ def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points[corners], faces
 
 
-def capped(points: np.ndarray, most: int = MOST_CORNERS) -> np.ndarray:
+def capped(points: np.ndarray, off: float = 0.0, most: int = MOST_CORNERS) -> np.ndarray:
     """Return at most so many of a hull's corners (K, 3), those first that lie farthest outside of the others' hull.
 
-    The hull of fewer corners lies within that of all, so no free space is taken.
+    The hull of fewer corners lies within that of all, so no free space is taken. Corners that lie no farther outside
+    than some metres are left out as well.
     """
     corners, _ = hull_of(points)
-    if len(corners) <= most:
-        return corners
     span = np.vstack([np.eye(3), 1 - 2 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])])
     heights = corners @ span.T
     chosen = set(heights.argmin(axis=0).tolist()) | set(heights.argmax(axis=0).tolist())
-    while len(chosen) < most:
+    chosen |= set(range(4 if len(chosen) < 4 else 0))  # of a slanted sliver three may be the ends of all axes
+    while len(chosen) < min(most, len(corners)):
         equations = ConvexHull(corners[sorted(chosen)], qhull_options="QJ").equations
         outside = (corners @ equations[:, :3].T + equations[:, 3]).max(axis=1)
         outside[sorted(chosen)] = 0
-        if outside.max() <= OFF * np.ptp(corners, axis=0).max():
+        if outside.max() <= off:
             break
         chosen.add(int(outside.argmax()))
     return corners[sorted(chosen)]

@@ -96,8 +96,8 @@ def largest(cells: np.ndarray) -> np.ndarray:
     return parts == 1 + np.bincount(parts.ravel())[1:].argmax() if count else cells
 
 
-def closed(reached: np.ndarray, still: np.ndarray, grid: Grid) -> tuple[int, float]:
-    """Return how many openings are closed, and the volume of the largest in spheres of the narrow size.
+def closed(reached: np.ndarray, still: np.ndarray) -> int:
+    """Return how many openings are closed.
 
     A bulging wall takes a thin layer of the free space, a wall across an opening one of two radii of the sphere: what
     does not survive erosion by a cell is left out.
@@ -107,12 +107,9 @@ def closed(reached: np.ndarray, still: np.ndarray, grid: Grid) -> tuple[int, flo
     reached, still : (X, Y, Z) bool
         Where a sphere of the wide size came to in the object, and one of the narrow size in the shape.
     """
-    parts, count = ndimage.label(ndimage.binary_erosion(reached & ~still))
-    if not count:
-        return 0, 0.0
+    parts, _ = ndimage.label(ndimage.binary_erosion(reached & ~still))
     sphere = 4 / 3 * np.pi * (NARROW * CELLS) ** 3
-    sizes = np.bincount(parts.ravel())[1:] / sphere
-    return int((sizes > SHUT).sum()), float(sizes.max())
+    return int((np.bincount(parts.ravel())[1:] > SHUT * sphere).sum())
 
 
 def held_share(item: Space, shape: Space, reach: float) -> tuple[float, bool]:

@@ -99,7 +99,6 @@ class Seen:
     rests: tuple[Rest, ...]  # by seeds 0, 1
     surface: cKDTree  # of dense points on it
     radius: float
-    gap: float  # between those points
 
     def matched(self, centers: np.ndarray) -> int:
         """Return how many of some centres (S, 3) lie in the place of a sphere of the first seed."""
