@@ -28,7 +28,7 @@ def part(first: str, before: str = "") -> Callable[[Printed], list[str]]:
     return lines
 
 
-SPEED, SCENES, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "scenes", "rooms", "mechanics"))
+SPEED, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "rooms", "mechanics"))
 COMPARISON, OTHERS = (f"docs/{name}.md" for name in ("comparison", "backends"))
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
@@ -54,15 +54,6 @@ BENCH = {
     for backend, path in BACKENDS.items()
 }
 LABELS = timed("labels", MODELS, files=SHIPPED)
-ON_SCANS = Measurement(
-    name="scans",
-    command="python -m spherefunc_bullet.compare.rooms.real_scans ../shared/data/scenes",
-    modules=("compare/rooms/real_scans.py", BACKENDS["fast"], "spherefunc_bullet/formats/ply.py"),
-    without=("scenes/virtual_rooms/", "scenes/household/", "scenes/report/", "compare/rooms/lessons/"),
-    files=(FOR_SCANS,),
-    json=False,
-    timed=True,
-)
 IN_ROOMS = (
     "compare/rooms/trials.py",
     "compare/rooms/matching.py",
@@ -124,7 +115,6 @@ TABLES = (
     shown("peers", SPEED, timed("peers", "--drops 870")),
     shown("labels", SPEED, LABELS),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
-    shown("scans", SCENES, ON_SCANS, first="Each scan"),
     shown("rooms-views", ROOMS, VIEWS),
     shown("rooms-noise", ROOMS, NOISE),
     shown("compared", COMPARISON, COMPARED),
