@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from .measurements import BACKENDS, EVALUATION, HOUSEHOLD, MODELS, script
 from .saved import Measurement
@@ -15,17 +15,6 @@ def whole(*printed: Printed) -> list[str]:
     """Return all that programs printed, an empty line between two."""
     blocks = ["\n".join(lines).strip("\n") for lines in printed]
     return fenced("\n\n".join(blocks).split("\n"))
-
-
-def part(first: str, before: str = "") -> Callable[[Printed], list[str]]:
-    """Return what shows the lines from one that begins with some words to before one that begins with others."""
-
-    def lines(printed: Printed) -> list[str]:
-        start = next(k for k, line in enumerate(printed) if line.startswith(first))
-        end = next((k for k, line in enumerate(printed) if k > start and before and line.startswith(before)), None)
-        return whole(printed[start:end])
-
-    return lines
 
 
 SPEED, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "rooms", "mechanics"))
@@ -103,11 +92,9 @@ ENGINES = script(
 )
 
 
-def shown(name: str, document: str, *measurements: Measurement, first: str = "", before: str = "") -> Table:
-    """Return the block of what programs printed, of one alone a part."""
-    return Table(
-        name=name, document=document, measurements=measurements, render=part(first, before) if first else whole
-    )
+def shown(name: str, document: str, *measurements: Measurement) -> Table:
+    """Return the block of what programs printed."""
+    return Table(name=name, document=document, measurements=measurements, render=whole)
 
 
 TABLES = (
