@@ -9,17 +9,21 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import cells
-from .gravity import axis_up, joint_up, likely_up, seen_gravity, upward_normals
+from .gravity import axis_up, camera_frame, facing_normals, joint_up, seen_gravity
 from .patches import Patches, find_patches, patch_side
 
 _LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
-_STEP = 0.02  # metres: of heights that are compared, and sides of voxels in which near surfaces count no more than far
+_BIN = 0.02  # metres, of the heights that are compared
 _MERGED = 2  # bins to either side that belong to one plane
 _LARGE = 0.15  # of the largest level plane: what is smaller is no floor
+_LARGE_ENOUGH = 1.0  # square metres: what is larger is a floor however large the others are
 _MOST_BELOW = 0.03  # share of the points that noise and reflections may put below the floor
 _BELOW = 0.10  # metres below a plane, for that count
-_FIT = 2 * _STEP  # metres around a plane within which points are fitted
+_FIT = 0.04  # metres around a plane within which points are fitted
+_THINNED = 0.02  # metres: cells of which each counts once in a fit
 _TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
+_STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
+_LOWEST_CAMERA = 0.15  # metres above the ground: an origin that is lower was put there, and is no camera
 _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 
 
@@ -31,6 +35,7 @@ class Levelling:
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
     floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
     noise: float | None  # standard deviation of the floor's points about it, metres; None where none is seen
+    camera: np.ndarray | None = None  # (3,) where the scan was seen from, in its own frame, if known
 
     @property
     def up(self) -> np.ndarray:
@@ -71,10 +76,12 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         If ``up`` is no direction, or the points have no extent.
     """
     patches = find_patches(points, patch_side(points))
-    likely = likely_up(points) if up == "auto" else axis_up(up)
-    seen = seen_gravity(patches, likely) if up == "auto" and len(patches) else None
+    likely, camera = camera_frame(points)
+    if up != "auto":
+        likely, camera = axis_up(up), None
+    seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
     upward = likely if seen is None else seen
-    plane = lowest_large_plane(points, patches[upward_normals(patches, upward) @ upward > _LEVEL], upward)
+    plane = lowest_large_plane(points, patches[facing_normals(patches, upward, camera) @ upward > _LEVEL], upward)
     if plane is None:
         source = "given" if up != "auto" else "assumed"
         return Levelling(
@@ -82,6 +89,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
             source=source,
             floor_seen=False,
             noise=None,
+            camera=camera,
         )
     height, area = plane
     fixed = up != "auto"
@@ -91,10 +99,11 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         height, upward = height_along(joint, points, upward, height), joint
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
-    low = np.percentile(points @ upward, 99) - height < _ON_TABLE
-    source = "table top" if low and area < _TABLE_AREA else "floor"
+    if camera is not None and camera @ upward - height < _LOWEST_CAMERA:
+        camera = None
+    source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
     return Levelling(
-        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise
+        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
     )
 
 
@@ -112,15 +121,15 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
     if not len(patches):
         return None
     heights = patches.centers @ up
-    lowest = np.floor(heights.min() / _STEP)
-    bins = np.floor(heights / _STEP).astype(int) - int(lowest)
+    lowest = np.floor(heights.min() / _BIN)
+    bins = np.floor(heights / _BIN).astype(int) - int(lowest)
     area = np.bincount(bins, patches.areas, bins.max() + 1)
     width = 2 * _MERGED + 1
     around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
-    large = around >= _LARGE * around.max()
+    large = around >= min(_LARGE * around.max(), _LARGE_ENOUGH)
     along = np.sort(points @ up)
     for peak in np.flatnonzero(large):
-        height = (lowest + peak + 0.5) * _STEP
+        height = (lowest + peak + 0.5) * _BIN
         near = slice(peak, peak + width)
         if around[peak] < around[near].max():
             continue  # a larger sum is just above: this is its slope
@@ -137,7 +146,7 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     near = np.abs(points @ up - height) < 2 * _FIT
     if near.sum() < 3:
         return up, height, 0.0
-    means = cells(points[near], _STEP).means
+    means = cells(points[near], _THINNED).means
     for reach in (2 * _FIT, _FIT, _FIT):
         offset = means @ up - height
         inside = np.abs(offset) < reach
@@ -159,6 +168,13 @@ def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: 
     return float(np.median(points[inside] @ joint)) if inside.any() else height
 
 
+def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
+    """Tell a table top from a floor: close below the camera, or small, with only low objects on it."""
+    if camera is not None:
+        return bool(camera @ up - height < _STANDING)
+    return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
+
+
 def level_transform(up: np.ndarray, height: float) -> np.ndarray:
     """Return the transform (4, 4) that turns ``up`` to z by the shortest way and puts its height at z = 0."""
     from scipy.spatial.transform import Rotation
@@ -174,6 +190,8 @@ def level_transform(up: np.ndarray, height: float) -> np.ndarray:
 
 
 _TRIED = 500  # planes: of a scene that is a third floor, all but certain to hold one through three of its points
+_NEAR = 0.02  # metres from the plane within which points agree with it
+_VOXEL = 0.02  # metres: voxels in which near surfaces count no more than far ones
 
 
 def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *, seed: int = 0) -> Levelling:
@@ -194,13 +212,13 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *,
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    likely = axis_up(up) if up != "auto" else likely_up(points)
-    normal, height = largest_plane(cells(points, _STEP).means, np.random.default_rng(seed))
+    likely, camera = (axis_up(up), None) if up != "auto" else camera_frame(points)
+    normal, height = largest_plane(cells(points, _VOXEL).means, np.random.default_rng(seed))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0
     transform = level_transform(side * normal, side * height)
-    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None)
+    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None, camera=camera)
 
 
 def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
@@ -212,7 +230,7 @@ def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndar
         length = np.linalg.norm(normal)
         if length < 1e-9:
             continue
-        near = np.abs(points @ (normal / length) - a @ (normal / length)) < _STEP
+        near = np.abs(points @ (normal / length) - a @ (normal / length)) < _NEAR
         if near.sum() > most:
             best, most = fitted(points[near]), int(near.sum())
     return best

@@ -71,7 +71,7 @@ def begun(monkeypatch) -> list[int]:
 
 
 @pytest.mark.parametrize("shape", [clouds.chair, clouds.mug, clouds.plate])
-@pytest.mark.parametrize("options", [{}, {"columns": "points"}, {"inside": "sphere"}], ids=str)
+@pytest.mark.parametrize("options", [{}, {"flat_angle_deg": 2.0}], ids=str)
 def test_a_longer_run_goes_on_with_a_short_one(begun, shape, options):
     simulator, cloud = make_simulator("fast", **options), shape()
     short, long = simulator.drop(cloud, SHORT, 3), simulator.drop(cloud, LONG, 3)

@@ -90,3 +90,8 @@ def test_a_floor_that_curls_is_levelled_by_the_walls_too():
     top = moved(sheet_at(1.4, 0.8, 0.72), 1.0, 2.6)
     # The plane through the strip alone is 6 degrees off.
     assert angle_deg(level(np.vstack([strip, walls, top])).up, [0, 0, 1]) < 1.5
+
+
+def test_an_origin_on_the_floor_is_no_camera(points):
+    ahead = points - [points[:, 0].mean(), points[:, 1].min() - 4.0, 0.0]
+    assert level(ahead).source == "floor"
