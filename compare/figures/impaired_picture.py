@@ -231,6 +231,7 @@ LINES = {  # share -> what it is called, and its colour (Okabe and Ito)
     "wrong_and_sure": ("wrong and sure", "#D55E00"),
 }
 BASELINE = "points"  # that is drawn thin beside the spheres
+KEY = "share of objects by severity, 0 clean to 5; thick: spheres, thin: the same quantities of their own points"
 
 
 def draw_corruptions(rates: Corruptions, path: Path) -> Path:
@@ -255,7 +256,8 @@ def draw_corruptions(rates: Corruptions, path: Path) -> Path:
         for axes in panels[len(kinds) :]:
             axes.set_axis_off()
         handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=len(LINES), frameon=False)
+        own = {"title": KEY, "title_fontsize": 8, "loc": "outside lower center", "ncols": len(LINES)}
+        figure.legend(handles, labels, frameon=False, **own)
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=DOTS, metadata={"Date": None} if path.suffix.lower() == ".svg" else None)
     return path
