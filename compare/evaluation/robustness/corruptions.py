@@ -199,11 +199,11 @@ def share(which: np.ndarray) -> float:
 
 def print_corruptions(rates: Corruptions):
     """Print a row for each corruption, with the shares of its severities."""
-    names = ("told", "unsure", "wrong_and_sure")
+    names = {"told": "classified", "unsure": "unsure", "wrong_and_sure": "wrong and sure"}
     rows = [
-        [kind.replace("_", " "), name.replace("_", " "), *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]
+        [kind.replace("_", " "), words, *(f"{rows[severity][name]:.2f}" for severity in sorted(rows))]
         for kind, rows in rates.items()
-        for name in names
+        for name, words in names.items()
     ]
     wide = [row + ["-"] * (2 + len(SEVERITIES) - len(row)) for row in rows]
     title = "\nobjects of sources not learnt, as sensors give them, by severity"
