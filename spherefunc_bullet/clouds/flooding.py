@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from ..processes.compilation import njit
 from .sampling import sample_surface
+from .water import flood_links
 
 CELL = 0.2  # radii: a rim of a third of the radius is seen
 MOST_CELLS = 96  # along the largest extent; then cells are larger
@@ -95,7 +96,7 @@ def standing_in(solid: np.ndarray) -> np.ndarray:
     """
     levels = np.full(solid.shape, -1, np.int32)
     links = np.full(solid.size, -1, np.int64)
-    flood(solid, levels, links, np.full(solid.shape[2], -1, np.int64))
+    flood_links(np.zeros(solid.shape, np.uint8), solid, levels, links, np.full(solid.shape[2], -1, np.int64))
     return levels > np.arange(solid.shape[2], dtype=np.int32)
 
 
@@ -116,48 +117,3 @@ def thicken(points, reach, solid):
                 half = np.sqrt(left)
                 for k in range(max(0, int(np.ceil(z - half - 0.5))), min(sizes[2], int(z + half - 0.5) + 1)):
                     solid[i, j, k] = True
-
-
-@njit(cache=True, error_model="numpy")
-def flood(solid, levels, links, heads):
-    """Write the least height, in layers, over which each free cell is reached from the outermost; -1 where it is not.
-
-    Parameters
-    ----------
-    solid : (X, Y, Z) bool
-    levels : (X, Y, Z) int32
-        All -1; receives the heights.
-    links : (X * Y * Z,) int64
-        Scratch, all -1: the next cell that waits at the same height.
-    heads : (Z,) int64
-        Scratch, all -1: the first cell that waits at each height.
-    """
-    nx, ny, nz = solid.shape
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                outermost = i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1
-                if outermost and not solid[i, j, k]:
-                    cell = (i * ny + j) * nz + k
-                    levels[i, j, k] = k
-                    links[cell], heads[k] = heads[k], cell
-    for level in range(nz):
-        while heads[level] >= 0:
-            cell = heads[level]
-            heads[level] = links[cell]
-            i, j, k = cell // (ny * nz), cell // nz % ny, cell % nz
-            for side in range(6):
-                a, b, c = i, j, k
-                step = 1 if side % 2 else -1
-                if side < 2:
-                    a += step
-                elif side < 4:
-                    b += step
-                else:
-                    c += step
-                if a < 0 or b < 0 or c < 0 or a >= nx or b >= ny or c >= nz or solid[a, b, c] or levels[a, b, c] >= 0:
-                    continue
-                height = max(level, c)
-                levels[a, b, c] = height
-                neighbor = (a * ny + b) * nz + c
-                links[neighbor], heads[height] = heads[height], neighbor

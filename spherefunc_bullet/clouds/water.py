@@ -7,7 +7,7 @@ that of digital elevation models in three dimensions (Barnes, Lehman and Mulla, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -171,8 +171,6 @@ def with_walls(water: Water, wall: float) -> Water:
     """Return a body with half of the wall that its cells leave out, where walls have a thickness."""
     if not wall:
         return water
-    from dataclasses import replace
-
     shape = water.cells.max(axis=0) - water.cells.min(axis=0) + 3
     block = np.zeros(shape, bool)
     block[tuple((water.cells - water.cells.min(axis=0) + 1).T)] = True
@@ -183,9 +181,8 @@ def with_walls(water: Water, wall: float) -> Water:
 
 def sky_above(cuts: np.ndarray, solid: np.ndarray) -> np.ndarray:
     """Return the cells (X, Y, Z) bool that nothing lies above."""
-    free = ~solid & ~np.roll((cuts & 4) > 0, 0, axis=2)
-    above = np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
-    return above
+    free = ~solid & (cuts & 4 == 0)
+    return np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
 
 
 @njit(cache=True, error_model="numpy")
@@ -246,15 +243,26 @@ def beyond(cuts, i, j, k, side):
 
 @njit(cache=True, error_model="numpy")
 def flood_links(cuts, solid, levels, links, heads):
-    """Write the least height, in layers, over which each cell is reached from the outermost ones; -1 where never.
+    """Write the least height, in layers, over which each free cell is reached from the outermost; -1 where it is not.
 
-    ``links`` (cells,) and ``heads`` (layers,) are scratch, all -1.
+    Parameters
+    ----------
+    cuts : (X, Y, Z) uint8
+        Links between cells that a surface crosses, see `cut_links`.
+    solid : (X, Y, Z) bool
+    levels : (X, Y, Z) int32
+        All -1; receives the heights.
+    links : (X * Y * Z,) int64
+        Scratch, all -1: the next cell that waits at the same height.
+    heads : (Z,) int64
+        Scratch, all -1: the first cell that waits at each height.
     """
     nx, ny, nz = cuts.shape
     for i in range(nx):
         for j in range(ny):
             for k in range(nz):
-                if i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1:
+                outermost = i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1
+                if outermost and not solid[i, j, k]:
                     cell = (i * ny + j) * nz + k
                     levels[i, j, k] = k
                     links[cell], heads[k] = heads[k], cell
