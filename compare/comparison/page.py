@@ -6,7 +6,7 @@ are in ``page.html``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from PIL.Image import Image
 
@@ -16,7 +16,6 @@ from spherefunc_bullet.learning.validation import THRESHOLD
 from ..machine import options_text
 from ..pages.html import filled_template, report_page
 from . import tables
-from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, clearest, disagreements, displays_of
 from .entries import Comparison
 from .evaluations import RADIUS_TRIALS
@@ -29,8 +28,14 @@ from .tables import Table
 LONGEST = 60  # disagreements in the list; all are in report.json
 
 
-def comparison_page(report: Report, comparison: Comparison, experiment: Experiment, copies: Image | None = None) -> str:
-    """Return the page; with a picture of what was said of impaired copies, where that was asked."""
+def comparison_page(
+    report: Report,
+    comparison: Comparison,
+    experiment: Experiment,
+    charts: Mapping[str, str],
+    copies: Image | None = None,
+) -> str:
+    """Return the page, with charts as SVG; with a picture of what was said of impaired copies, where that was asked."""
     names, chosen = list(report["backends"]), recommendations(report)
     several = len(names) > 1
     cases = disagreements(report["per_object"]) if several else []
@@ -50,8 +55,7 @@ def comparison_page(report: Report, comparison: Comparison, experiment: Experime
         beaten=enumeration([row.function for row in chosen if row.beaten]),
         tables=tables,
         qualities=qualities(report),
-        accuracy_chart=accuracy_chart(report),
-        cost_chart=cost_chart(comparison),
+        charts=charts,
         drops=list(drops - {0}),
         radius_trials=RADIUS_TRIALS,
         differ=differ,

@@ -31,7 +31,7 @@ from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves
 from .readings import Profiled, Reading, readings, spheres_read, trials_of
 
-VERSION = 2  # of the copies; another number, made anew
+VERSION = 3  # of the copies; another number, made anew
 TRIALS = 4  # random halves, where there are no sources to leave out
 HELD = ", held up"  # behind the name of what does not ask whether objects fall over when they are put down
 COPIES_LEARNT = ", copies learnt"  # behind the name of what has learnt copies of other sources' objects too

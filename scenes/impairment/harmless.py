@@ -12,6 +12,7 @@ from .specimen import Specimen, box, turn, turned
 from .surfaces import Surface
 
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis
+FRAME = 640 * 480  # points that it gives at most, as a depth camera's picture
 HOLES = 6  # that a sensor leaves
 HOLE = (0.03, 0.015)  # radius: of the largest extent, but at most so many metres
 ANGLES, RINGS = 48, 16  # about a cup's axis and along its height, to find a handle
@@ -45,6 +46,7 @@ def heading(specimen: Specimen, rng: np.random.Generator) -> Surface:
 def sensor(specimen: Specimen, rng: np.random.Generator) -> Surface:
     """Keep points of its surface as a sensor would, with noise and a few holes."""
     points = specimen.cloud.points
+    points = points if len(points) <= FRAME else rng.choice(points, FRAME, replace=False)
     radius = min(HOLE[0] * float(specimen.cloud.size.max()), HOLE[1])
     for place in points[rng.choice(len(points), HOLES)]:
         left = np.linalg.norm(points - place, axis=1) > radius

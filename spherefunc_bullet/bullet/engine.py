@@ -24,6 +24,7 @@ MISSING = (
 )
 
 
+@cache  # each look reads the package's metadata, and every run asks
 def engine_version() -> str:
     """Return the version of the PyBullet that is installed.
 

@@ -26,14 +26,16 @@ class Quality:
 
 def quality(members: np.ndarray, predicted: np.ndarray, counted: np.ndarray | None = None) -> Quality:
     """Return the quality of predicted membership (N,) bool, over the objects that are ``counted`` (N,) bool."""
-    from sklearn.metrics import precision_recall_fscore_support
-
     if counted is not None:
         members, predicted = members[counted], predicted[counted]
-    precision, recall, f_measure, _ = precision_recall_fscore_support(
-        members, predicted, average="binary", pos_label=True, zero_division=0
-    )
-    return Quality(float(f_measure), float(precision), float(recall), float(np.mean(members == predicted)))
+    true, positive, right = int(members.sum()), int(predicted.sum()), int((members & predicted).sum())
+    accuracy = float(np.mean(members == predicted))
+    return Quality(share(2 * right, true + positive), share(right, positive), share(right, true), accuracy)
+
+
+def share(part: int, whole: int) -> float:
+    """Return a part of a whole; of nothing, 0."""
+    return part / whole if whole else 0.0
 
 
 def validation_splits(members: np.ndarray, splits: int, random_state: int) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -69,8 +71,7 @@ def validated_f_measure(
         truth.append(members[held_out])
         predicted.append(scores > THRESHOLD)
     truth, predicted = np.concatenate(truth), np.concatenate(predicted)
-    positives = truth.sum() + predicted.sum()
-    return 2 * float((truth & predicted).sum()) / float(positives) if positives else 0.0
+    return quality(truth, predicted).f_measure
 
 
 def radius_weights(

@@ -289,6 +289,7 @@ def test_without_pybullet(monkeypatch):
         raise PackageNotFoundError(name)
 
     monkeypatch.setattr(engine, "version", missing)
+    engine.engine_version.cache_clear()
     message = refusal(make_simulator, "bullet")
     assert "pip install" in message and "pybullet" in message and "3.11" in message
     assert make_simulator("fast").drop(cup(), DropSettings(radius=0.008), 0).settled > 0
