@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from ..processes.compilation import njit
+from .corners import corners_of
 from .outline import merge_vertices, outline_points
 from .thinning import Planes, thin
 
@@ -280,4 +281,5 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
     inside, border, normals, ends = surface_candidates(vertices[faces], cover, outline)
-    return thin(inside, max_gap - cover, border, Planes(normals, ends, ASIDE * max_gap))
+    planes = Planes(normals, ends, ASIDE * max_gap)
+    return thin(inside, max_gap - cover, border, planes, corners_of(vertices))
