@@ -36,21 +36,37 @@ done
 # shellcheck disable=SC2086
 [ -z "$missing" ] || install $missing
 
-extras=formats,ros stamp=.venv/installed
-if [ "${1:-}" = --tests ]; then extras=formats,ros,test,docs stamp=.venv/installed-tests; fi
+extras="" stamp=.venv/installed
+if [ "${1:-}" = --tests ]; then extras="[formats,ros,test,docs]" stamp=.venv/installed-tests; fi
 
 # The tests look at pages in a real browser. Where there is none and none can be had, those tests are skipped.
 if [ "${1:-}" = --tests ] && ! command -v chromium >/dev/null 2>&1 && ! command -v google-chrome >/dev/null 2>&1; then
     (install chromium) || echo "setup: no Chromium: the pages are not tested in a browser" >&2
 fi
 
+pip_install() { .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check "$@"; }
+
+compile_kernels() { # those of a first answer, which take some 15 seconds of one core
+    .venv/bin/python -c 'import spherefunc_bullet as sf
+from spherefunc_bullet.scenes.household.household import household_objects
+sf.classify(next(one.mesh for one in household_objects() if one.name == "mug_01"))' >/dev/null 2>&1 || true
+}
+
 [ -x .venv/bin/python ] || "$PYTHON" -m venv .venv
 if [ ! -f "$stamp" ] || [ pyproject.toml -nt "$stamp" ]; then
-    echo "setup: installing the package with [$extras] into .venv (some 400 MB to download the first time)" >&2
-    # Compiled on all cores, which pip does on one, without other packages' tests; ours too, for those who have Python
-    # write no bytecode. Of files that are no Python, such as templates, compiling complains.
-    .venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -e ".[$extras]"
-    .venv/bin/python -W ignore -m compileall -qq -j 0 -x "/tests?/" .venv/lib spherefunc_bullet fast_sim scenes compare >/dev/null || true
+    echo "setup: installing the package${extras:+ with $extras} into .venv (some 400 MB to download the first time)" >&2
+    # First what the kernels need, so that they are compiled on one core while pip, which uses one, installs the rest.
+    pip_install numba scipy trimesh networkx pillow lazy-loader
+    pip_install --no-deps -e .
+    compile_kernels &
+    pip_install "spherefunc-bullet$extras"
+    # Compiled on all cores, which pip does on one, without what nothing here imports: other packages' tests, the
+    # notebook widgets that Open3D names; ours too, for those who have Python write no bytecode. Of files that are no
+    # Python, such as templates, compiling complains.
+    .venv/bin/python -W ignore -m compileall -qq -j 0 .venv/lib spherefunc_bullet fast_sim scenes compare \
+        -x "/(tests?|pip|setuptools|dash|plotly|narwhals|jedi|IPython|prompt_toolkit|fontTools|pybullet_envs)/" \
+        >/dev/null || true
+    wait
     touch .venv/installed "$stamp"
 fi
 

@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spherefunc_bullet.processes.compilation import njit
-
-from .kernels import inline_jit
+from .kernels import entry_jit, inline_jit
 from .sorting import cell_index, sorted_by_cell
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
@@ -91,7 +89,7 @@ def point_spacing(points: PointGrid) -> float:
     return float(np.median(nearest))
 
 
-@njit(cache=True, error_model="numpy")
+@entry_jit
 def find_nearest(points, chosen, nearest):
     """Write each chosen point's distance to its nearest neighbour, at most one cell's side.
 
@@ -163,7 +161,7 @@ def sphere_rows(columns: int, capacity: int) -> tuple[np.ndarray, np.ndarray]:
     return np.empty((capacity, 3)), room[skipped : skipped + numbers].reshape(-1, 4, BLOCK)
 
 
-@njit(cache=True, error_model="numpy")
+@entry_jit
 def mark_near_points(points, near, low, per_metre, reach, mark):
     """Write ``mark`` into the cells in which a centre can lie within ``reach`` of a point."""
     nx, ny, nz = near.shape

@@ -6,9 +6,7 @@ import math
 
 import numpy as np
 
-from spherefunc_bullet.processes.compilation import njit
-
-from .kernels import inline_jit
+from .kernels import entry_jit, inline_jit
 from .lanes import MOST_LANES
 
 ONE = np.uint32(1)
@@ -63,7 +61,7 @@ def sort_many(keys, order, first, end):
         gap = 1 if gap == 2 else gap * 5 // 11
 
 
-@njit(cache=True, error_model="numpy")
+@entry_jit
 def sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz):
     """Write the first point of each cell and the points, sorted; what is before these two is scratch.
 

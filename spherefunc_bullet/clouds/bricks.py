@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..processes.compilation import njit
+from ..processes.compilation import lean_njit
 
 COLUMNS = 2  # along each side of a cell
 ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6)  # as powers of two: 2, 4, 16 and 64
@@ -31,13 +31,13 @@ def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray
     return bricks, np.zeros(64 * (min(points, bricks.size) + 1), np.uint32)
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def within(i, j, k):
     """Return the place of a cell within its brick."""
     return ((i & INSIDE) << LINE) + ((j & INSIDE) << SIDE) + (k & INSIDE)
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def place_of(bricks, used, i, j, k):
     """Return the place of a cell, its brick made if there is none, and how many bricks there are, the empty one too."""
     brick = bricks[i >> SIDE, j >> SIDE, k >> SIDE]
@@ -47,14 +47,14 @@ def place_of(bricks, used, i, j, k):
     return (brick << CELLS) + within(i, j, k), used
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def stands_for(dx, dy, dz, squared, normal, aside):
     """Return whether a kept point so far from another is near it, and in its plane, or no farther beside it."""
     across = abs(dx * normal[0] + dy * normal[1] + dz * normal[2])
     return (dx * dx + dy * dy + dz * dz < squared) & (across <= aside)
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def near_in_chain(kept, links, other, x, y, z, squared, normal, aside):
     """Return whether a kept point of a cell stands for (x, y, z); each is followed by the one it links to."""
     while other > 0:
@@ -65,19 +65,19 @@ def near_in_chain(kept, links, other, x, y, z, squared, normal, aside):
     return False
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def own_cell(offset):
     """Return the cell of an offset in cells from the first whole one, before which there is one to spare."""
     return np.uint32(int(offset) + 1)
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def beside(offset, own):
     """Return the cell next to the own one of an offset on whose side it lies."""
     return np.uint32(np.uint32(2 * int(offset + 0.5) + 1) - own)
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squared, normal, aside):
     """Return whether a kept point stands for (x, y, z), which lies so many cells from the grid's first whole one.
 
@@ -94,7 +94,7 @@ def has_kept_near(bricks, contents, kept, links, x, y, z, across, along, up, squ
     return False
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, bricks, contents, kept, links):
     """Write the points that greedy thinning keeps; return how many.
 
@@ -129,7 +129,7 @@ def thin_in_bricks(points, backwards, low, distance, normals, ends, aside, brick
     return count - ONE
 
 
-@njit(forceinline=True)
+@lean_njit(forceinline=True)
 def stands_above(point, other, per_metre):
     """Return whether a point of a cell is kept rather than another: the highest in the first column that has points.
 
@@ -142,7 +142,7 @@ def stands_above(point, other, per_metre):
     return (i < ti) | ((i == ti) & ((j < tj) | ((j == tj) & ((z > tz) | ((z == tz) & before)))))
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def top_in_bricks(points, per_metre, low, bricks, contents, top):
     """Write of points (N, 3) the one of each cell that `stands_above` others, in the order of cells; return how many.
 

@@ -1,4 +1,4 @@
-"""The box around points, in one pass over rows of many points; their convex outline, and what lies well within it."""
+"""The box around points, their convex outline, and what lies well within it."""
 
 from __future__ import annotations
 
@@ -7,18 +7,10 @@ import numpy as np
 _STRAIGHT = 1e-15  # square metres: twice the area of a triangle whose corners are on one line but for rounding
 _INSIDE = 1e-6  # square metres between a side and a point that is well within: rounding never reaches so far
 
-ABREAST = 64  # points side by side in a row, which are compared as many at once as the processor can
-
 
 def corners_of(points: np.ndarray) -> np.ndarray:
     """Return the lowest and the highest corner (2, 3) of the bounding box of points (N, 3), metres."""
-    whole = len(points) // ABREAST * ABREAST
-    if not whole:
-        return np.array([points.min(axis=0), points.max(axis=0)])
-    rows, rest = points[:whole].reshape(-1, 3 * ABREAST), points[whole:]
-    low = np.concatenate([rows.min(axis=0).reshape(-1, 3), rest])
-    high = np.concatenate([rows.max(axis=0).reshape(-1, 3), rest])
-    return np.array([low.min(axis=0), high.max(axis=0)])
+    return np.array([[axis.min() for axis in points.T], [axis.max() for axis in points.T]])
 
 
 def well_within(points: np.ndarray) -> np.ndarray:

@@ -15,7 +15,8 @@ import math
 
 import numpy as np
 
-from ..processes.compilation import njit
+from ..processes.compilation import lean_njit
+from .corners import corners_of
 from .outline import merge_vertices, outline_points
 from .thinning import Planes, thin
 
@@ -24,7 +25,7 @@ ASIDE = 0.1  # of max_gap, half a millimetre: farther from a sample's plane no o
 _SLIVER = 0.02  # of cover: lower triangles are sampled along their longest edge, their normal is unreliable
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _normal(triangle):
     """Return a triangle's normal, as long as twice its area."""
     x, y, z = triangle[0, 0], triangle[0, 1], triangle[0, 2]
@@ -33,7 +34,7 @@ def _normal(triangle):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _longest_edge(triangle):
     """Return the first corner of the longest edge, its length, and the triangle's height above it."""
     best, longest = 0, 0.0
@@ -48,7 +49,7 @@ def _longest_edge(triangle):
     return best, length, math.sqrt(x * x + y * y + z * z) / max(length, 1e-300)
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _write_corners(triangle, corners):
     """Write a triangle's corners along two axes of its plane, (3, 2).
 
@@ -69,7 +70,7 @@ def _write_corners(triangle, corners):
         corners[c, 1] = triangle[c, 0] * vx + triangle[c, 1] * vy + triangle[c, 2] * vz
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _row_span(corners, low, high):
     """Return the extent along u of the part of a triangle between two values of v (empty: inf, -inf)."""
     left, right = np.inf, -np.inf
@@ -87,7 +88,7 @@ def _row_span(corners, low, high):
     return left, right
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _rows(corners, cover):
     """Return the first and the last row of the lattice within ``cover`` of a triangle."""
     low = min(corners[0, 1], corners[1, 1], corners[2, 1]) - cover
@@ -96,7 +97,7 @@ def _rows(corners, cover):
     return int(math.ceil(low / rise)), int(math.floor(high / rise))
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _on_edge(corners, a, b, x, y):
     """Return the parameter of the point of edge ab nearest to (x, y) and its squared distance."""
     dx, dy = corners[b, 0] - corners[a, 0], corners[b, 1] - corners[a, 1]
@@ -105,7 +106,7 @@ def _on_edge(corners, a, b, x, y):
     return t, (px - t * dx) ** 2 + (py - t * dy) ** 2
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _nearest_on_border(corners, x, y):
     """Return the point of a triangle's border nearest to (x, y), as weights of its edges 01 and 02."""
     t, squared = _on_edge(corners, 0, 1, x, y)
@@ -119,7 +120,7 @@ def _nearest_on_border(corners, x, y):
     return s, r, squared
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _place(out, row, triangle, s, r):
     """Write a point as corner plus edges: exactly on an axis-parallel plane, where the edges have a zero."""
     for axis in range(3):
@@ -127,7 +128,7 @@ def _place(out, row, triangle, s, r):
         out[row, axis] = origin + s * (triangle[1, axis] - origin) + r * (triangle[2, axis] - origin)
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _sliver_points(triangle, first, length, cover, out, row):
     """Write points along a sliver's longest edge; return the row before them (``out`` fills backwards)."""
     count = max(1, int(math.ceil(length / (1.9 * cover))))
@@ -140,7 +141,7 @@ def _sliver_points(triangle, first, length, cover, out, row):
     return row
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _bound(triangles, cover, corners):
     """Return at most how many candidates the triangles have; ``corners`` (3, 2) is scratch."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
@@ -159,7 +160,7 @@ def _bound(triangles, cover, corners):
     return total
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _lattice_points(triangle, cover, corners, out, front, back):
     """Write one triangle's candidates: those inside it from the front, those moved onto it from the back."""
     pitch, rise = math.sqrt(3.0) * cover, 1.5 * cover
@@ -188,7 +189,7 @@ def _lattice_points(triangle, cover, corners, out, front, back):
     return front, back
 
 
-@njit(cache=True)
+@lean_njit(cache=True)
 def _candidates(triangles, cover, corners, out, front, normals, ends):
     """Fill ``out`` from ``front`` and from its end; return the first free row and the last free row.
 
@@ -280,4 +281,5 @@ def sample_surface(vertices: np.ndarray, faces: np.ndarray, max_gap: float = 0.0
     vertices, faces = merge_vertices(np.asarray(vertices, dtype=np.float64), np.asarray(faces, dtype=np.int64))
     outline = outline_points(vertices, faces, math.sqrt(3.0) * cover)
     inside, border, normals, ends = surface_candidates(vertices[faces], cover, outline)
-    return thin(inside, max_gap - cover, border, Planes(normals, ends, ASIDE * max_gap))
+    planes = Planes(normals, ends, ASIDE * max_gap)
+    return thin(inside, max_gap - cover, border, planes, corners_of(vertices))

@@ -101,7 +101,11 @@ def _thin(points, distance, normals, ends, aside, bits):
 
 
 def thin(
-    points: np.ndarray, distance: float, backwards: np.ndarray = NO_POINTS, planes: Planes | None = None
+    points: np.ndarray,
+    distance: float,
+    backwards: np.ndarray = NO_POINTS,
+    planes: Planes | None = None,
+    bounds: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the points that greedy thinning keeps, in their order.
 
@@ -115,14 +119,17 @@ def thin(
         Points that come after the others, the last one first.
     planes : Planes, optional
         Of all points; by default they lie in none.
+    bounds : (2, 3) float64, metres, optional
+        Corners of a box around all points, where they are known; rounding may leave points outside.
 
     Returns
     -------
     (K, 3) float64, metres
     """
     points, distance = np.ascontiguousarray(points, dtype=np.float64), float(distance)
-    corners = np.concatenate([corners_of(part) for part in (points, backwards) if len(part)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    if bounds is None:
+        bounds = corners_of(np.concatenate([corners_of(part) for part in (points, backwards) if len(part)]))
+    low, high = bounds
     cells = np.floor((high - low) * (0.5 / distance)) + 3
     count = len(points) + len(backwards)
     planes = planes or Planes(np.zeros((1, 3)), np.array([count]), 0.0)

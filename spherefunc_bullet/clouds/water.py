@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..processes.compilation import njit
+from ..processes.compilation import lean_njit
 from .cloud import Cloud
 
 CELLS = 250_000  # about so many, and never more than `MOST` along an extent
@@ -185,7 +185,7 @@ def sky_above(cuts: np.ndarray, solid: np.ndarray) -> np.ndarray:
     return np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
 
 
-@njit(cache=True, error_model="numpy")
+@lean_njit(cache=True, error_model="numpy")
 def cut_links(triangles, cuts):
     """Mark the links between middles of neighbours that triangles (T, 3, 3), in cells, cross: bits of x, y and z.
 
@@ -223,7 +223,7 @@ def cut_links(triangles, cuts):
                         cuts[i, j, k] |= 4
 
 
-@njit(cache=True, error_model="numpy")
+@lean_njit(cache=True, error_model="numpy")
 def beyond(cuts, i, j, k, side):
     """Return the neighbour of a cell on one of its six sides, and whether the link to it is free."""
     axis, forward = side // 2, side % 2 == 1
@@ -241,7 +241,7 @@ def beyond(cuts, i, j, k, side):
     return a, b, c, (keeper >> axis) & 1 == 0
 
 
-@njit(cache=True, error_model="numpy")
+@lean_njit(cache=True, error_model="numpy")
 def flood_links(cuts, solid, levels, links, heads):
     """Write the least height, in layers, over which each free cell is reached from the outermost; -1 where it is not.
 
@@ -281,7 +281,7 @@ def flood_links(cuts, solid, levels, links, heads):
                 links[neighbor], heads[height] = heads[height], neighbor
 
 
-@njit(cache=True, error_model="numpy")
+@lean_njit(cache=True, error_model="numpy")
 def label_links(cuts, wet, labels, stack):
     """Number the bodies of wet cells that are linked, from 1; return how many there are."""
     nx, ny, nz = cuts.shape

@@ -6,8 +6,9 @@ import io
 import math
 import zipfile
 import zlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import IO, BinaryIO
+from typing import IO
 
 import numpy as np
 
@@ -91,17 +92,38 @@ def read_npy(source: Source) -> Geometry:
     return Geometry(np.load(io.BytesIO(data), allow_pickle=False))
 
 
-def read_arrays(file: str | Path | BinaryIO) -> dict[str, np.ndarray]:
-    """Return the arrays of an archive by name; pickled objects are refused.
+class Archive(Mapping[str, np.ndarray]):
+    """The arrays of an archive by name, each unpacked whenever it is asked for; pickled objects are refused.
 
     Raises
     ------
     one of DAMAGE
-        If it is no archive, not whole, or unpacks to more than `limits.MAX_UNPACKED_BYTES`.
+        If it is no archive, or unpacks to more than `limits.MAX_UNPACKED_BYTES`; of an array that is not whole, when it
+        is asked for.
     """
-    with zipfile.ZipFile(file) as archive:
-        require_members(archive)
-    if not isinstance(file, str | Path):
-        file.seek(0)
-    with np.load(file, allow_pickle=False) as arrays:
-        return {name: arrays[name] for name in arrays.files}
+
+    def __init__(self, data: bytes):
+        self.data = data
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            require_members(archive)
+        self.arrays = np.load(io.BytesIO(data), allow_pickle=False)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.arrays.files)
+
+    def __len__(self) -> int:
+        return len(self.arrays.files)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.arrays.files
+
+    def __reduce__(self):
+        return Archive, (self.data,)
+
+
+def read_arrays(path: str | Path) -> dict[str, np.ndarray]:
+    """Return all arrays of an archive by name; see `Archive`."""
+    return dict(Archive(Path(path).read_bytes()))

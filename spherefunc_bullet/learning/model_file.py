@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from ..formats import FormatError
 from ..formats.limits import require_file
-from ..formats.npz import DAMAGE, read_arrays
+from ..formats.npz import Archive
 from ..formats.writing import writing
 from ..function_model import FunctionModel, require_bounds
 from ..settling.records import Dropping
 from ..simulator import Simulator, make_simulator
-from .profiles.arrays import fill_early, fill_profiles, profiles_kept
-from .profiles.profile_model import PROFILE, ProfileModel
+from .profiles.arrays import EARLY, KeptModel, fill_early, fill_profiles, fitting_together, profiles_kept
+from .profiles.forest import of_prefix
+from .profiles.profile_model import PROFILE
 
 if TYPE_CHECKING:
     from .classifier import CloudClassifier
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 FORMAT = "spherefunc-model"
 FORMAT_VERSION = 1
 About = dict[str, Any]  # what a model file says of itself, JSON
-Rebuilding = Callable[[About, dict[str, np.ndarray]], FunctionModel]
+Arrays = Mapping[str, np.ndarray]
+Rebuilding = Callable[[About, Arrays, str | Path], FunctionModel]
 
 
 def shipped_model(backend: str = "fast", *, scans: bool = False) -> Path:
@@ -155,26 +156,12 @@ def load_model(path: str | Path | None = None, backend: str | None = None) -> Cl
 
 def read_model(path: str | Path, backend: str | None, rebuilt: Rebuilding) -> FunctionModel:
     """Return a file's model, made in one of two ways of what the file holds; see `load_model`."""
-    about, arrays = read_contents(path)
-    try:
-        check_about(about, path, backend)
-        return rebuilt(about, arrays)
-    except InputError:
-        raise
-    except (AttributeError, KeyError, ValueError, TypeError, IndexError) as error:
-        raise InputError(f"{path}: expected a whole model, but its contents do not fit together") from error
-
-
-def read_contents(path: str | Path) -> tuple[About, dict[str, np.ndarray]]:
-    """Return what a model file says about itself, and its arrays."""
     require_file(Path(path))
-    try:
-        arrays = read_arrays(path)
-        return json.loads(str(arrays["about"])), arrays
-    except FormatError as error:  # larger than a model may be
-        raise InputError(f"{path}: {error}") from error
-    except DAMAGE as error:
-        raise InputError(f"{path}: expected a model as `spherefunc train` writes it; cannot be read whole") from error
+    with fitting_together(path):
+        arrays = Archive(Path(path).read_bytes())
+        about = json.loads(str(arrays["about"]))
+        check_about(about, path, backend)
+        return rebuilt(about, arrays, path)
 
 
 def check_about(about: About, path: str | Path, backend: str | None):
@@ -200,20 +187,21 @@ def check_about(about: About, path: str | Path, backend: str | None):
         )
 
 
-def rebuilt_for_inference(about: About, arrays: dict[str, np.ndarray]) -> FunctionModel:
+def rebuilt_for_inference(about: About, arrays: Arrays, path: str | Path) -> FunctionModel:
     """Return what a model file describes, for asking alone where it is by profiles."""
     if about["method"]["name"] != PROFILE:
-        return rebuilt_for_training(about, arrays)
+        return rebuilt_for_training(about, arrays, path)
     how = {"simulator": simulator_of(about), "radii": tuple(about["radii"]), "seed": about["seed"]}
-    model = ProfileModel(**how, drops=int(about["method"]["drops"]))
+    model = KeptModel(arrays, path, **how, drops=int(about["method"]["drops"]))
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     if "early" in about:
-        fill_early(model, ProfileModel(**how, drops=int(about["early"]["method"]["drops"])), about, arrays)
+        parts, drops = of_prefix(arrays, EARLY), int(about["early"]["method"]["drops"])
+        fill_early(model, KeptModel(parts, path, **how, drops=drops), about, parts)
     return model
 
 
-def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> CloudClassifier:
+def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> CloudClassifier:
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
@@ -232,7 +220,7 @@ def rebuilt_for_training(about: About, arrays: dict[str, np.ndarray]) -> CloudCl
     fill_examples(model, about, arrays)
     fill_profiles(model, about, arrays)
     if early:
-        fill_early(model, model.of_drops(early), about, arrays)
+        fill_early(model, model.of_drops(early), about, of_prefix(arrays, EARLY))
     return model
 
 
@@ -241,11 +229,11 @@ def simulator_of(about: About) -> Simulator:
     return make_simulator(about["backend"], **about["backend_options"])
 
 
-def fill_examples(model: FunctionModel, about: About, arrays: dict[str, np.ndarray]):
+def fill_examples(model: FunctionModel, about: About, arrays: Arrays):
     """Give a model its functions and its training objects."""
     model.functions_ = tuple(about["functions"])
     model.members_ = arrays["members"].astype(bool)
-    model.names_ = [str(name) for name in arrays["names"]]
+    model.names_ = np.asarray(arrays["names"], str).tolist()
     if model.members_.shape != (len(model.names_), len(model.functions_)):
         raise ValueError("members, names and functions differ in number")
 

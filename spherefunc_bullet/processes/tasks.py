@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from multiprocessing.connection import wait
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, attempt, one_line
-from .worker import Task, Worker
+
+if TYPE_CHECKING:
+    from .worker import Task, Worker
 
 
 def run_tasks(
@@ -56,6 +57,8 @@ def run_tasks(
     if count <= 1 and not isolate and time_limit == math.inf and memory_limit is None:
         yield from ((index, attempt(function, task)) for index, task in enumerate(tasks))
         return
+    from .worker import Task, Worker  # not where this process alone works: a first answer waits for what that loads
+
     left = (Task(*named) for named in zip(range(len(tasks)), map(one_line, names), tasks, strict=True))
     workers = [Worker(function, time_limit, says=number == 0, memory_limit=memory_limit) for number in range(count)]
     try:
@@ -78,6 +81,8 @@ def worker_count(jobs: int) -> int:
 
 def finish(workers: Sequence[Worker], left: Iterator[Task]) -> Iterator[tuple[int, Any]]:
     """Hand out tasks until none is left, and yield their outcomes."""
+    from multiprocessing.connection import wait
+
     for worker in workers:
         worker.begin(next(left))
     busy = set(workers)

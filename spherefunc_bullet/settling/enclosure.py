@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ..processes.compilation import njit
+from ..processes.compilation import lean_njit
 
 DIRECTIONS = 64
 NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(2**64 - 1)  # directions as bits
@@ -33,7 +33,7 @@ def walled_in(points: np.ndarray, centers: np.ndarray, radius: float) -> np.ndar
     return met
 
 
-@njit(error_model="numpy", forceinline=True)
+@lean_njit(error_model="numpy", forceinline=True)
 def sort_by_layer(points, centers, bottom, height, layers, asked, starts, placed):
     """Write the points that are in a centre's layer or next to it, layer by layer, and where each layer begins.
 
@@ -58,14 +58,14 @@ def sort_by_layer(points, centers, bottom, height, layers, asked, starts, placed
             starts[1, layer] = row + 1
 
 
-@njit(error_model="numpy", forceinline=True)
+@lean_njit(error_model="numpy", forceinline=True)
 def around(z, bottom, height, count):
     """Return the first layer of those that a height is next to, and the one after the last, of so many."""
     layer = int((z - bottom) / height)
     return min(max(layer - 1, 0), count), min(max(layer + 2, 0), count)
 
 
-@njit(error_model="numpy", forceinline=True)
+@lean_njit(error_model="numpy", forceinline=True)
 def directions(first, last):
     """Return the directions from one to another, whole turns aside, as the bits of a number."""
     count = last - first + 1
@@ -77,7 +77,7 @@ def directions(first, last):
     return bits if turn == NONE else (bits << turn) | (bits >> (np.uint64(DIRECTIONS) - turn))
 
 
-@njit(error_model="numpy", forceinline=True)
+@lean_njit(error_model="numpy", forceinline=True)
 def can_meet(dx, dy, squared_sine):
     """Return the directions that a point (dx, dy) aside may meet, seen under twice the arcsine; rather too many.
 
@@ -101,7 +101,7 @@ def can_meet(dx, dy, squared_sine):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@lean_njit(cache=True, error_model="numpy")
 def met_everywhere(points, centers, reach, bottom, layers, asked, starts, placed, met_all):
     """Tell whether cylinders as thick as ``reach`` around a centre meet points in each of `DIRECTIONS`.
 

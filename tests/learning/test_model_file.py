@@ -12,7 +12,7 @@ from test_classifier import collection, fitted
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model
+from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model, shipped_model
 from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.drops import NO_DROPS
 
@@ -56,12 +56,23 @@ def test_round_trip_scores_the_same(tmp_path, method):
 
 def test_a_model_to_ask_answers_as_the_one_that_learns():
     learning, asked = load_model(), inference_model(None, None)
-    assert type(asked) is ProfileModel and isinstance(learning, FunctionClassifier)
+    assert isinstance(asked, ProfileModel) and isinstance(learning, FunctionClassifier)
     objects = learning.profiles_[:50] * 1.03
     assert asked.score_profiles(objects).tobytes() == learning.score_profiles(objects).tobytes()
     name = asked.functions_[-1]
     assert asked.only(name).score_profiles(objects).tobytes() == learning.only(name).score_profiles(objects).tobytes()
     assert asked.quantity_names() == learning.quantity_names() and asked.length == learning.length
+
+
+def test_trees_are_unpacked_when_they_are_needed(tmp_path):
+    with np.load(shipped_model()) as file:
+        np.savez(tmp_path / "half.npz", **{name: file[name] for name in file.files if name != "threshold_1"})
+    model = pickle.loads(pickle.dumps(inference_model(tmp_path / "half.npz", None)))
+    assert model.early_.score_profiles(model.early_.profiles_[:1]).shape == (1, 3)
+    with pytest.raises(InputError, match="half.npz: expected a model"):
+        model.score_profiles(model.profiles_[:1])
+    with pytest.raises(InputError, match="half.npz: expected a model"):
+        load_model(tmp_path / "half.npz")
 
 
 def test_the_same_drops_at_fewer_radii_are_read_anew():

@@ -5,7 +5,7 @@ scikit-learn grows the trees; asking it about one object takes tens of milliseco
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -70,16 +70,16 @@ class ForestBatch:
     """Several forests that are asked together, in steps of all their trees: leaves lead to themselves."""
 
     sizes: tuple[int, ...]  # trees of each forest
-    roots: np.ndarray  # (T,) intp, of all trees, forest by forest
-    feature: np.ndarray  # (M,) intp, a quantity, any of a leaf
+    roots: np.ndarray  # (T,) int32, of all trees, forest by forest
+    feature: np.ndarray  # (M,) int16, a quantity, any of a leaf
     threshold: np.ndarray  # (M,) float64, infinite of a leaf
-    below: np.ndarray  # (M,) intp, of a leaf itself
-    vote: np.ndarray  # (M,) float64
+    below: np.ndarray  # (M,) int32, of a leaf itself
+    vote: np.ndarray  # (M,) float32
 
     def votes(self, X: np.ndarray) -> list[np.ndarray]:
         """Return each forest's mean votes (N,), of objects (N, Q) given as quantities."""
         X = np.asarray(X, np.float32).astype(np.float64)  # as when they grew
-        parts = np.split(self.vote[self.leaves(X)], np.cumsum(self.sizes)[:-1], axis=1)
+        parts = np.split(self.vote[self.leaves(X)].astype(float), np.cumsum(self.sizes)[:-1], axis=1)
         return [np.ascontiguousarray(part).mean(axis=1) for part in parts]
 
     def leaves(self, X: np.ndarray) -> np.ndarray:
@@ -96,17 +96,20 @@ class ForestBatch:
 
 def forest_batch(forests: Sequence[Forest]) -> ForestBatch:
     """Return forests joined."""
-    starts = np.cumsum([0, *(len(one.feature) for one in forests)])[:-1]
-    feature = np.concatenate([one.feature for one in forests])
+    starts = np.cumsum([0, *(len(one.feature) for one in forests)])[:-1].astype(np.int32)
+    feature, threshold, vote = (
+        np.concatenate([getattr(one, name) for one in forests]) for name in ("feature", "threshold", "vote")
+    )
     below = np.concatenate([one.below + start for one, start in zip(forests, starts, strict=True)])
-    leaf = feature == LEAF
+    leaf = np.flatnonzero(feature == LEAF)
+    feature[leaf], threshold[leaf], below[leaf] = 0, np.inf, leaf
     return ForestBatch(
         sizes=tuple(len(one.roots) for one in forests),
         roots=np.concatenate([one.roots + start for one, start in zip(forests, starts, strict=True)]),
-        feature=np.where(leaf, 0, feature).astype(np.intp),
-        threshold=np.where(leaf, np.inf, np.concatenate([one.threshold for one in forests])),
-        below=np.where(leaf, np.arange(len(leaf)), below),
-        vote=np.concatenate([one.vote for one in forests]).astype(float),
+        feature=feature,
+        threshold=threshold,
+        below=below,
+        vote=vote,
     )
 
 
@@ -127,7 +130,12 @@ def kept_forests(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
     return {f"{name}_{place}": values for place, one in grown for name, values in one.arrays().items()}
 
 
-def rebuilt_forests(arrays: dict[str, np.ndarray], count: int) -> list[Forest | None]:
+def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays whose names begin with a prefix, by the rest of their names."""
+    return {name.removeprefix(prefix): arrays[name] for name in arrays if name.startswith(prefix)}
+
+
+def rebuilt_forests(arrays: Mapping[str, np.ndarray], count: int) -> list[Forest | None]:
     """Return so many forests of the arrays of `kept_forests`, None where there is none."""
     names = ("roots", "feature", "threshold", "below", "vote")
     return [

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .calibration import Line, calibrated
-from .forest import Forest, forest_batch, kept_forests, rebuilt_forests
+from .forest import Forest, forest_batch, kept_forests, of_prefix, rebuilt_forests
 
 SCENES = "scenes_"  # begins the names of arrays
 
@@ -40,12 +40,12 @@ def scenes_kept(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, np.ndar
     return {"surroundings": list(scenes.names)}, arrays | {f"{SCENES}lines": np.array(scenes.lines, float)}
 
 
-def rebuilt_scenes(about: dict[str, Any], arrays: dict[str, np.ndarray], quantities: int) -> SceneForests | None:
+def rebuilt_scenes(about: dict[str, Any], arrays: Mapping[str, np.ndarray], quantities: int) -> SceneForests | None:
     """Return what a model file holds of it for so many quantities, if it holds any."""
     names = tuple(about.get("surroundings", ()))
     if not names:
         return None
-    own = {name.removeprefix(SCENES): values for name, values in arrays.items() if name.startswith(SCENES)}
+    own = of_prefix(arrays, SCENES)
     forests = rebuilt_forests(own, len(about["functions"]))
     for one in forests:
         if one is None:

@@ -233,8 +233,11 @@ class Ranks:
 
     def __init__(self, learnt: np.ndarray):
         self.learnt = learnt
-        self.ordered = np.ascontiguousarray(np.sort(learnt, axis=0).T)  # so that no quantity is copied to be searched
-        self.ranks = ranks_among(self.ordered, learnt)
+        columns = np.ascontiguousarray(learnt.T)  # so that no quantity is copied to be searched
+        order = np.argsort(columns, axis=1)
+        self.ordered = np.take_along_axis(columns, order, axis=1)
+        self.ranks = np.empty(learnt.shape)  # found in order, which is twice as quick
+        np.put_along_axis(self.ranks, order.T, ranks_among(self.ordered, self.ordered.T), axis=0)
 
     def distances(self, asked: np.ndarray) -> np.ndarray:
         """Return distances (A, N) of objects by their quantities (A, D) from the training objects."""
