@@ -90,7 +90,7 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     shares = np.zeros((len(cells), HEADINGS, len(ZONES)))
     levels, fits = np.zeros(len(cells)), np.zeros((len(cells), HEADINGS), np.bool_)
     counts = np.bincount(zones, minlength=len(ZONES)).astype(float)
-    lay(heights, cells, offsets, zones, counts, surface.cell, scale, levels, shares, fits)
+    lay(heights, smooth, cells, offsets, zones, counts, surface.cell, scale, levels, shares, fits)
     core, thighs, trunk, back, front, feet = (shares[..., zone] for zone in range(6))
     scores = fits * core * (0.5 + 0.5 * thighs) * (1 - trunk) * (1 - 0.8 * front) * (0.55 + 0.3 * back + 0.15 * feet)
     scores = np.where(core >= 0.75, scores, 0.0)
@@ -118,15 +118,18 @@ def template(scale: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True, error_model="numpy")
-def lay(heights, cells, offsets, zones, counts, side, scale, levels, shares, fits):
-    """Lay the template on each cell for each heading; see `Sittings` for what is written."""
+def lay(heights, smooth, cells, offsets, zones, counts, side, scale, levels, shares, fits):
+    """Lay the template on each cell for each heading; see `Sittings` for what is written.
+
+    A gap between slats is as high as what is around it.
+    """
     nx, ny = heights.shape
     for p in range(len(cells)):
         x, y = cells[p, 0], cells[p, 1]
         total, near = 0.0, 0
         for i in range(max(0, x - 3), min(nx, x + 4)):
             for j in range(max(0, y - 3), min(ny, y + 4)):
-                if abs(heights[i, j] - heights[x, y]) < SOFT:
+                if abs(heights[i, j] - smooth[x, y]) < SOFT:
                     total += heights[i, j]
                     near += 1
         level = total / max(1, near)

@@ -17,6 +17,8 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.pouring import pour_places
+from spherefunc_bullet.places.regions import Surface
+from spherefunc_bullet.places.sitting import sit_places
 from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
 
 SIDES = 48
@@ -108,6 +110,14 @@ def test_a_stool_is_sat_on_from_all_sides():
     stool = cloud_from_mesh(*boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.03, -0.03, 0, 0.03, 0.03, 0.42)))
     seat = next(place for place in places_of(stool, scores=SEAT) if place.kind == "sit")
     assert seat.heading_deg is None and not seat.back
+
+
+def test_nobody_sits_on_the_mouth_of_a_tube():
+    """The cells around are of a seat's height, and there is nothing else: it was once a place ten metres down."""
+    heights = np.full((40, 40), -np.inf)
+    heights[19:22, 19:22] = 0.45
+    heights[20, 20] = -np.inf
+    assert not sit_places(Surface(np.zeros(2), 0.025, heights, 0.0), sittable=1.0)
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():
