@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.water import SPILLED_AT
 from spherefunc_bullet.places.place import FUNCTION, Place, Similarity
 from spherefunc_bullet.places.pouring import ABOVE, pour_places
 from spherefunc_bullet.places.putting import DISC, put_places
-from spherefunc_bullet.places.regions import Surface, rings_of, surface_of
+from spherefunc_bullet.places.regions import Surface, rings_of, seat_surface, surface_of
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
@@ -135,7 +135,6 @@ def hollow_place(pool: VesselPool) -> Place:
 FLOOR = 0.12  # metres: what is lower in a room is its floor
 ABOVE_TABLE = -0.03  # the same where a table top serves as ground
 AROUND = 0.6  # metres about a seat that decide where its back is and whether knees have room
-SEAT_CELL = 0.025
 SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
 
 
@@ -196,7 +195,7 @@ def object_places(room_cloud: Cloud, item: SceneObject, person: float) -> list[P
     if "sittable" in item.members:
         near = around(room_cloud.points, item)
         lifted = Cloud(near - [0, 0, item.support], room_cloud.name)
-        seats = sit_places(surface_of(lifted, SEAT_CELL), person, 1.0)
+        seats = sit_places(seat_surface(lifted), person, 1.0)
         inside = [place for place in seats if within(place.position, item)]
         found += [raised(place, item.support) for place in inside] or in_part(item, "sit", room_cloud.points)
     if "cup" in item.members and len(item.points) >= 10:
