@@ -61,12 +61,12 @@ def useless_seats() -> list[Impairment]:
 
 
 def impairs_seat(specimen: Specimen) -> bool:
-    """Return whether the level that is impaired is that of the best place to sit."""
+    """Return whether the level that is impaired is that of all places to sit; an ottoman beside it stays a seat."""
     places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
     if not places or level is None:
         return False
-    on_it = level.flat[level.grid.cells_of(places[0].position[None])][0]
-    return bool(on_it and abs(places[0].height - level.height) < APART)
+    on_it = level.flat[level.grid.cells_of(np.array([place.position for place in places]))]
+    return bool(on_it.all() and all(abs(place.height - level.height) < APART for place in places))
 
 
 def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, tuple[float, float]]:

@@ -1,6 +1,6 @@
 """Examine places, and print what came out as JSON.
 
-python -m spherefunc_bullet.compare.places put|seats|capacity|scans|proofs FOLDER
+python -m spherefunc_bullet.compare.places put|seats|sitters|capacity|scans|proofs|seconds FOLDER
     [--headings FILE] [--every N] [--category NAME]
 """
 
@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import print_json, say
+from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.place import Place
@@ -26,14 +27,24 @@ from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import load_scan
 
+from ..rooms.matching import judged_by_place
+from ..rooms.proposals import RecognisedScan
+from ..rooms.truth import BACK_ONLY, true_objects
+
 DISC, ABOVE, NEAR = 0.04, 0.15, 0.02  # metres: radius, free height, and how far from its level a point supports it
 SUPPORTED = 0.9  # of the disc's area
+SEATS = {  # inferred from backs at tables, by what becomes of them
+    "backs with a seat": "back found",
+    "seats of chairs seen": "found",
+    "unclear seats": "disputed",
+    "false seats": "false",
+}
 
 
 def scan_examined(file: Path) -> dict[str, object]:
     """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
 
-    Those of surfaces that were seen in part are counted apart, as inferred.
+    Those of surfaces that were seen in part are counted apart, as inferred; so are places to sit beside backs.
     """
     scan = load_scan(file)
     room = recognise(scan, inference_model(shipped_model("fast", scans=True), "fast"))
@@ -49,7 +60,10 @@ def scan_examined(file: Path) -> dict[str, object]:
         middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
         good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
         row |= {kind: len(put), f"{kind} good": sum(good)}
-    return row
+    truth, seats = true_objects(file), RecognisedScan(scan=scan, room=room).inferred()
+    outcomes = [one.outcome for one in judged_by_place(truth or [], seats)] if truth is not None else []
+    backs = [one for one in truth or [] if one.visible == BACK_ONLY and one.functions]
+    return row | {"backs": len(backs)} | {name: outcomes.count(outcome) for name, outcome in SEATS.items()}
 
 
 def spacing_of(points: np.ndarray) -> float:
@@ -205,18 +219,33 @@ def scans(options: argparse.Namespace) -> dict[str, object]:
     """Look at the places to put of real scans."""
 
     rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
-    total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
+    added = ("put", "put good", "inferred", "inferred good", "backs", *SEATS)
+    total = {key: sum(row[key] for row in rows) for key in added}
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
 def proofs(options: argparse.Namespace) -> dict[str, object]:
-    """Say what proofs of seats buy across sources, and on copies on which nobody can sit."""
+    """Say what proofs buy across sources."""
     from .proofs import proofs_examined
 
-    return proofs_examined(options.folder, options.every)
+    return proofs_examined(options.folder)
 
 
-EXAMS = {"put": put, "seats": seats, "capacity": capacity, "scans": scans, "proofs": proofs}
+def sitters(options: argparse.Namespace) -> dict[str, object]:
+    """Let persons sit down on seats, and on copies on which one can sit, and on which nobody can."""
+    from .proofs import copies_tried
+
+    return copies_tried(open_dataset(str(options.folder)).objects, options.every)
+
+
+def seconds(options: argparse.Namespace) -> dict[str, object]:
+    """Time places, beyond the label and the reading of the file, and proofs."""
+    from .proofs import seconds_taken
+
+    return seconds_taken(options.folder, options.every)
+
+
+EXAMS = {one.__name__: one for one in (put, seats, sitters, capacity, scans, proofs, seconds)}
 
 if __name__ == "__main__":
     main()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,17 +14,21 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.options import dropping
 from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
-from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven
+from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven, uses_of
 from spherefunc_bullet.places.place import FUNCTION, KINDS
+from spherefunc_bullet.scenes.impairment.impairments import COPIES
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
+from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, IN_USE
+from spherefunc_bullet.scenes.recognition.objects import scores_of
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
 from ..evaluation.protocol import labels_of, leave_one_group_out
 from ..evaluation.readings import spheres_profiled
-from ..mechanics.sitting import SEAT, SURE, impairs_seat, useless_seats
+from ..mechanics.sitting import SEAT, SURE, WHOLE, impairs_seat, useless_seats
 
 CLAIMED = 0.5
+NAMED = ("missing", "tilted", "tilted by 25 degrees", "folded", "spikes")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,30 +96,85 @@ def known_of(scores: Mapping[str, np.ndarray], row: int) -> dict[str, float]:
     return {function: float(of_all[row]) for function, of_all in scores.items()}
 
 
-def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, dict[str, float]]:
-    """Return for each kind of copies of seats the share with a place to sit, and on which a sitter held.
+@dataclass(frozen=True, kw_only=True)
+class Sat:
+    """Who could sit on one copy of a seat."""
 
-    Where what would be impaired is not what one sits on, such as an ottoman beside its armchair, there are no copies.
+    kind: str
+    works: bool  # whether one can sit on such copies
+    assumed: Tried  # taken for a seat, whatever spheres say of it
+    answered: Tried | None  # as spheres classify it; None where these say that it is no seat
+
+
+def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, object]:
+    """Return for kinds of copies of seats the shares with a place to sit, and on which a sitter held.
+
+    Where what would be impaired is not all that one sits on, as beside an ottoman, there are no useless copies.
     """
-    rows: dict[str, list[Tried]] = {}
     seats = [item for item in objects if SEAT in item.functions][::every]
-    for item in progress(seats, len(seats), "sitting on copies"):
-        specimen = Specimen(load_cloud(item.path), SEAT)
-        rows.setdefault("whole", []).append(tried(specimen.cloud, item, "sit", 1.0, SURE))
-        for kind in useless_seats() if impairs_seat(specimen) else ():
-            copy = kind.applied(specimen, item.path.name, 0)
-            if copy is not None:
-                cloud = cloud_from_mesh(*copy.mesh(), kind.kind)
-                rows.setdefault(kind.kind, []).append(tried(cloud, item, "sit", 1.0, SURE))
+    rows = [row for item in progress(seats, len(seats), "sitting on copies") for row in sat_on(item)]
+    works = {row.kind: row.works for row in rows}
     return {
-        kind: {
-            "copies": len(of_kind),
-            "proposed": share([one.places > 0 for one in of_kind]),
-            "held": share([one.held > 0 for one in of_kind]),
-            "best held": share([one.best for one in of_kind]),
-        }
-        for kind, of_kind in rows.items()
+        "whole": sitters(row for row in rows if row.kind == WHOLE),
+        "harmless and in use": sitters(row for row in rows if row.works and row.kind != WHOLE),
+        "useless": sitters(row for row in rows if not row.works),
+        "seatless, tilted, folded, spikes": sitters(row for row in rows if not row.works and row.kind in NAMED),
+        "kinds": {kind: sitters(row for row in rows if row.kind == kind) for kind in works},
+        "useless and held": [f"{row.assumed.name} {row.kind}" for row in rows if not row.works and row.assumed.held],
+        "whole and not held": [row.assumed.name for row in rows if row.kind == WHOLE and not row.assumed.held],
     }
+
+
+def sat_on(item: DatasetObject) -> Iterator[Sat]:
+    """Yield what becomes of sitters on a seat and on each copy of it."""
+    specimen = Specimen(load_cloud(item.path), SEAT)
+    working = [kind for kind in COPIES if kind.works and SEAT in kind.functions and kind not in AS_SENSED]
+    worn = [kind for kind in COPIES if kind in IN_USE and SEAT in kind.functions and not kind.works]
+    for kind in [*working, *([*useless_seats(), *worn] if impairs_seat(specimen) else [])]:
+        copy = kind.applied(specimen, item.path.name, 0)
+        if copy is None:
+            continue
+        cloud = Cloud(copy.points, kind.kind) if copy.is_cloud else cloud_from_mesh(*copy.mesh(), kind.kind)
+        assumed = tried(cloud, item, "sit", 1.0, SURE)
+        known = scores_of(cloud)
+        answered = assumed
+        if known[SEAT] <= CLAIMED:  # above that it is sat on as what is surely a seat
+            answered = tried(cloud, item, "sit", known[SEAT], known) if known[SEAT] >= NO_SEAT else None
+        yield Sat(kind=kind.kind, works=kind.works, assumed=assumed, answered=answered)
+
+
+def sitters(rows: Iterable[Sat]) -> dict[str, float | None]:
+    """Return how many copies there are, and the shares with a place to sit, and with one on which a sitter held."""
+    every = list(rows)
+    return {
+        "copies": len(every),
+        "proposed": share([one.assumed.places > 0 for one in every]),
+        "held": share([one.assumed.held > 0 for one in every]),
+        "proposed as classified": share([one.answered is not None and one.answered.places > 0 for one in every]),
+        "held as classified": share([one.answered is not None and one.answered.held > 0 for one in every]),
+    }
+
+
+def seconds_taken(folder: Path, every: int) -> dict[str, object]:
+    """Return the milliseconds of processor time that places of labelled objects and one proof of each kind take."""
+    objects, prover = open_dataset(str(folder)).objects[::every], make_simulator("bullet")
+    warm, finding, proving = load_cloud(objects[0].path), [], {kind: [] for kind in KINDS}
+    proven(warm, places_of(warm)[:1], prover, ProofSettings())  # compiles
+    for item in progress(objects, len(objects), "timing"):
+        cloud, started = load_cloud(item.path), time.process_time()
+        known = {function: float(function in item.functions) for function in FUNCTION.values()}
+        places = places_of(cloud, scores=known)
+        finding.append(1000 * (time.process_time() - started))
+        for place in {place.kind: place for place in reversed(places) if known[place.function]}.values():
+            started, trials = time.process_time(), len(uses_of(place, None))
+            proven(cloud, [place], prover, ProofSettings())
+            proving[place.kind].append(1000 * (time.process_time() - started) / trials)
+    return {"places": milliseconds(finding)} | {f"proof to {kind}": milliseconds(proving[kind]) for kind in KINDS}
+
+
+def milliseconds(taken: Sequence[float]) -> dict[str, float]:
+    """Return how many there are, their median and their largest."""
+    return {"count": len(taken), "median": round(float(np.median(taken)), 1), "most": round(max(taken), 1)}
 
 
 def share(which: Sequence[bool]) -> float | None:
@@ -131,11 +190,10 @@ def quality(rows: Sequence[Tried], said: Sequence[bool]) -> dict[str, float]:
     return {"precision": round(precision, 3), "recall": round(recall, 3), "f_measure": round(both, 3)}
 
 
-def proofs_examined(folder: Path, every: int) -> dict[str, object]:
-    """Return what spheres, places and proofs say of objects and of copies, and what the verdicts are worth."""
+def proofs_examined(folder: Path) -> dict[str, object]:
+    """Return what spheres, places and proofs say of objects, and what the verdicts are worth."""
     objects, scores = scores_across_sources(folder)
-    rows = {kind: bought(objects_tried(objects, scores, kind)) for kind in KINDS}
-    return rows | {"copies of seats": copies_tried(objects, every)}
+    return {kind: bought(objects_tried(objects, scores, kind)) for kind in KINDS}
 
 
 def bought(rows: Sequence[Tried]) -> dict[str, object]:

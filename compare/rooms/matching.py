@@ -210,7 +210,7 @@ def judged_by_place(truth: Sequence[TrueObject], inferred: Sequence[RecognisedOb
     """
     verdicts, left = [], list(truth)
     for claim in inferred:
-        own = [true for true in left if claim.functions <= true.functions and lies_in(true, claim.box)]
+        own = [true for true in left if claim.functions <= true.functions | true.disputed and lies_in(true, claim.box)]
         nearest = min(own, key=lambda true: np.linalg.norm(true.box.center - claim.box.center), default=None)
         left = [true for true in left if true is not nearest]
         verdicts += [Verdict(function=name, true=nearest, claim=claim) for name in claim.functions]

@@ -15,7 +15,7 @@ from spherefunc_bullet.clouds.water import SPILLED_AT
 from spherefunc_bullet.places.place import FUNCTION, Place, Similarity
 from spherefunc_bullet.places.pouring import ABOVE, pour_places
 from spherefunc_bullet.places.putting import DISC, put_places
-from spherefunc_bullet.places.regions import Surface, rings_of, surface_of
+from spherefunc_bullet.places.regions import Surface, rings_of, seat_surface, surface_of
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
@@ -27,12 +27,14 @@ from ..scans.depth_image import filled
 from ..scans.scan import Scan
 from ..segmentation.segmentation import Segmentation
 from .completion import complete
-from .room import Room, SceneObject
+from .room import Inferred, Room, SceneObject
 from .surroundings import SLAB, level_of
 
 _FREE = 0.15  # metres above a level that are free where something is put
 _TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
 _NOTE = "seen in part"
+_UNSEEN = "to be pulled out from under its table"
+_SEAT, _BACK, _THIGHS = 0.45, 0.15, 0.12  # metres: how high a seat is, how thick its back, and who sits under a table
 
 
 def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
@@ -133,7 +135,6 @@ def hollow_place(pool: VesselPool) -> Place:
 FLOOR = 0.12  # metres: what is lower in a room is its floor
 ABOVE_TABLE = -0.03  # the same where a table top serves as ground
 AROUND = 0.6  # metres about a seat that decide where its back is and whether knees have room
-SEAT_CELL = 0.025
 SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
 
 
@@ -149,8 +150,43 @@ def room_places(
     for item in room.objects:
         if "table" in item.members and not any(place.kind == "put" for place in found[item.id]):
             found[item.id] += in_part(item, "put", cloud.points)
+    found.setdefault(None, []).extend(seat_below(seat, room, cloud.points) for seat in room.inferred)
     back = from_level(room)
     return {owner: [place.moved(back) for place in places] for owner, places in found.items() if places}
+
+
+def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
+    """Return the place to sit on a chair of which only the back shows at a table; it faces the table.
+
+    It is as high as what was seen of the seat under the table, and as seats are where nothing was.
+    """
+    table = next(item for item in room.objects if item.id == seat.table)
+    across = seat.box.axes[1, :2]
+    ahead = across if across @ (table.box.center[:2] - seat.box.center[:2]) > 0 else -across
+    width, depth, _ = seat.box.size
+    top = level_of(table.points, Segmentation.leaf_size).height
+    near = (np.abs(seat.box.to_own(points)[:, :2]) <= [width / 2, depth / 2]).all(axis=1)
+    near &= (points[:, :2] - seat.box.center[:2]) @ ahead > _BACK - depth / 2
+    level = points[near & (points[:, 2] > SEAT_HEIGHTS[0]) & (points[:, 2] < min(SEAT_HEIGHTS[1], top - _THIGHS))]
+    height = level_of(level, Segmentation.leaf_size).height if len(level) >= FEWEST else _SEAT
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, depth / 2] @ seat.box.axes[:2, :2]
+    return Place(
+        kind="sit",
+        function=FUNCTION["sit"],
+        position=np.array([*seat.box.center[:2], height]),
+        normal=np.array([0.0, 0.0, 1.0]),
+        heading_deg=float(np.degrees(np.arctan2(ahead[1], ahead[0])) % 360),
+        region=(np.column_stack([seat.box.center[:2] + corners, np.full(4, height)]),),
+        area=float(width * depth),
+        height=height,
+        clearance=float(top - height),
+        score=_TRUST * table.functions[FUNCTION["put"]].score,
+        depth=float(depth),
+        back=True,
+        knees=False,
+        inferred=True,
+        note=f"{_UNSEEN}: {seat.reason}",
+    )
 
 
 def object_places(room_cloud: Cloud, item: SceneObject, person: float) -> list[Place]:
@@ -159,7 +195,7 @@ def object_places(room_cloud: Cloud, item: SceneObject, person: float) -> list[P
     if "sittable" in item.members:
         near = around(room_cloud.points, item)
         lifted = Cloud(near - [0, 0, item.support], room_cloud.name)
-        seats = sit_places(surface_of(lifted, SEAT_CELL), person, 1.0)
+        seats = sit_places(seat_surface(lifted), person, 1.0)
         inside = [place for place in seats if within(place.position, item)]
         found += [raised(place, item.support) for place in inside] or in_part(item, "sit", room_cloud.points)
     if "cup" in item.members and len(item.points) >= 10:

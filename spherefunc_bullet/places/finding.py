@@ -20,11 +20,10 @@ from ..simulator.proofs import PourUse, ProofSettings, PutUse, SitUse, Use, Verd
 from .place import IDENTITY, Place, Proof, Similarity, similarity_between
 from .pouring import pour_places
 from .putting import LOWEST, put_places
-from .regions import surface_of
+from .regions import seat_surface, surface_of
 from .shelves import shelf_places
 from .sitting import sit_places
 
-SEAT_CELL = 0.025  # metres
 NO_SEAT = 0.2  # a score below which an object is surely none: a high box has a level top as well
 UNKNOWN = 0.5  # the score of a function that nobody was asked about
 
@@ -44,11 +43,11 @@ def places_of(
     person : float, metres
         How tall a sitter is.
     """
-    surface, coarse = surface_of(cloud), surface_of(cloud, SEAT_CELL)
+    surface = surface_of(cloud)
     known = {} if scores is None else scores
     sittable = known.get("sittable", UNKNOWN)
     found = [
-        *(sit_places(coarse, person, sittable) if sittable >= NO_SEAT else []),
+        *(sit_places(seat_surface(cloud, surface), person, sittable) if sittable >= NO_SEAT else []),
         *put_places(surface, put),
         *shelf_places(cloud, surface, put, LOWEST),
         *pour_places(cloud),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -23,6 +23,7 @@ class Surface:
     cell: float  # side
     heights: np.ndarray  # (X, Y), -inf where nothing is
     rough: float  # metres by which heights of neighbours may differ on a level surface, beyond its slope
+    whole: np.ndarray | None = None  # (X, Y) bool: where it is no tips and edges, see `whole_cells`; None: everywhere
 
     def middles(self, cells: np.ndarray) -> np.ndarray:
         """Return the middles (N, 2) of cells (N, 2), metres."""
@@ -112,6 +113,37 @@ def flat_cells(surface: Surface) -> np.ndarray:
     high = ndimage.maximum_filter(surface.heights, 3, mode="constant", cval=-np.inf)
     with np.errstate(invalid="ignore"):
         return (high - low <= rise) & np.isfinite(low)
+
+
+SEAT_CELL = 0.025  # metres
+HAND = 0.09  # metres: a hand's breadth
+STEEP_DEG = 30.0  # what is steeper does not carry
+WHOLE = 0.5  # of a hand's breadth
+
+
+def whole_cells(surface: Surface, middles: np.ndarray) -> np.ndarray:
+    """Return at which places (..., 2) a surface carries on most of a hand's breadth: flesh does not rest on tips.
+
+    Gaps are no matter of it: where nothing is, as between slats, nothing is too steep.
+    """
+    seen, heights = np.isfinite(surface.heights), surface.heights
+    rise = 2 * surface.cell * np.sqrt(2) * np.tan(np.radians(STEEP_DEG)) + surface.rough
+    low = ndimage.minimum_filter(np.where(seen, heights, np.inf), 3)
+    high = ndimage.maximum_filter(np.where(seen, heights, -np.inf), 3)
+    with np.errstate(invalid="ignore"):
+        gentle = seen & (high - low <= rise)
+    across = 2 * int(HAND / 2 / surface.cell) + 1
+    share = [ndimage.uniform_filter(cells.astype(float), across) for cells in (gentle, seen)]
+    whole = share[0] >= WHOLE * share[1]
+    at = np.floor((middles - surface.origin) / surface.cell).astype(int)
+    return whole[tuple(np.moveaxis(np.clip(at, 0, np.array(whole.shape) - 1), -1, 0))]
+
+
+def seat_surface(cloud: Cloud, fine: Surface | None = None) -> Surface:
+    """Return a surface in cells for a sitter, with where it is whole, as that in finer cells tells."""
+    coarse = surface_of(cloud, SEAT_CELL)
+    middles = coarse.middles(np.moveaxis(np.indices(coarse.heights.shape), 0, -1))
+    return replace(coarse, whole=whole_cells(surface_of(cloud) if fine is None else fine, middles))
 
 
 def region_of(surface: Surface, cells: np.ndarray, room: np.ndarray) -> Region:

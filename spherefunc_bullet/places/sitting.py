@@ -57,7 +57,7 @@ def sit_places(surface: Surface, person: float = TALL, sittable: float = 0.5) ->
     Parameters
     ----------
     surface : Surface
-        With cells of about 2.5 cm.
+        See `regions.seat_surface`.
     person : float, metres
         How tall.
     sittable : float
@@ -90,7 +90,8 @@ def sittings_of(surface: Surface, scale: float, lowest: float, highest: float) -
     shares = np.zeros((len(cells), HEADINGS, len(ZONES)))
     levels, fits = np.zeros(len(cells)), np.zeros((len(cells), HEADINGS), np.bool_)
     counts = np.bincount(zones, minlength=len(ZONES)).astype(float)
-    lay(heights, cells, offsets, zones, counts, surface.cell, scale, levels, shares, fits)
+    whole = np.ones(heights.shape, bool) if surface.whole is None else surface.whole
+    lay(heights, smooth, whole, cells, offsets, zones, counts, surface.cell, scale, levels, shares, fits)
     core, thighs, trunk, back, front, feet = (shares[..., zone] for zone in range(6))
     scores = fits * core * (0.5 + 0.5 * thighs) * (1 - trunk) * (1 - 0.8 * front) * (0.55 + 0.3 * back + 0.15 * feet)
     scores = np.where(core >= 0.75, scores, 0.0)
@@ -118,15 +119,15 @@ def template(scale: float, cell: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True, error_model="numpy")
-def lay(heights, cells, offsets, zones, counts, side, scale, levels, shares, fits):
-    """Lay the template on each cell for each heading; see `Sittings` for what is written."""
+def lay(heights, smooth, whole, cells, offsets, zones, counts, side, scale, levels, shares, fits):
+    """Lay the template on each cell for each heading; a gap between slats is as high as what is around it."""
     nx, ny = heights.shape
     for p in range(len(cells)):
         x, y = cells[p, 0], cells[p, 1]
         total, near = 0.0, 0
         for i in range(max(0, x - 3), min(nx, x + 4)):
             for j in range(max(0, y - 3), min(ny, y + 4)):
-                if abs(heights[i, j] - heights[x, y]) < SOFT:
+                if abs(heights[i, j] - smooth[x, y]) < SOFT:
                     total += heights[i, j]
                     near += 1
         level = total / max(1, near)
@@ -136,7 +137,7 @@ def lay(heights, cells, offsets, zones, counts, side, scale, levels, shares, fit
             if zones[k] == CORE:
                 i, j = int(x + 0.5 + offsets[0, k, 0]), int(y + 0.5 + offsets[0, k, 1])
                 asked += 1
-                if 0 <= i < nx and 0 <= j < ny and abs(heights[i, j] - level) <= SOFT:
+                if 0 <= i < nx and 0 <= j < ny and whole[i, j] and abs(heights[i, j] - level) <= SOFT:
                     held += 1
         if held < 0.6 * asked:
             continue
@@ -145,11 +146,12 @@ def lay(heights, cells, offsets, zones, counts, side, scale, levels, shares, fit
             for k in range(len(zones)):
                 du, dv = offsets[h, k, 0], offsets[h, k, 1]
                 i, j = int(np.floor(x + 0.5 + du)), int(np.floor(y + 0.5 + dv))
-                z = heights[i, j] if 0 <= i < nx and 0 <= j < ny else -10.0
+                within = 0 <= i < nx and 0 <= j < ny
+                z = heights[i, j] if within else -10.0
                 rise = z - level
                 zone = zones[k]
                 if zone <= THIGHS:
-                    if abs(rise) <= SOFT:
+                    if within and whole[i, j] and abs(rise) <= SOFT:
                         shares[p, h, zone] += 1.0 / counts[zone]
                     if abs(rise) <= 0.11:
                         a, b = du * side, dv * side

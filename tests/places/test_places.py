@@ -6,6 +6,7 @@ import importlib.util
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,6 +18,9 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.pouring import pour_places
+from spherefunc_bullet.places.regions import Surface, seat_surface
+from spherefunc_bullet.places.sitting import sit_places
+from spherefunc_bullet.scenes.impairment.specimen import spike
 from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
 
 SIDES = 48
@@ -108,6 +112,28 @@ def test_a_stool_is_sat_on_from_all_sides():
     stool = cloud_from_mesh(*boxes((-0.2, -0.2, 0.42, 0.2, 0.2, 0.45), (-0.03, -0.03, 0, 0.03, 0.03, 0.42)))
     seat = next(place for place in places_of(stool, scores=SEAT) if place.kind == "sit")
     assert seat.heading_deg is None and not seat.back
+
+
+def test_nobody_sits_on_the_mouth_of_a_tube():
+    """The cells around are of a seat's height, and there is nothing else: it was once a place ten metres down."""
+    heights = np.full((40, 40), -np.inf)
+    heights[19:22, 19:22] = 0.45
+    heights[20, 20] = -np.inf
+    assert not sit_places(Surface(np.zeros(2), 0.025, heights, 0.0), sittable=1.0)
+
+
+@pytest.mark.parametrize("pitch, tall, sat", [(0.05, 0.12, False), (0.1, 0.06, False), (0.06, 0.0, True)])
+def test_nobody_sits_on_spikes_but_on_slats(pitch, tall, sat):
+    """Pyramids side by side, all as high, would be level for whoever looks at the highest points alone."""
+    near = np.arange(-0.25 + pitch / 2, 0.25, pitch)
+    if tall:
+        parts = [spike(np.array([x, y]), pitch, 0.45, 0.45 + tall) for x in near for y in near]
+        triangles = np.concatenate(parts)
+        cloud = cloud_from_mesh(triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3))
+    else:
+        cloud = cloud_from_mesh(*boxes(*[(x - pitch / 4, -0.25, 0.42, x + pitch / 4, 0.25, 0.45) for x in near]))
+    lifted = replace(seat_surface(cloud), heights=seat_surface(cloud).heights + 0.45 - tall)
+    assert bool(sit_places(lifted, sittable=1.0)) == sat
 
 
 def test_poses_keep_off_edges_and_off_what_stands_there():

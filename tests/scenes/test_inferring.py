@@ -10,11 +10,12 @@ from room_shapes import moved, square_table
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
+from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
-from spherefunc_bullet.scenes.recognition.room import SceneObject
+from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
 from spherefunc_bullet.scenes.report.files import room_json, room_page
 from spherefunc_bullet.scenes.report.picture import inferred_marks
-from spherefunc_bullet.scenes.scans.scan import scan_from_points
+from spherefunc_bullet.scenes.scans.scan import Scan, scan_from_points
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 
 TABLE = square_table(1.4, 0.8, 0.74)[::4]
@@ -73,6 +74,19 @@ def test_what_is_inferred_is_in_the_answer_the_picture_and_the_page():
     (mark,) = inferred_marks(room)
     assert mark.thin and "inferred" in mark.text
     assert seat["reason"] in room_page(scan, room)
+    assert_the_place_is_below_the_table(scan, room)
+
+
+def assert_the_place_is_below_the_table(scan: Scan, room: Room):
+    """It faces the table, is as high as a seat, and says that the chair has to be pulled out; with a board, as high."""
+    (place,) = [one for one in room_places(scan, room)[None] if one.kind == "sit"]
+    assert place.inferred and place.function == "sittable" and "pulled out" in place.note and "not seen" in place.note
+    assert place.position[:2] == pytest.approx([0.3, 0.49 - 0.45 / 2], abs=0.03) and not place.knees and place.back
+    assert place.heading_deg == pytest.approx(270, abs=5)
+    assert place.height == pytest.approx(0.45, abs=0.05) and place.clearance == pytest.approx(0.29, abs=0.05)
+    board = scan_from_points(np.vstack([scan.points, sheet([0.1, 0.05, 0.5], [0.4, 0, 0], [0, 0.3, 0])]), "table")
+    (place,) = [one for one in room_places(board, room)[None] if one.kind == "sit"]
+    assert place.height == pytest.approx(0.5, abs=0.02)
 
 
 def test_two_backs_are_two_seats():

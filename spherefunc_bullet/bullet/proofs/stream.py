@@ -14,6 +14,7 @@ OPENING = 0.4  # of the opening's radius: the largest sphere
 WANDER = 0.3  # of the opening's radius: how far the spout moves to either side
 EVERY = 6  # steps between spheres
 CALM = 0.3  # seconds after the last one, and again after being carried
+SOLVED = 20, 50  # iterations of the engine's solver: light spheres in a low pile need few; and its own number
 CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
 
 
@@ -22,6 +23,7 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
     p = pybullet()
     radius, count = sphere_size(use, settings.spheres)
     shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
+    p.setPhysicsEngineParameter(numSolverIterations=SOLVED[0], **stage.engine)
     rng, bodies = np.random.default_rng(seed), []
     for number in range(count):
         aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
@@ -38,6 +40,7 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
         stage.steps(CARRIED[1] / 2, RATE)
     p.setGravity(0, 0, -G, **stage.engine)
     stage.steps(CALM / 2, RATE)
+    p.setPhysicsEngineParameter(numSolverIterations=SOLVED[1], **stage.engine)
     places = np.array([p.getBasePositionAndOrientation(body, stage.client)[0] for body in bodies])
     for body in bodies:
         p.removeBody(body, **stage.engine)
