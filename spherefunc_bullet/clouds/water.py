@@ -183,9 +183,8 @@ def with_walls(water: Water, wall: float) -> Water:
 
 def sky_above(cuts: np.ndarray, solid: np.ndarray) -> np.ndarray:
     """Return the cells (X, Y, Z) bool that nothing lies above."""
-    free = ~solid & ~np.roll((cuts & 4) > 0, 0, axis=2)
-    above = np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
-    return above
+    free = ~solid & (cuts & 4 == 0)
+    return np.logical_and.accumulate(free[:, :, ::-1], axis=2)[:, :, ::-1]
 
 
 @njit(cache=True, error_model="numpy")
