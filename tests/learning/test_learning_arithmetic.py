@@ -201,7 +201,7 @@ def test_an_outline_holds_what_is_as_far_inside_as_it_says():
     assert outline.inside(np.array([[0.3, 0.1], [0.55, 0.1], [0.7, 0.1], [0.3, 0.0]])) == pytest.approx(
         [0.1, 0.05, -0.1, 0]
     )
-    assert outline_of(corners[:3], 0.05).inside(np.array([[0.5, 0.1]])) == pytest.approx(0.2 / np.sqrt(10))  # a triangle
+    assert outline_of(corners[:3], 0.05).inside(np.array([[0.5, 0.1]])) == pytest.approx(0.2 / np.sqrt(10))
     assert (outline_of(corners[:2], 0.05).inside(corners) == -np.inf).all()
     assert outline_of(corners[:2], 0.05).area == pytest.approx(1.2 * 0.05 + np.pi * 0.05**2)
     assert outline_of(corners[:1], 0.05).width == pytest.approx(0.1)
