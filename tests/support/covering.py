@@ -32,7 +32,7 @@ KERNELS = BUILD / "kernels"
 OWN = {  # the tests of each folder, or file
     "fast_sim": "roller nearby strips kept_with_clouds conformance",
     "bullet": "flights bullet_arithmetic bullet_bodies bullet_collision bullet_columns bullet_loading bullet_world"
-    " bullet_physics bullet_shapes pieces poses standing conformance conformance_mechanics carrying",
+    " bullet_physics bullet_shapes pieces poses standing conformance conformance_mechanics carrying round_bottoms",
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
     " early_answers one_view view drops learning_arithmetic learnt_models"
