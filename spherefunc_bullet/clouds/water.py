@@ -245,18 +245,13 @@ def beyond(cuts, i, j, k, side):
 
 @njit(cache=True, error_model="numpy")
 def flood_links(cuts, solid, levels, links, heads):
-    """Write the least height, in layers, over which each cell is reached from the outermost ones; -1 where never.
+    """Write the least height, in layers, over which each cell is reached from the first one; -1 where never.
 
-    ``links`` (cells,) and ``heads`` (layers,) are scratch, all -1.
+    The outermost cells are free, so that it stands for all of them. ``links`` (cells,) and ``heads`` (layers,) are
+    scratch, all -1.
     """
     nx, ny, nz = cuts.shape
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                if i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1:
-                    cell = (i * ny + j) * nz + k
-                    levels[i, j, k] = k
-                    links[cell], heads[k] = heads[k], cell
+    levels[0, 0, 0], heads[0] = 0, 0
     for level in range(nz):
         while heads[level] >= 0:
             cell = heads[level]
