@@ -243,7 +243,9 @@ def beyond(cuts, i, j, k, side):
 
 @lean_njit(cache=True, error_model="numpy")
 def flood_links(cuts, solid, levels, links, heads):
-    """Write the least height, in layers, over which each free cell is reached from the outermost; -1 where it is not.
+    """Write the least height, in layers, over which each free cell is reached from the first one; -1 where it is not.
+
+    The outermost cells are free, so that the first stands for all of them.
 
     Parameters
     ----------
@@ -258,14 +260,7 @@ def flood_links(cuts, solid, levels, links, heads):
         Scratch, all -1: the first cell that waits at each height.
     """
     nx, ny, nz = cuts.shape
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                outermost = i == 0 or j == 0 or k == 0 or i == nx - 1 or j == ny - 1 or k == nz - 1
-                if outermost and not solid[i, j, k]:
-                    cell = (i * ny + j) * nz + k
-                    levels[i, j, k] = k
-                    links[cell], heads[k] = heads[k], cell
+    levels[0, 0, 0], heads[0] = 0, 0
     for level in range(nz):
         while heads[level] >= 0:
             cell = heads[level]

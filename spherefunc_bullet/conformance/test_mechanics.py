@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -44,11 +46,12 @@ def test_poses_of_a_cube_are_six_and_equally_likely(simulator: Simulator):
 
 def test_poses_say_what_made_them_and_repeat_bit_for_bit(simulator: Simulator):
     """The same arguments give the same bits, and the provenance is that of a drop."""
-    cloud, settings = prism(0.1, 0.06, 0.15, shift=0.02), PoseSettings(drops=40)
+    cloud, settings, started = prism(0.1, 0.06, 0.15, shift=0.02), PoseSettings(drops=40), time.perf_counter()
     first, again = (able(simulator, "poses").poses(cloud, settings, 5) for _ in range(2))
     assert [pose.rotation.tobytes() for pose in first.poses] == [pose.rotation.tobytes() for pose in again.poses]
     assert [pose.probability for pose in first.poses] == [pose.probability for pose in again.poses]
     assert first.provenance == provenance_of(simulator, settings, 5)
+    assert 0 < first.seconds < time.perf_counter() - started
     shares = [pose.probability for pose in first.poses]
     assert shares == sorted(shares, reverse=True) and sum(shares) <= 1 + 1e-9
 
@@ -79,7 +82,9 @@ def test_a_beaker_keeps_what_a_tray_does_not(simulator: Simulator):
 
 
 def test_carrying_repeats_bit_for_bit(simulator: Simulator):
-    """The same arguments give the same centres."""
+    """The same arguments give the same centres, and the seconds are some of those that it took."""
+    started = time.perf_counter()
     beaker, settings = prism(0.08, 0.1, 0.1, lid=False), CarrySettings(radius=0.01, spheres=15, angles_deg=(30.0,))
     first, again = (able(simulator, "carry").carry(beaker, settings, 2) for _ in range(2))
     assert first.centers.tobytes() == again.centers.tobytes() and first.kept == again.kept
+    assert 0 < first.seconds < time.perf_counter() - started

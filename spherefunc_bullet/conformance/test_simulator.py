@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from functools import cache
 
@@ -214,8 +215,10 @@ def test_run_ends_by_the_miss_limit(simulator: Simulator):
 
 
 def test_run_ends_by_the_sphere_limit(simulator: Simulator):
+    started = time.perf_counter()
     result = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), max_spheres=7), 0)
     assert result.stop == Stop.SPHERE_LIMIT and result.settled == 7
+    assert 0 < result.seconds < time.perf_counter() - started
     assert np.array_equal(result.centers, dropped(simulator.name, "plate").centers[:7])
 
 

@@ -282,7 +282,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         return quality(members[whole], scores[whole] > THRESHOLD).f_measure
 
 
-def forest(random_state: int = 0) -> ExtraTreesClassifier:
+def forest(random_state: int) -> ExtraTreesClassifier:
     """Return the classifier of one function."""
     from .profiles.trees import PlainForest
 

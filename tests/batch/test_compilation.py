@@ -64,30 +64,23 @@ def kernels(tmp_path):
     return run
 
 
-def test_code_is_found_again(kernels):
-    assert [kernels(), kernels()] == [(5, False), (5, True)]
-
-
-@pytest.mark.parametrize(
-    ("file", "old", "new", "value", "found"),
-    [
-        ("numbers", "STEP = 3", "STEP = 4", 6, False),
-        ("numbers", "(1, 2)", "(2, 2)", 8, False),
-        ("inner", "2 * x", "3 * x", 6, False),
-        ("outer", "STEP *", "1 + STEP *", 6, False),
-        ("bystander", "return 0", "return 1", 5, True),
-    ],
+CHANGES = (  # one after the other, with the value that they make together and whether the code is found
+    ("__init__", "", "", 5, True),
+    ("numbers", "STEP = 3", "STEP = 4", 6, False),
+    ("numbers", "(1, 2)", "(2, 2)", 10, False),
+    ("inner", "2 * x", "3 * x", 11, False),
+    ("outer", "STEP *", "1 + STEP *", 12, False),
+    ("bystander", "return 0", "return 1", 12, True),
 )
-def test_only_what_decides_it_makes_code_anew(kernels, file, old, new, value, found):
-    kernels()
-    assert kernels(file, old, new) == (value, found)
 
 
-def test_code_of_older_sources_is_removed(kernels, tmp_path):
-    kernels()
-    kept = set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
-    kernels("numbers", "STEP = 3", "STEP = 4")
-    assert len(kept) == 1 and not kept & set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+def test_only_what_decides_it_makes_code_anew_and_older_code_is_removed(kernels, tmp_path):
+    assert kernels() == (5, False)
+    for file, old, new, value, found in CHANGES:
+        before = set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+        assert kernels(file, old, new) == (value, found)
+        after = set(tmp_path.glob("kernels/__pycache__/kernels-outer-*"))
+        assert len(after) == 1 and (after == before) == found
 
 
 def test_code_of_these_sources_stays_where_it_is_while_others_keep_theirs_elsewhere(kernels, tmp_path, monkeypatch):

@@ -72,8 +72,8 @@ def test_task_that_takes_too_long_is_stopped():
 
 
 def test_time_limit_is_for_each_task_and_not_for_all():
-    """Seven seconds of sleep, in tasks that have five each and need one."""
-    assert all(isinstance(each, str) for each in outcomes(["dozer"] * 7, time_limit=5.0))
+    """Four seconds of sleep, in tasks that have three each and need half of one."""
+    assert all(isinstance(each, str) for each in outcomes(["dozer"] * 8, time_limit=3.0))
 
 
 def test_one_process_does_all_tasks_in_their_order():
@@ -182,7 +182,7 @@ def test_crash_in_one_of_several_simulators_costs_that_one_the_object(models):
 def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
     how = Dropping(simulator=MishapSimulator(), radii=(0.02,))
-    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=8.0))
+    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=4.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 

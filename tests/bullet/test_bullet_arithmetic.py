@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import clouds
 import numpy as np
 import pytest
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from spherefunc_bullet.bullet import loading
 from spherefunc_bullet.bullet.bodies.carrying import FINER, MANY, carrying_physics
@@ -16,7 +16,7 @@ from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, G, shaken
 from spherefunc_bullet.bullet.collision.cuts import hull_of, in_halves
 from spherefunc_bullet.bullet.collision.pieces import bends_between, corners
 from spherefunc_bullet.bullet.collision.shape import thinned
-from spherefunc_bullet.bullet.collision.sides import fitted
+from spherefunc_bullet.bullet.collision.sides import fitted, grow_sides
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
@@ -90,10 +90,10 @@ def test_a_face_hangs_between_the_two_sides_that_its_corners_lie_on():
     (bend,), others = bends_between(np.array([[0, 1, 2], [0, 1, 5]]), np.arange(2), owners, 3, 6)
     # With the vertex that those two share; the other face has a corner on no side.
     assert [part.tolist() for part in bend] == [[0], [3]] and others.tolist() == [1]
-    owners = np.array([[0, 1], [1, 1], [2, 2], [3, 1], [3, 2], [4, 0], [5, 0], [5, 2]])
-    bends, others = bends_between(np.array([[0, 1, 2], [0, 3, 2], [4, 2, 1]]), np.arange(3), owners, 3, 6)
+    owners = np.array([[0, 1], [1, 1], [2, 2], [3, 1], [3, 2], [4, 0], [5, 0], [5, 2], [6, 0], [6, 1]])
+    bends, others = bends_between(np.array([[0, 1, 2], [0, 3, 2], [4, 2, 1]]), np.arange(3), owners, 3, 7)
     # In a corner of three sides it hangs between the larger two, which come first.
-    assert [[part.tolist() for part in bend] for bend in bends] == [[[2], []], [[0, 1], [3]]] and not len(others)
+    assert [[part.tolist() for part in bend] for bend in bends] == [[[2], [6]], [[0, 1], [3]]] and not len(others)
 
 
 @pytest.mark.parametrize(("looks", "refused"), [([1.0], False), ([0.9, 1.0], False), ([0.9, 0.9], True)])
@@ -119,6 +119,15 @@ def test_the_plane_of_a_side_is_the_one_its_points_are_spread_along():
     points = spread - np.outer(spread @ normal, normal) + 0.7 * normal
     plane = fitted(points, np.arange(80, dtype=np.int32))
     assert np.abs(plane[:3] @ normal) == pytest.approx(1) and np.abs(plane[3]) == pytest.approx(0.7)
+
+
+@pytest.mark.parametrize("scale", [2.0**-8, 2.0**8])
+def test_sides_are_the_same_in_every_unit(scale):
+    vertices = RANDOM(8).uniform(-1, 1, (200, 2))
+    wavy = np.column_stack([vertices, 0.1 * np.sin(4 * vertices[:, 0]) * vertices[:, 1]])
+    faces = Delaunay(vertices).simplices.astype(np.int32)
+    found = grow_sides(wavy, faces, 0.02)
+    assert np.array_equal(grow_sides(scale * wavy, faces, scale * 0.02), found) and len(np.unique(found)) > 5
 
 
 def test_a_place_is_clear_where_no_point_is_near():
@@ -150,6 +159,8 @@ def test_of_a_board_both_sides_are_represented():
     xy = RANDOM(7).uniform(-1, 1, (900, 2))
     board = np.concatenate([np.column_stack([xy, np.full(900, z)]) for z in (0.0, 0.1)])
     kept = representatives(board, 0.5, 0.02)
+    lattice = representatives(np.array([[x, y, 0.0] for x in range(9) for y in range(9)]), 1.5, 0.02)
+    assert np.array_equal(lattice, np.unique(lattice, axis=0))  # in the order of coordinates, each once
     for z in (0.0, 0.1):
         layer = kept[np.abs(kept[:, 2] - z) < 1e-9]
         assert cKDTree(layer[:, :2]).query(xy)[0].max() < 0.8 and len(layer) < 100

@@ -272,8 +272,8 @@ def test_a_stage_s_friction_time_and_push_are_what_they_say():
         shape = p.createCollisionShape(p.GEOM_SPHERE, radius=0.05, **stage.engine)
         body = p.createMultiBody(2.0, shape, stage.visual, [0, 0, 50], **stage.engine)
         p.changeDynamics(body, -1, linearDamping=0, angularDamping=0, **stage.engine)
-        stage.rub(body, 0.25)
-        assert p.getDynamicsInfo(body, -1, **stage.engine)[1] == pytest.approx(0.5) and ball > stage.object
+        stage.rub(body)
+        assert p.getDynamicsInfo(body, -1, **stage.engine)[1] == pytest.approx(0.7) and ball > stage.object
         stage.steps(0.5, 240)
         assert p.getBaseVelocity(body, **stage.engine)[0] == pytest.approx((0, 0, -G / 2), abs=1e-3)
         stage.push(body, 3.0, np.pi / 6, 0.25, 240)

@@ -12,7 +12,7 @@ import trimesh
 import spherefunc_bullet as sf
 from spherefunc_bullet.classification import LEAKS
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
-from spherefunc_bullet.clouds.water import leaks
+from spherefunc_bullet.clouds.water import Water, leaks, share_under_water, waters_of
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.compare.evaluation.impaired import apply_stability_check
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Split
@@ -93,6 +93,33 @@ def test_spheres_on_a_saucer_do_not_count():
     angles = np.linspace(0, 2 * np.pi, 300)
     beside = np.column_stack([0.07 * np.cos(angles), 0.07 * np.sin(angles), np.full(300, 0.005)])
     assert not leaks(cloud_of(mesh), np.vstack([filled(), beside]))
+
+
+def test_in_a_straight_vessel_water_rises_evenly_and_covers_what_is_below_its_level():
+    cells = np.argwhere(np.ones((2, 2, 4), bool)) + [5, 5, 1]
+    row = np.column_stack([np.full((7, 2), 5), np.arange(7)])  # up to the layer above the water and one more
+    centers = (np.concatenate([row, row + [9, 0, 0], row - [9, 0, 0]]) + 0.5) * 0.01  # and beside it
+    assert share_under_water(np.zeros(3), 0.01, cells, centers) == pytest.approx(5 / 7)
+    assert share_under_water(np.zeros(3), 0.01, cells[:0], centers) == 0
+    water = Water(np.array([0, 0, 0.1]), 0.01, cells, brim=5, opening=cells[-1:, :2], extra=0.0)
+    assert water.volume == pytest.approx(16e-6) and water.brim_height == pytest.approx(0.15)
+    assert np.array(water.levels(4)) == pytest.approx(np.transpose([[0, 4, 8, 12, 16], [0.11, 0.12, 0.13, 0.14, 0.15]]))
+
+
+def test_water_is_open_where_nothing_lies_above_it():
+    roof = trimesh.creation.box((RADIUS, 2 * RADIUS, 0.002)).apply_translation([RADIUS / 2, 0, HEIGHT + 0.03])
+    (water,) = waters_of(cloud_of(trimesh.util.concatenate([cup(), roof])))
+    (free,) = waters_of(cloud_of(cup()))
+    assert (water.origin[0] + water.opening[:, 0] * water.cell < water.cell).all()
+    assert len(water.opening) * water.cell**2 == pytest.approx(len(free.opening) * free.cell**2 / 2, rel=0.1)
+
+
+@pytest.mark.parametrize(("scale", "bodies"), [(0.5, 2), (0.3, 1)])
+def test_what_holds_a_twentieth_of_the_largest_is_no_puddle(scale, bodies):
+    beside = cup().apply_scale(scale).apply_translation([0.08, 0, 0])
+    waters = waters_of(cloud_of(trimesh.util.concatenate([beside, cup()])))
+    inside = np.pi * (RADIUS - WALL) ** 2 * (HEIGHT - WALL) * scale ** (3 * np.arange(bodies))
+    assert [water.volume for water in waters] == pytest.approx(inside.tolist(), rel=0.05)
 
 
 @pytest.mark.parametrize("backend", ["fast", "bullet"])

@@ -386,7 +386,8 @@ def test_evaluate_impaired_prints_the_contract(sources, tmp_path, monkeypatch, c
     if not grouped:
         text = (sources / "manifest.csv").read_text()
         (sources / "manifest.csv").write_text(text.replace(",here", ",all").replace(",there", ",all"))
-    command = ["evaluate", str(sources), "--impaired", "--radii", "5cm", "--train-sizes", "half", "--jobs", "1"]
+    command = ["evaluate", str(sources), "--impaired", "--radii", "5cm", "--train-sizes", "half", "--trials", "2"]
+    command += ["--jobs", "1"]
     picture = tmp_path / "picture.png"
     command += [] if grouped else ["--copied", "2", "--picture", str(picture)]
     about = run_json(command, monkeypatch, capsys)

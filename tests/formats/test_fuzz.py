@@ -1,6 +1,8 @@
-"""One fuzz target per reader, for a second each; `make fuzz` runs longer."""
+"""One fuzz target per reader, a few files each; `make fuzz` takes more."""
 
 from __future__ import annotations
+
+import math
 
 import pytest
 from cloud_files import require_reader
@@ -21,7 +23,7 @@ def test_files_that_are_whole_load_and_damage_repeats(kind, tmp_path):
 
 
 def test_damage_is_refused_or_loads_within_its_limits():
-    found = list(fuzz([(kind, 0, 1_000, 0.8) for kind in HERE]))
+    found = list(fuzz([(kind, 0, 60, math.inf) for kind in HERE]))
     assert [each["kind"] for each in found] == list(HERE)
     for each in found:
         assert set(each["found"]) <= {"refused", "loaded"}, each

@@ -24,7 +24,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     log_odds,
     unsure_band,
 )
-from spherefunc_bullet.learning.profiles.columns import columns_of, outline_of
+from spherefunc_bullet.learning.profiles.columns import columns_of, fullest_level, outline_of
 from spherefunc_bullet.learning.profiles.on_top import CELL, LARGEST, LEAST, SPARED, count_parts, objects_on_table
 from spherefunc_bullet.learning.profiles.quantities import Ranks, evenness
 from spherefunc_bullet.settling.drops import resting_drops
@@ -158,6 +158,13 @@ def test_how_even_a_level_is_by_hand():
     assert found["level_tilt"] == pytest.approx(np.degrees(np.arctan(step / (2 * RADIUS))))
 
 
+@pytest.mark.parametrize("lift", [0.0, 0.1, 0.3, 0.7])
+def test_a_level_ends_one_radius_up_and_down_however_high_it_is(lift):
+    """Of steps one radius high, three in a row are one level: heights that rounding parts are the same."""
+    _, level = fullest_level(columns_of(stepped(RADIUS) + [0, 0, lift], RADIUS))
+    assert len(level) == 3 * 10
+
+
 @pytest.mark.parametrize(("count", "tilted"), [(5, False), (6, True)])
 def test_a_plane_is_laid_through_six_spheres_or_more(count, tilted):
     slope = stepped(0.2 * RADIUS, columns=2)[:count]
@@ -194,6 +201,7 @@ def test_an_outline_holds_what_is_as_far_inside_as_it_says():
     assert outline.inside(np.array([[0.3, 0.1], [0.55, 0.1], [0.7, 0.1], [0.3, 0.0]])) == pytest.approx(
         [0.1, 0.05, -0.1, 0]
     )
+    assert outline_of(corners[:3], 0.05).inside(np.array([[0.5, 0.1]])) == pytest.approx(0.2 / np.sqrt(10))
     assert (outline_of(corners[:2], 0.05).inside(corners) == -np.inf).all()
     assert outline_of(corners[:2], 0.05).area == pytest.approx(1.2 * 0.05 + np.pi * 0.05**2)
     assert outline_of(corners[:1], 0.05).width == pytest.approx(0.1)

@@ -36,7 +36,7 @@ def happen(name) -> str:
             os.write(2, b"asleep\n")
             time.sleep(60)
         case "dozer":
-            time.sleep(1)
+            time.sleep(0.5)
         case "refused":
             raise InputError(f"{name}: expected something else")
         case "bug":

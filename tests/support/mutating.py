@@ -21,7 +21,7 @@ from pathlib import Path
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator
-from covering import BUILD, Copy
+from covering import BUILD, OWN, Copy
 
 BINARY = "Add_Sub Sub_Add Mul_Div Div_Mul FloorDiv_Mul Pow_Mul Mod_Mul RShift_LShift LShift_RShift BitAnd_BitOr"
 COMPARED = "Eq_NotEq NotEq_Eq Lt_LtE Lt_GtE LtE_Lt LtE_Gt Gt_GtE Gt_LtE GtE_Gt GtE_Lt Is_IsNot IsNot_Is"
@@ -72,7 +72,8 @@ def places_of(path: Path) -> Iterator[list[tuple[str, int, int]]]:
 
 def sampled(copy: Copy, folders: Sequence[str], count: int, seed: int) -> list[Mutant]:
     """Return changes at so many places in some folders, each place as likely as any other."""
-    files = [path for folder in folders for path in sorted((copy.package / folder).rglob("*.py"))]
+    roots = [copy.package / folder for folder in folders]
+    files = [path for path in sorted(copy.package.rglob("*.py")) if any(path.is_relative_to(root) for root in roots)]
     places = [(path, place) for path in files for place in places_of(path)]
     chance = random.Random(seed)
     chosen = [(path, chance.choice(place)) for path, place in chance.sample(places, min(count, len(places)))]
@@ -135,7 +136,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sample", type=int, default=400)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("folders", nargs="*", default=["fast_sim", "bullet", "settling", "learning"])
+    parser.add_argument("folders", nargs="*", default=[*OWN])
     given = parser.parse_args()
     copy = Copy(given.folders)
     same = {tuple(row[:3]) for row in [*csv.reader(SAME.open())][1:]}

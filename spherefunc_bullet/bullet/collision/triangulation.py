@@ -27,6 +27,7 @@ def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
     Parameters
     ----------
     points : (N, 3) float64
+        Sorted, so that the order of a cloud's points has no influence.
     alpha : float, unit of the points
         Radius of the ball that rolls over them.
     gap : float, at least alpha
@@ -44,7 +45,7 @@ def faces_between(points: np.ndarray, alpha: float, gap: float) -> np.ndarray:
 
 
 def point_cells(points: np.ndarray, side: float):
-    """Sort points into cubic cells.
+    """Sort points into cubic cells, those of one cell in the order in which they came.
 
     Returns
     -------
@@ -63,7 +64,7 @@ def point_cells(points: np.ndarray, side: float):
     cells = np.floor((points - low) / side).astype(np.int64)
     dims = cells.max(axis=0) + 2
     key = (cells[:, 0] * dims[1] + cells[:, 1]) * dims[2] + cells[:, 2]
-    order = np.lexsort((points[:, 2], points[:, 1], points[:, 0], key))
+    order = np.argsort(key, kind="stable")
     keys, starts = np.unique(key[order], return_index=True)
     return order, np.append(starts, len(points)), keys, dims, low
 

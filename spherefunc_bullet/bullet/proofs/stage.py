@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...clouds.cloud import Cloud
@@ -40,11 +42,10 @@ class Stage:
         self.rub(body)
         return body
 
-    def rub(self, body: int, friction: float | None = None):
+    def rub(self, body: int):
         """Give all links of a body the friction whose product with itself is that of the stage."""
-        own = np.sqrt(self.friction if friction is None else friction)
         for link in range(-1, pybullet().getNumJoints(body, **self.engine)):
-            pybullet().changeDynamics(body, link, lateralFriction=own, **self.engine)
+            pybullet().changeDynamics(body, link, lateralFriction=np.sqrt(self.friction), **self.engine)
 
     def steps(self, seconds: float, rate: float):
         """Advance by a time, in steps of which there are ``rate`` in a second."""
@@ -67,16 +68,7 @@ def shape_of(cloud: Cloud) -> CollisionShape:
         return collision_shape(cloud, 1.0, "mesh")
     radius = float(np.clip(SPANNED * cloud.size.max(), *SPANS))
     shape = collision_shape(cloud, radius, "voxel")
-    return CollisionShape(
-        name=shape.name,
-        kind=shape.kind,
-        vertices=shape.vertices * radius,
-        faces=shape.faces,
-        pieces=None,
-        columns=shape.columns * radius,
-        voxel_size=None,
-        gap=None,
-    )
+    return replace(shape, vertices=shape.vertices * radius, columns=shape.columns * radius, voxel_size=None, gap=None)
 
 
 def tilt_of(quaternion: tuple[float, float, float, float]) -> float:

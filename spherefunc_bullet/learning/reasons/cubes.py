@@ -89,7 +89,7 @@ def side_counts(examples: sparse.csr_matrix, weights: np.ndarray, here: np.ndarr
 
 def unknown_cubes(centers: np.ndarray, histogram: CubeHistogram) -> Counts:
     """Return the cubes in which no training object had a sphere, and the counts of settled centres (S, 3) there."""
-    keys, counts = counted_cubes(np.asarray(centers, float).reshape(-1, 3), histogram.side)
+    keys, counts = counted_cubes(centers, histogram.side)
     new = ~np.isin(keys, histogram.keys_)
     return keys[new], counts[new]
 
