@@ -1,7 +1,7 @@
 """Examine places, and print what came out as JSON.
 
 python -m spherefunc_bullet.compare.places put|seats|sitters|capacity|scans|proofs|seconds FOLDER
-    [--headings FILE] [--every N] [--category NAME]
+    [--headings FILE] [--every N] [--category NAME] [--objects FOLDER]
 """
 
 from __future__ import annotations
@@ -169,6 +169,7 @@ def main():
     parser.add_argument("--headings", type=Path, default=Path("tests/places/seat_headings.csv"))
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--category", help="put: objects of this category of the manifest in place of tables")
+    parser.add_argument("--objects", type=Path, help="put: the folder of the mug, the bottle and the plate")
     options = parser.parse_args()
     print_json(EXAMS[options.exam](options))
 
@@ -186,7 +187,7 @@ def put(options: argparse.Namespace) -> dict[str, object]:
     """Set a mug, a bottle, a plate and a book down on bare and on laid tables."""
     from .putting import examined, laid, put_objects, summary
 
-    objects, rng, bare, full = put_objects(options.folder), np.random.default_rng(0), [], []
+    objects, rng, bare, full = put_objects(options.objects or options.folder), np.random.default_rng(0), [], []
     for file in files_of(options, "table"):
         table = load_cloud(file)
         bare.append(examined(table, objects, rng))

@@ -1,4 +1,4 @@
-"""A ROS 2 node: takes clouds, finds what can be sat on, drunk from and put objects on, publishes boxes as markers.
+"""A ROS 2 node: finds what can be sat on, drunk from and put objects on in clouds, publishes boxes and places.
 
     pip install spherefunc-bullet            # into the environment that has ROS 2
     python3 functional_objects.py --ros-args -r cloud:=/camera/depth/points -p level_frame:=base_link
@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_marker
+from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_arrow, fill_marker
 from spherefunc_bullet.scenes.ros.frames import matrix_of
 from spherefunc_bullet.scenes.ros.point_cloud2 import PointCloud2, points_of
 
@@ -32,11 +32,14 @@ def markers_of(points: np.ndarray, up: str, header: object, new_marker: type) ->
     """Return markers of what is found in points (N, 3): first one that clears those of the cloud before."""
     cleared = new_marker()
     cleared.header, cleared.action = header, DELETE_ALL
-    markers = [cleared]
-    for number, box in enumerate(boxes_of(sf.find_objects(points, units="m", up=up))):
-        markers.append(fill_marker(new_marker(), box, number))
-        markers[-1].header = header
-    return markers
+    objects = sf.find_objects(points, units="m", up=up, inferred=True)
+    boxes = boxes_of([item for item in objects if not item.inferred])
+    markers = [fill_marker(new_marker(), box, number) for number, box in enumerate(boxes)]
+    places = [place for item in objects for place in item.places]
+    markers += [fill_arrow(new_marker(), place, number) for number, place in enumerate(places)]
+    for marker in markers:
+        marker.header = header
+    return [cleared, *markers]
 
 
 def main():

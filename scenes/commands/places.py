@@ -38,13 +38,14 @@ def places(
     """Say where and how each object can be used: places to sit, to put and to pour."""
     from spherefunc_bullet.simulator import make_simulator
     from spherefunc_bullet.simulator.mechanics import require_ability
+    from spherefunc_bullet.simulator.proofs import ProofSettings
     from spherefunc_bullet.viewer.mechanics_pictures import require_png
 
     require_png(picture)
     simulator = make_simulator(backend)
     if prove:
         require_ability(simulator, "prove")
-    failures, how = Failures(), (put, prove, parse_length(person), up, units, seed)
+    failures, how = Failures(), (put, prove, ProofSettings(person=parse_length(person)).person, up, units, seed)
     results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [row_of(file, *found) for file, found in results]
     if results and (picture is not None or page is not None):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,6 +45,16 @@ class FoundObject:
     unsure: bool = False  # the last reasons say why
     reasons: tuple[str, ...] = ()  # sentences
     inferred: bool = False  # not seen, but it has its place: it has no points and no scores
+    find: Callable[[], Sequence[Place]] = field(default=tuple, repr=False)
+
+    @cached_property
+    def places(self) -> tuple[Place, ...]:
+        """Where and how it can be used, in the scan's frame, metres; looked for when first asked for."""
+        return tuple(self.find())
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what is pickled: with its places, without the scan."""
+        return {**self.__dict__, "places": self.places, "find": tuple}
 
 
 def find_objects(
@@ -101,8 +112,13 @@ def find_objects(
     else:
         whole = as_scan(scan, units)
     room = recognise(whole, inference_model(shipped, backend), up=up, settings=settings)
-    found = [found_object(item, room, whole) for item in room.objects]
-    return found + [inferred_object(item, room) for item in room.inferred] if inferred else found
+    places = cache(partial(room_places, whole, room))
+    found = [found_object(item, room, whole, lambda own=item.id: places().get(own, ())) for item in room.objects]
+    unseen = [
+        inferred_object(item, room, lambda own=number: [one for one in places()[None] if one.kind == "sit"][own:][:1])
+        for number, item in enumerate(room.inferred)
+    ]
+    return found + unseen if inferred else found
 
 
 def is_depth_image(anything: Anything, intrinsics: object) -> bool:
@@ -124,7 +140,7 @@ def as_scan(anything: Anything, units: str = "auto") -> Scan:
     return scan_from_points(points, units=units, report=warn)
 
 
-def inferred_object(item: Inferred, room: Room) -> FoundObject:
+def inferred_object(item: Inferred, room: Room, find: Callable[[], Sequence[Place]]) -> FoundObject:
     """Return what was not seen, in the frame of the scan."""
     return FoundObject(
         functions=frozenset([item.function]),
@@ -135,10 +151,11 @@ def inferred_object(item: Inferred, room: Room) -> FoundObject:
         unsure=True,
         reasons=(item.reason,),
         inferred=True,
+        find=find,
     )
 
 
-def found_object(item: SceneObject, room: Room, scan: Scan) -> FoundObject:
+def found_object(item: SceneObject, room: Room, scan: Scan, find: Callable[[], Sequence[Place]]) -> FoundObject:
     """Return one object in the frame of the scan."""
     doubts = room.doubts(item)
     return FoundObject(
@@ -149,6 +166,7 @@ def found_object(item: SceneObject, room: Room, scan: Scan) -> FoundObject:
         points=scan.points[room.labels == item.id],
         unsure=bool(doubts),
         reasons=(*room.reasons(item), *doubts),
+        find=find,
     )
 
 

@@ -150,7 +150,9 @@ def room_places(
     for item in room.objects:
         if "table" in item.members and not any(place.kind == "put" for place in found[item.id]):
             found[item.id] += in_part(item, "put", cloud.points)
-    found.setdefault(None, []).extend(seat_below(seat, room, cloud.points) for seat in room.inferred)
+    if room.inferred:
+        low = cloud.points[(cloud.points[:, 2] > SEAT_HEIGHTS[0]) & (cloud.points[:, 2] < SEAT_HEIGHTS[1])]
+        found.setdefault(None, []).extend(seat_below(seat, room, low) for seat in room.inferred)
     back = from_level(room)
     return {owner: [place.moved(back) for place in places] for owner, places in found.items() if places}
 
@@ -159,6 +161,11 @@ def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
     """Return the place to sit on a chair of which only the back shows at a table; it faces the table.
 
     It is as high as what was seen of the seat under the table, and as seats are where nothing was.
+
+    Parameters
+    ----------
+    points : (N, 3) float64, metres, level frame
+        The scene's as high as seats.
     """
     table = next(item for item in room.objects if item.id == seat.table)
     across = seat.box.axes[1, :2]
@@ -167,7 +174,7 @@ def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
     top = level_of(table.points, Segmentation.leaf_size).height
     near = (np.abs(seat.box.to_own(points)[:, :2]) <= [width / 2, depth / 2]).all(axis=1)
     near &= (points[:, :2] - seat.box.center[:2]) @ ahead > _BACK - depth / 2
-    level = points[near & (points[:, 2] > SEAT_HEIGHTS[0]) & (points[:, 2] < min(SEAT_HEIGHTS[1], top - _THIGHS))]
+    level = points[near & (points[:, 2] < top - _THIGHS)]
     height = level_of(level, Segmentation.leaf_size).height if len(level) >= FEWEST else _SEAT
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, depth / 2] @ seat.box.axes[:2, :2]
     return Place(

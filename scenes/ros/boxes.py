@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from spherefunc_bullet.places.place import Place
+
 from ..recognition.objects import FoundObject
 
 COLOURS = {"sittable": (0.0, 0.75, 0.84), "table": (0.88, 0.0, 0.75), "cup": (0.96, 0.59, 0.0)}  # as in pictures
@@ -60,4 +62,29 @@ def fill_marker(marker: Any, box: FoundBox, number: int) -> Any:
     marker.color.r, marker.color.g, marker.color.b = box.colour
     marker.color.a = OPACITY
     marker.text = f"{box.function} {box.score:.2f}"
+    return marker
+
+
+ARROW = 0.3, 0.02, 0.02  # metres: length, width and height of the one that shows a place
+
+
+def fill_arrow(marker: Any, place: Place, number: int) -> Any:
+    """Set a marker, whose header is the caller's, to an arrow at a place: the way a sitter faces, or up; return it."""
+    from scipy.spatial.transform import Rotation
+
+    up = place.normal
+    level = np.eye(3)[np.abs(up).argmin()] if abs(up[0]) > 0.9 else np.eye(3)[0]
+    level = (level - level @ up * up) / np.linalg.norm(level - level @ up * up)
+    angle = np.radians(place.heading_deg or 0.0)
+    ahead = np.cos(angle) * level + np.sin(angle) * np.cross(up, level)
+    first, last = (ahead, up) if place.kind == "sit" and place.heading_deg is not None else (up, -ahead)
+    axes = np.column_stack([first, np.cross(last, first), last])
+    marker.ns, marker.id, marker.type, marker.action = f"place to {place.kind}", number, 0, 0  # added or changed
+    at, turn = marker.pose.position, marker.pose.orientation
+    at.x, at.y, at.z = place.position.tolist()
+    turn.x, turn.y, turn.z, turn.w = Rotation.from_matrix(axes).as_quat().tolist()
+    marker.scale.x, marker.scale.y, marker.scale.z = ARROW
+    marker.color.r, marker.color.g, marker.color.b = COLOURS[place.function]
+    marker.color.a = 1.0
+    marker.text = f"{place.kind} {place.score:.2f}"
     return marker

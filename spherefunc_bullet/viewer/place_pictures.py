@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 6000
 DRAWN = 0.25  # the least score of a place that is drawn
+POSES = 20  # that are drawn of a place
 BEAD = 0.008  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
 # Joints of a sitter 1.75 m tall, ahead and up from the seat, metres: head, neck, hip, knee, foot, toes.
@@ -81,7 +82,7 @@ def draw_place(axes: Axes3D, place: Place):
         axes.scatter(*joints[0], c="black", s=160, zorder=5)
     elif place.kind == "pour":
         axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
-    for pose in place.poses[:20]:
+    for pose in place.poses[:POSES]:
         axes.scatter(*pose[:3, 3], c=colour, s=12, marker="x", zorder=4)
 
 
@@ -130,7 +131,8 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
     bar = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf is no table, and yet has places
     drawn = [one for one in places if one.score >= bar]
     lines = [line for place in drawn for line in lines_of(place)]
-    beads = np.vstack([*(beads_on(line, radius) for line in lines), np.empty((0, 3))])
+    poses = [pose[None, :3, 3] for place in drawn for pose in place.poses[:POSES]]
+    beads = np.vstack([*(beads_on(line, radius) for line in lines), *poses, np.empty((0, 3))])
     head = ["height / m", "faces", "score", "free above / m", "proof"]
     rows = [
         [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance), proof_text(one)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -134,6 +135,8 @@ def test_objects_of_a_table_top_are_found():
         assert abs(target.box.center[0] - x) < 0.02 and abs(target.points[:, 0].mean() - x) < 0.02
         assert target.corners.shape == (8, 3)
         assert target.reasons[0].startswith("cup") and not target.unsure and not target.inferred
+        for place in (target.places[0], pickle.loads(pickle.dumps(target)).places[0]):
+            assert place.kind == "pour" and abs(place.position[0] - x) < 0.02
 
 
 def test_a_depth_image_is_a_scan(tmp_path):

@@ -17,9 +17,10 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.scenes.recognition.objects import FoundObject
 from spherefunc_bullet.scenes.ros.bag import is_bag, load_bag
-from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_marker
+from spherefunc_bullet.scenes.ros.boxes import boxes_of, fill_arrow, fill_marker
 from spherefunc_bullet.scenes.ros.frames import FrameTree
 from spherefunc_bullet.scenes.ros.point_cloud2 import colours_of, points_of
 from spherefunc_bullet.scenes.segmentation.clusters import Box
@@ -378,6 +379,19 @@ def test_a_marker_is_one_that_ros_takes():
     assert dataclasses.astuple(heard.scale)[:3] == pytest.approx((1.0, 0.6, 0.4))
 
 
+@pytest.mark.parametrize("heading", [0.0, 90.0, 200.0])
+def test_an_arrow_points_the_way_that_a_sitter_faces(heading):
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    at, up = np.array([1.0, 2.0, 0.45]), np.array([0.0, 0.0, 1.0])
+    known = {"normal": up, "region": (), "area": 0.2, "height": 0.45, "clearance": None, "score": 0.9}
+    place = Place(kind="sit", function="sittable", position=at, heading_deg=heading, **known)
+    marker = fill_arrow(blank(store, "visualization_msgs/msg/Marker"), place, 0)
+    turn = marker.pose.orientation
+    x, _, z = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix().T
+    assert np.allclose(x, [np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0]) and np.allclose(z, up)
+    assert (marker.type, marker.pose.position.z) == (marker.ARROW, 0.45)
+
+
 def test_the_node_answers_a_recorded_cloud(tmp_path, seen):
     from rosbags.highlevel import AnyReader
 
@@ -388,7 +402,7 @@ def test_the_node_answers_a_recorded_cloud(tmp_path, seen):
     points, up = node.level_points(cloud, heard["/tf_static"].transforms[0].transform)
     markers = node.markers_of(points, up, cloud.header, lambda: blank(store, "visualization_msgs/msg/Marker"))
     assert markers[0].action == markers[0].DELETEALL
-    assert {"table", "cup"} <= {marker.ns for marker in markers[1:]}
+    assert {"table", "cup", "place to pour"} <= {marker.ns for marker in markers[1:]}
     assert all(marker.header.frame_id == CAMERA for marker in markers)
     array = store.types["visualization_msgs/msg/MarkerArray"](markers=markers)
     assert store.serialize_cdr(array, "visualization_msgs/msg/MarkerArray")

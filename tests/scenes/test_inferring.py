@@ -10,6 +10,7 @@ from room_shapes import moved, square_table
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
+from spherefunc_bullet.scenes.recognition.objects import find_objects
 from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
@@ -84,6 +85,8 @@ def assert_the_place_is_below_the_table(scan: Scan, room: Room):
     assert place.position[:2] == pytest.approx([0.3, 0.49 - 0.45 / 2], abs=0.03) and not place.knees and place.back
     assert place.heading_deg == pytest.approx(270, abs=5)
     assert place.height == pytest.approx(0.45, abs=0.05) and place.clearance == pytest.approx(0.29, abs=0.05)
+    (unseen,) = [one for one in find_objects(scan, inferred=True) if one.inferred]
+    assert [one.as_json() for one in unseen.places] == [place.as_json()]
     board = scan_from_points(np.vstack([scan.points, sheet([0.1, 0.05, 0.5], [0.4, 0, 0], [0, 0.3, 0])]), "table")
     (place,) = [one for one in room_places(board, room)[None] if one.kind == "sit"]
     assert place.height == pytest.approx(0.5, abs=0.02)
