@@ -74,6 +74,7 @@ CHANGES = (  # one after the other, with the value that they make together and w
 )
 
 
+@pytest.mark.slow
 def test_only_what_decides_it_makes_code_anew_and_older_code_is_removed(kernels, tmp_path):
     assert kernels() == (5, False)
     for file, old, new, value, found in CHANGES:
@@ -111,6 +112,7 @@ def classified(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_compiling_is_said_once_after_installation_whatever_runs(classified):
     """Short runs do not need all kernels, and those that they need are there the second time."""
     assert "compiling" in classified(0.09)

@@ -71,6 +71,7 @@ def test_task_that_takes_too_long_is_stopped():
     assert str(slow) == "sleeper.ply: expected a result within 0.3 s; stopped twice"
 
 
+@pytest.mark.slow
 def test_time_limit_is_for_each_task_and_not_for_all():
     """Four seconds of sleep, in tasks that have three each and need half of one."""
     assert all(isinstance(each, str) for each in outcomes(["dozer"] * 8, time_limit=3.0))
@@ -179,10 +180,12 @@ def test_crash_in_one_of_several_simulators_costs_that_one_the_object(models):
     assert "SIGSEGV" in str(done[1][1]) and done[1][0].path == paths[1]
 
 
+@pytest.mark.slow
 def test_object_that_takes_too_long_costs_itself(models):
     slow, other = models("sleeper", "other")
     how = Dropping(simulator=MishapSimulator(), radii=(0.02,))
-    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=4.0))
+    dict(simulate_objects([other], how))  # then it takes no time, however slow the machine
+    done = dict(simulate_objects([slow, other], how, jobs=2, time_limit=3.0))
     assert str(slow) in str(done[0]) and len(done[1].settled[0.02]) == 1
 
 
@@ -235,6 +238,7 @@ def test_bug_in_a_backend_is_a_traceback_and_code_one(models, script):
     assert process.returncode == 1 and stdout == "" and "in happen" in stderr and "a bug of ours" in stderr
 
 
+@pytest.mark.slow
 def test_train_and_classify_survive_a_crash(models, script, tmp_path):
     files = models("cup_1", "cup_2", "cup_3", "post_1", "post_2", "segfault", "post_3")
     rows = [f"{file.name},{'cup' if 'cup' in file.name else 'none'}" for file in files]

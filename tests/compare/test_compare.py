@@ -299,6 +299,7 @@ def few_trees(monkeypatch):
     monkeypatch.setattr(profiled, "WORTH_CORES", 10**6)
 
 
+@pytest.mark.slow
 def test_profiles_and_copies_are_compared(few_trees, tmp_path, capsys):
     kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "dining_table_01", "vase_01")
     made = [item for item in make_catalogue("household") if item.name in kinds]

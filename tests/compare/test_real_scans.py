@@ -192,6 +192,7 @@ def real_scans(*words) -> subprocess.CompletedProcess:
     return subprocess.run(call, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_the_command_scores_a_room_that_is_known(tmp_path):
     write_labelled_room(tmp_path)
     done = real_scans(tmp_path, "--json")
@@ -203,6 +204,7 @@ def test_the_command_scores_a_room_that_is_known(tmp_path):
     assert (by_object["found"], by_object["claims"]) == (about["found"], about["claims"])
 
 
+@pytest.mark.slow
 def test_the_table_is_read_by_people(tmp_path):
     write_labelled_room(tmp_path)
     done = real_scans(tmp_path)

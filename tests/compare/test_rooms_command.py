@@ -52,6 +52,7 @@ def test_every_number_of_views_meets_every_noise_and_whole_surfaces_none():
     )
 
 
+@pytest.mark.slow
 def test_rooms_side_by_side_give_the_same(run, tmp_path):
     data = write_objects(tmp_path, ("desk", "seat", "mug"))
     few = ("--rooms", 2, "--views", "1", "--model", shipped_model(scans=True), "--cut-out", "--json")

@@ -88,6 +88,7 @@ def test_a_hole_is_where_it_is_said_to_be():
         assert np.ptp(gone[:, 2]) == pytest.approx(3 * cloud.size.max() / 16, abs=0.012)  # less the samples around it
 
 
+@pytest.mark.slow
 def test_the_lower_the_hole_the_less_is_kept():
     simulator = carrier()
     cloud = load_cloud(household("mug_01"))
@@ -121,6 +122,7 @@ def test_what_a_backend_cannot_do_is_said_and_left_out():
     json.dumps(found)  # ready for it
 
 
+@pytest.mark.slow
 def test_a_mug_is_told_from_a_plate_by_what_it_keeps():
     found = measured(few("mug_01", "plate_01"), {"bullet": carrier()}, ["keeping"], 1, None, Loading())
     score = found.keeping["bullet"]
@@ -131,6 +133,7 @@ def test_a_mug_is_told_from_a_plate_by_what_it_keeps():
     assert set(json.loads(json.dumps(task_reports(found)["keeping"]))["backends"]) == {"bullet"}
 
 
+@pytest.mark.slow
 def test_a_person_can_sit_on_seats_and_spheres_alone_believe_more():
     simulators = {"fast": make_simulator("fast"), "bullet": carrier()}
     found = measured(few("dining_chair_01", "stool_01"), simulators, ["places"], 2, None, Loading())

@@ -330,6 +330,7 @@ def test_the_folder_is_a_data_set_that_knows_its_originals(targets, tmp_path):
     assert [copy.kind for copy in read_copies(tmp_path / "copies")] == [row["kind"] for row in rows]
 
 
+@pytest.mark.slow
 def test_same_seed_same_files_however_many_processes_make_them(targets, tmp_path):
     for folder, jobs in (("a", 1), ("b", 2)):
         impair_dataset(open_dataset(targets), tmp_path / folder, seed=5, jobs=jobs, failed=pytest.fail)
@@ -342,6 +343,7 @@ def test_every_kind_can_be_sent_to_another_process():
     assert [one.kind for one in pickle.loads(pickle.dumps(COPIES))] == [one.kind for one in COPIES]
 
 
+@pytest.mark.slow
 def test_bad_files_are_said_and_the_others_are_made(targets, tmp_path):
     (targets / "desk.ply").write_bytes(b"ply\nnot at all")
     result = CliRunner().invoke(app, ["impair", str(targets), str(tmp_path / "out"), "--kinds", "missing", "--json"])
@@ -380,6 +382,7 @@ def sources(tmp_path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grouped", [True, False])
 def test_evaluate_impaired_prints_the_contract(sources, tmp_path, monkeypatch, capsys, grouped):
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
@@ -449,6 +452,7 @@ def replace_row(row: dict, **values) -> dict:
     return row | values
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (MODELS / "manifest.csv").is_file(), reason="the models are not beside the repository")
 def test_seats_and_tops_are_where_the_catalogue_says_things_come_to_rest():
     """Which is known of 57 objects and never an input; ``pytest -s`` prints how far off the finder is."""

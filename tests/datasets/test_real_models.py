@@ -129,6 +129,7 @@ def test_most_spheres_on_chairs_rest_on_the_seat():
     assert len(errors) > 15 and np.mean(np.array(errors) < 0.02) >= 0.9
 
 
+@pytest.mark.slow
 def test_nothing_that_is_of_use_falls_over_when_it_is_put_down():
     rows = csv.DictReader((MODELS / "manifest.csv").open())
     useful = [row["file"] for row in rows if row["label"] != "none"]

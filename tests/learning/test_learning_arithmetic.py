@@ -25,7 +25,15 @@ from spherefunc_bullet.learning.profiles.calibration import (
     unsure_band,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of, fullest_level, outline_of
-from spherefunc_bullet.learning.profiles.on_top import CELL, LARGEST, LEAST, SPARED, count_parts, objects_on_table
+from spherefunc_bullet.learning.profiles.on_top import (
+    CELL,
+    LARGEST,
+    LEAST,
+    SPARED,
+    count_parts,
+    objects_on_table,
+    scatter_of,
+)
 from spherefunc_bullet.learning.profiles.quantities import Ranks, evenness
 from spherefunc_bullet.settling.drops import resting_drops
 
@@ -67,6 +75,12 @@ def test_what_stands_on_a_table_rises_from_it_inside_its_edge():
     assert on_table(edge) == 0 and on_table(edge + [3 * SPARED, 0, 0]) == 1
     assert on_table(square((0.1, 0.1), np.sqrt(LARGEST) * 0.8 * 1.1) + [0, 0, 0.75]) == 0  # a shelf above
     assert on_table(box + [0, 0, 0.75], count=2) == 0  # hardly a sphere stays: no level
+
+
+def test_the_scatter_of_a_level_is_its_deviation_whatever_stands_on_it():
+    level = RANDOM(0).normal(0, 0.002, 4000)
+    assert scatter_of(np.concatenate([level, np.full(4000, 0.1)])) == pytest.approx(0.002, rel=0.05)
+    assert scatter_of(np.full(3, 0.1)) == 0
 
 
 class Memory(ClassifierMixin, BaseEstimator):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 from types import SimpleNamespace
 
 import clouds
@@ -14,7 +15,7 @@ from test_doubts import dropped as shelves
 from test_resting_profile import RADIUS, layer
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.learning import function_classifier, validation
 from spherefunc_bullet.learning.cube_arrays import rebuilt_method
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
@@ -32,9 +33,11 @@ from spherefunc_bullet.learning.profiles.calibration import (
     group_copies,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
+from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
-from spherefunc_bullet.learning.validation import radius_weights
+from spherefunc_bullet.learning.validation import member_scores, radius_weights
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
 from spherefunc_bullet.settling.records import settle_kept
 from spherefunc_bullet.settling.settling import settle
@@ -145,6 +148,40 @@ def test_models_for_scans_are_others_than_those_for_whole_objects():
     assert model_for_views(asked.only("cup"), given=False).functions_ == ("cup",)
     with pytest.raises(InputError):
         shipped_model("no such")
+
+
+def test_the_paper_asks_the_nearest_of_all_at_the_best_radius_and_cubes_let_radii_vote(monkeypatch):
+    members = np.array([True, True, True, False, False])
+    distances = np.array([[1.0, 1.0, 1.0, 10.0, 10.0]])
+    assert member_scores(distances, members, PAPER)[0] == 1 and 0.5 < member_scores(distances, members, CUBES)[0] < 1
+    monkeypatch.setattr(validation, "validated_f_measure", lambda f_measure, *_: f_measure)
+    measured = {0.01: 1.0, 0.02: 0.75, 0.03: 0.5}
+    assert radius_weights(measured, members, PAPER, 0) == {0.01: 1.0}
+    # By how far each is above one half, squared.
+    assert radius_weights(measured, members, CUBES, 0) == pytest.approx({0.01: 0.8, 0.02: 0.2})
+
+
+def test_trees_that_lead_nowhere_are_refused():
+    whole = Forest(
+        roots=np.array([0]),
+        feature=np.array([0, LEAF, LEAF]),
+        threshold=np.array([0.5, 0.0, 0.0]),
+        below=np.array([1, 0, 0]),
+        vote=np.array([0.0, 0.25, 1.0]),
+    )
+    whole.require_whole(1)
+    assert whole.votes(np.array([[0.4], [0.6]])).tolist() == [0.25, 1.0]
+    odd = {"roots": ([], [3], [-1]), "feature": ([1, LEAF, LEAF], [-2, LEAF, LEAF]), "below": ([0, 0, 0], [2, 0, 0])}
+    odd |= {"threshold": ([np.nan, 0.0, 0.0], [0.5]), "vote": ([0.0, 0.0, 1.1], [0.0, -0.1, 1.0])}
+    for name, values in ((name, value) for name, several in odd.items() for value in several):
+        with pytest.raises(InputError, match="trees over 1"):
+            replace(whole, **{name: np.array(values, getattr(whole, name).dtype)}).require_whole(1)
+
+
+def test_a_plain_forest_says_what_it_learnt():
+    X = RANDOM(0).uniform(size=(60, 3))
+    y = np.array(["cup", "none", "table"])[RANDOM(1).integers(3, size=60)]
+    assert PlainForest(5, random_state=0).fit(X, y).predict(X).tolist() == y.tolist()
 
 
 @pytest.mark.parametrize("indicator", [False, True])

@@ -11,6 +11,7 @@ import runpy
 import shlex
 import subprocess
 import sys
+from itertools import takewhile
 from pathlib import Path
 
 import clouds
@@ -19,6 +20,8 @@ import pytest
 import room_shapes
 import trimesh
 from checkout import ROOT
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.scenes.household.household import household_objects
@@ -26,12 +29,12 @@ from spherefunc_bullet.scenes.household.household import household_objects
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run, or no checkout has: bags (test_ros), images over time (test_fusion), other people's and
+# What other tests run (shapes), or no checkout has: bags (test_ros), images over time (test_fusion), other people's and
 # PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
     r"|compare (DATA|DIR)|mechanics |demo\.gallery|shapes DIR|pybullet_data"
-    r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|--best|--coacd|compare_shapes"
+    r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|shapes mug\.obj|--best|--coacd|compare_shapes"
 )
 TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
@@ -113,6 +116,24 @@ def follow(step: str):
         subprocess.run([sys.executable, *words[1:]], check=True)
     else:
         assert words[0] in NOT_OURS, step
+
+
+def parse(command: TyperCommand | TyperGroup, words: list[str]):
+    """Read the words after a command's name as it does, without running it."""
+    context = command.make_context(command.name, list(words))
+    if isinstance(command, TyperGroup):
+        _, inner, left = command.resolve_command(context, [*context._protected_args, *context.args])
+        parse(inner, left)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_command_takes_the_options_that_pages_give_it(page, files, monkeypatch):
+    """Also those that take minutes, or what no checkout has."""
+    monkeypatch.chdir(files)
+    commands = [re.sub(r"\$\(.*?\)", "FILE", step) for step in steps(page) if step.startswith("spherefunc ")]
+    for words in map(shlex.split, commands):
+        own = list(takewhile(lambda word: word not in ("|", ">", "&", "&&"), words[1:]))
+        parse(get_command(application(words[1])), own)
 
 
 @pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["", "slow"])

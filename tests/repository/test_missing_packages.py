@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 from checkout import TESTS
 
 OPTIONAL = ("collada", "lxml", "yourdfpy", "laspy", "lazrs", "pybullet", "distributed", "rosbags", "mujoco")
@@ -23,6 +24,7 @@ def pytest_without(*arguments: str) -> subprocess.CompletedProcess:
     return subprocess.run(command, cwd=TESTS.parent, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_all_tests_are_collected_without_what_is_optional():
     done = pytest_without("--collect-only", str(TESTS))
     assert done.returncode == 0 and "test_fuzz.py::" in done.stdout, done.stdout[-2000:]

@@ -82,6 +82,7 @@ def test_a_result_without_provenance_is_refused_where_it_is_made():
         DropResult(**nothing, provenance={"backend": "x", "seed": 0, "settings": {}})
 
 
+@pytest.mark.slow
 def test_mujoco_keeps_the_contract(tmp_path):
     """The example of a backend elsewhere, on the shape that takes it seconds; docs/backends.md says how on all."""
     pytest.importorskip("mujoco")
