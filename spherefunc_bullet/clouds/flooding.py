@@ -13,8 +13,8 @@ import numpy as np
 from scipy import ndimage
 
 from ..processes.compilation import njit
+from .links import flood_links
 from .sampling import sample_surface
-from .water import flood_links
 
 CELL = 0.2  # radii: a rim of a third of the radius is seen
 MOST_CELLS = 96  # along the largest extent; then cells are larger
