@@ -15,6 +15,7 @@ from spherefunc_bullet.learning.any_pose import PoseFunctions, best_poses
 from spherefunc_bullet.learning.profiles.calibration import (
     ERROR,
     UNCERTAIN_MARGIN,
+    UNSURE,
     WIDEST,
     CopyGroups,
     calibrated,
@@ -130,6 +131,7 @@ def test_bands_leave_no_more_wrong_and_sure_than_may_be():
         np.linspace(0.2, 0.23, allowed + 1),
         np.linspace(0.8, 0.77, allowed + 1),
     )
+    assert UNSURE[0] < 0.5 < UNSURE[1] and sum(UNSURE) == pytest.approx(1)  # where nobody knows: either side alike
     low, high = unsure_band(scores, members)
     assert (scores[members] < low).sum() == (scores[~members] > high).sum() == allowed
     assert (low, high) == pytest.approx((0.23, 0.77))
