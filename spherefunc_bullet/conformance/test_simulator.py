@@ -215,6 +215,7 @@ def test_run_ends_by_the_miss_limit(simulator: Simulator):
 
 
 def test_run_ends_by_the_sphere_limit(simulator: Simulator):
+    """As the same run without it began; its seconds are some of those that it took."""
     started = time.perf_counter()
     result = simulator.drop(shape("plate"), DropSettings(radius=radius_of("plate"), max_spheres=7), 0)
     assert result.stop == Stop.SPHERE_LIMIT and result.settled == 7

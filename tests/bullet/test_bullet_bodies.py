@@ -201,6 +201,21 @@ def test_who_sits_is_pushed_from_four_sides_as_hard_as_large(monkeypatch, person
         assert pybullet().getNumBodies(**stage.engine) == 2
 
 
+def test_a_person_is_let_down_from_above_and_touches_nothing_before(monkeypatch):
+    stool, gaps, steps = boxed((0.4, 0.4, 0.45)), [], Stage.steps
+
+    def watched(stage: Stage, seconds: float, rate: float):
+        person = pybullet().getBodyUniqueId(pybullet().getNumBodies(**stage.engine) - 1, **stage.engine)
+        near = pybullet().getClosestPoints(person, stage.object, 0.5, **stage.engine)
+        gaps.append(min(point[8] for point in near))
+        steps(stage, seconds, rate)
+
+    monkeypatch.setattr(Stage, "steps", watched)
+    with Stage(stool, 0.6) as stage:
+        sat_down(stage, SitUse(position=np.array([0, 0, stool.bounds[1, 2]]), heading=0.0), ProofSettings())
+    assert 0 < gaps[0] < 0.05 and max(gaps[1:]) < 0.005  # then it sits
+
+
 def test_the_breadth_over_which_contacts_carry():
     """Two points with as much force are as broad as they are apart, however they lie; one is none."""
     def contact(x: float, y: float, force: float) -> tuple:

@@ -15,6 +15,7 @@ from spherefunc_bullet.learning.any_pose import PoseFunctions, best_poses
 from spherefunc_bullet.learning.profiles.calibration import (
     ERROR,
     UNCERTAIN_MARGIN,
+    UNSURE,
     WIDEST,
     CopyGroups,
     calibrated,
@@ -24,7 +25,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     log_odds,
     unsure_band,
 )
-from spherefunc_bullet.learning.profiles.columns import columns_of, fullest_level, outline_of
+from spherefunc_bullet.learning.profiles.columns import columns_of, fullest_level, largest_piece, outline_of
 from spherefunc_bullet.learning.profiles.on_top import (
     CELL,
     LARGEST,
@@ -130,6 +131,7 @@ def test_bands_leave_no_more_wrong_and_sure_than_may_be():
         np.linspace(0.2, 0.23, allowed + 1),
         np.linspace(0.8, 0.77, allowed + 1),
     )
+    assert UNSURE[0] < 0.5 < UNSURE[1] and sum(UNSURE) == pytest.approx(1)  # where nobody knows: either side alike
     low, high = unsure_band(scores, members)
     assert (scores[members] < low).sum() == (scores[~members] > high).sum() == allowed
     assert (low, high) == pytest.approx((0.23, 0.77))
@@ -170,6 +172,18 @@ def test_how_even_a_level_is_by_hand():
     assert found["level_unevenness"] == pytest.approx(step * np.sqrt((10**2 - 1) / 12))
     assert found["level_roughness"] == pytest.approx(0, abs=1e-9)
     assert found["level_tilt"] == pytest.approx(np.degrees(np.arctan(step / (2 * RADIUS))))
+
+
+def test_spheres_of_a_column_weigh_as_one():
+    stack = np.array([[0, 0, 0.1], [0, 0, 0.14], [0, 0, 0.18], [1, 1, 0.1]])
+    assert columns_of(stack, RADIUS).weights == pytest.approx([1 / 3] * 3 + [1])
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_of_equal_pieces_the_wider_one_is_the_largest(turn):
+    close, wide = layer(5, 5, 0.4), layer(5, 5, 0.4) * [1.1, 1.1, 1] + [1.0, 0, 0]
+    piece = largest_piece(columns_of(np.concatenate([close, wide][::turn]), RADIUS))
+    assert len(piece) == 25 and piece.centers[:, 0].min() >= 1
 
 
 @pytest.mark.parametrize("lift", [0.0, 0.1, 0.3, 0.7])

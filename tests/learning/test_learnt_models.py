@@ -291,7 +291,7 @@ def test_quantiles_quarter_turns_and_votes_by_hand():
 
 
 def test_what_is_beside_a_sphere_is_not_beneath_it():
-    large, small = np.array([[0.0, 0, 0.5]]), np.array([[0.0, 0.5, 0.4], [0.5, 0.0, 0.4]])
+    large, small = np.array([[0.0, 0, 0.5]]), np.array([[0.0, 0.031, 0.4], [0.031, 0.0, 0.4]])
     drops = {0.01: resting_drops(0.01, small), 0.03: resting_drops(0.03, large)}
     gap = NAMES.index("gap")
     assert profiles_over([drops], (0.01, 0.03))[0, len(NAMES) + gap] == 0

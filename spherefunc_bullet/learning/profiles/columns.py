@@ -34,8 +34,7 @@ class Outline:
     @cached_property
     def width(self) -> float:
         """The narrowest gap between two parallel lines that holds all, metres."""
-        depths = self.depths(self.corners)
-        return float(depths.max(axis=1).min(initial=np.inf) if depths.size else 0.0) + 2 * self.radius
+        return float(self.depths(self.corners).max(axis=1).min()) + 2 * self.radius
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """Return how far points (N, 2) lie inside of the outline of the centres (N,), metres; below 0 outside."""
