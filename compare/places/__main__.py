@@ -27,24 +27,14 @@ from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import load_scan
 
-from ..rooms.matching import judged_by_place
-from ..rooms.proposals import RecognisedScan
-from ..rooms.truth import BACK_ONLY, true_objects
-
 DISC, ABOVE, NEAR = 0.04, 0.15, 0.02  # metres: radius, free height, and how far from its level a point supports it
 SUPPORTED = 0.9  # of the disc's area
-SEATS = {  # inferred from backs at tables, by what becomes of them
-    "backs with a seat": "back found",
-    "seats of chairs seen": "found",
-    "unclear seats": "disputed",
-    "false seats": "false",
-}
 
 
 def scan_examined(file: Path) -> dict[str, object]:
     """Return how many places to put a scan has, how many are supported and free, and the seconds they took.
 
-    Those of surfaces that were seen in part are counted apart, as inferred; so are places to sit beside backs.
+    Those of surfaces that were seen in part are counted apart, as inferred.
     """
     scan = load_scan(file)
     room = recognise(scan, inference_model(shipped_model("fast", scans=True), "fast"))
@@ -60,10 +50,7 @@ def scan_examined(file: Path) -> dict[str, object]:
         middles = room.levelling.to_level(np.array([place.position for place in put]).reshape(-1, 3))
         good = [stands_free(points[tree.query_ball_point(middle[:2], 0.1)], middle, spacing) for middle in middles]
         row |= {kind: len(put), f"{kind} good": sum(good)}
-    truth, seats = true_objects(file), RecognisedScan(scan=scan, room=room).inferred()
-    outcomes = [one.outcome for one in judged_by_place(truth or [], seats)] if truth is not None else []
-    backs = [one for one in truth or [] if one.visible == BACK_ONLY and one.functions]
-    return row | {"backs": len(backs)} | {name: outcomes.count(outcome) for name, outcome in SEATS.items()}
+    return row
 
 
 def spacing_of(points: np.ndarray) -> float:
@@ -220,8 +207,7 @@ def scans(options: argparse.Namespace) -> dict[str, object]:
     """Look at the places to put of real scans."""
 
     rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
-    added = ("put", "put good", "inferred", "inferred good", "backs", *SEATS)
-    total = {key: sum(row[key] for row in rows) for key in added}
+    total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
