@@ -90,7 +90,7 @@ def compare(
         experiment = repeatable(experiment, comparison)
         shares = None
         if experiment.copied:
-            shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs, failures=failures)
+            shares = shares_of_copies(comparison, experiment, dataset, jobs=jobs)
         figures = compare_entries(comparison, experiment, shares, tasks_of(experiment, compared, dataset))
     if report is not None:
         if shares:

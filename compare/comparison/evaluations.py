@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from spherefunc_bullet.console import Failures
+from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.dataset import Dataset
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 
 from ..evaluation.evaluation import Evaluation, evaluate
@@ -41,17 +42,27 @@ def evaluate_features(
     return evaluations | {ALWAYS_NO: evaluations["bounding_box"].always_negative()}
 
 
-def shares_of_copies(
-    comparison: Comparison, experiment: Experiment, dataset: Dataset, *, jobs: int, failures: Failures
-) -> Shares:
-    """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful."""
+def shares_of_copies(comparison: Comparison, experiment: Experiment, dataset: Dataset, *, jobs: int) -> Shares:
+    """Return the shares of impaired copies that every simulator's spheres and every baseline still call useful.
+
+    Kinds that one of the simulators has no copy of, such as points where a shape needs a mesh, are left out of all.
+    """
     shares: Shares = {}
     method, entries = find_method(experiment.methods[0]), comparison.entries
     learnt, droppings = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
-    how = {"copied": experiment.copied, "jobs": jobs, "failed": failures.add}
+    how = {"copied": experiment.copied, "jobs": jobs, "failed": left_out}
     for entry, impaired in zip(entries, impaired_copies(learnt, dataset, droppings, **how), strict=True):
         add_shares(shares, impaired_shares(impaired, entry.candidate, method, baselines=not shares), entry.name)
-    return shares
+    names = {entry.name for entry in entries}
+    return {
+        function: {kind: row for kind, row in kinds.items() if row["share"].keys() >= names}
+        for function, kinds in shares.items()
+    }
+
+
+def left_out(error: InputError):
+    """Say why a copy is left out; nobody's file is at fault."""
+    say(f"{error}; this copy is left out")
 
 
 def add_shares(shares: Shares, copies: Shares, name: str):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.conversion import Anything, geometry_of, warn
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.places.finding import cloud_and_frame, places_of, proven
@@ -184,14 +185,16 @@ def find_places(
     units: str = "m",
     up: str = BY_FILE,
     seed: int = 0,
+    scan: bool = False,
 ) -> list[Place]:
-    """Return where and how an object can be used: places to sit, to put and to pour, the best first.
+    """Return where and how an object or a scan can be used: places to sit, to put and to pour, the best first.
 
     Proposals need no engine and take some ten milliseconds; a proof takes some tenths of a second.
 
     Parameters
     ----------
     anything : path, (N, 3) array_like, Open3D or trimesh object, Cloud
+        An object, or a room or a table top with ``scan``.
     put : the same, optional
         An object for which poses are looked for; it stands as it comes, z up, in metres.
     prove : bool
@@ -206,18 +209,23 @@ def find_places(
         See `classify`.
     seed : int
         Of the stream that is poured.
+    scan : bool
+        Whether it is a scan of several objects, read as `find_objects` does: places on what the sensor saw. They are
+        proposed, not proven; `find_objects` says which are of which object.
 
     Returns
     -------
     list of Place
-        In the coordinates and units of the input.
+        In the coordinates and units of the input; of a scan in its frame, metres.
 
     Raises
     ------
     InputError
-        If an object cannot be used, or the backend cannot prove.
+        If an object cannot be used, the backend cannot prove, or a scan's places are to be proven.
     """
     settings = ProofSettings(person=person)
+    if scan:
+        return places_in_scan(anything, put, prove, person, units, up)
     prover = require_ability(make_simulator(backend or PROVER), "prove") if prove else None
     cloud, to_input = cloud_and_frame(anything, units=units, up=up)
     own, own_frame = (None, None) if put is None else cloud_and_frame(put)
@@ -227,6 +235,18 @@ def find_places(
         found = proven(cloud, found, prover, settings, own, seed)
     moved = [place.moved(to_input) for place in found]
     return moved if own_frame is None else [with_poses_of(place, own_frame) for place in moved]
+
+
+def places_in_scan(
+    anything: Anything, put: Anything | None, prove: bool, person: float, units: str, up: str
+) -> list[Place]:
+    """Return all places of a scan, the best first."""
+    whole = as_scan(anything, units)
+    if prove:
+        raise InputError(f"{whole.name}: expected one object to prove places of, got a scan of several")
+    room = recognise(whole, inference_model(shipped_model(scans=True), None), up="auto" if up == BY_FILE else up)
+    found = [place for places in places_in_room(whole, room, put, person).values() for place in places]
+    return sorted(found, key=lambda place: -place.score)
 
 
 def places_in_room(

@@ -317,6 +317,20 @@ def test_profiles_and_copies_are_compared(few_trees, tmp_path, capsys):
     assert "Does it still work?" in page and "hole" in (tmp_path / "out" / "report.md").read_text()
 
 
+@pytest.mark.slow
+def test_copies_that_a_shape_cannot_take_are_left_out_of_all(few_trees, tmp_path, capsys):
+    """A copy as a sensor gives it has no mesh."""
+    pytest.importorskip("pybullet")
+    kinds = ("mug_01", "mug_02", "dining_table_01", "dining_table_02", "vase_01", "vase_02")
+    write_catalogue([item for item in make_catalogue("household") if item.name in kinds], tmp_path / "objects", "six")
+    options = {"backends": "fast,bullet:mesh", "radii": ["3cm"], "trials": 1, "copied": 1, "repeated": 1}
+    compare(str(tmp_path / "objects"), jobs=1, json=True, **options)
+    said = capsys.readouterr()
+    cup = json.loads(said.out)["impaired"]["cup"]
+    assert {"fast", "bullet:mesh"} <= set(cup["hole"]["share"]) and "sensor" not in cup
+    assert "left out" in said.err
+
+
 def test_second_seed_is_asked_of_who_has_not_learnt_the_object(few_trees, data, layers, capsys):
     layers()
     options = {"backends": "layer", "shapes": "voxel,compound", "radii": ["3cm"], "trials": 1, "copied": 0}

@@ -7,10 +7,11 @@ import pytest
 from clouds import sheet
 from room_shapes import moved, square_table
 
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_model import Membership
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.inferring import beyond_edge, inferred_seats
-from spherefunc_bullet.scenes.recognition.objects import find_objects
+from spherefunc_bullet.scenes.recognition.objects import find_objects, find_places
 from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.recognition.room import Room, SceneObject
@@ -87,6 +88,10 @@ def assert_the_place_is_below_the_table(scan: Scan, room: Room):
     assert place.height == pytest.approx(0.45, abs=0.05) and place.clearance == pytest.approx(0.29, abs=0.05)
     (unseen,) = [one for one in find_objects(scan, inferred=True) if one.inferred]
     assert [one.as_json() for one in unseen.places] == [place.as_json()]
+    found = find_places(scan, scan=True)
+    assert place.as_json() in [one.as_json() for one in found] and found[0].kind == "put"
+    with pytest.raises(InputError, match="table: expected one object"):
+        find_places(scan, scan=True, prove=True)
     board = scan_from_points(np.vstack([scan.points, sheet([0.1, 0.05, 0.5], [0.4, 0, 0], [0, 0.3, 0])]), "table")
     (place,) = [one for one in room_places(board, room)[None] if one.kind == "sit"]
     assert place.height == pytest.approx(0.5, abs=0.02)

@@ -84,7 +84,8 @@ def crumbs(points: np.ndarray, count: float, rng: np.random.Generator) -> np.nda
             parts.append(np.column_stack([patch + foot, np.full(len(patch), low[2])]))
         else:
             across = np.outer(patch[:, 0], [-out[1], out[0]]) + foot + 0.02 * size.max() * out
-            parts.append(np.column_stack([across, patch[:, 1] + rng.uniform(low[2], high[2] - 0.5 * side)]))
+            bottom = rng.uniform(low[2], max(low[2], high[2] - 0.5 * side))
+            parts.append(np.column_stack([across, patch[:, 1] + bottom]))
     return np.concatenate(parts)
 
 
