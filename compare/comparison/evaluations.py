@@ -50,7 +50,7 @@ def shares_of_copies(comparison: Comparison, experiment: Experiment, dataset: Da
     shares: Shares = {}
     method, entries = find_method(experiment.methods[0]), comparison.entries
     learnt, droppings = [entry.simulated for entry in entries], [entry.candidate for entry in entries]
-    how = {"copied": experiment.copied, "jobs": jobs, "failed": left_out}
+    how = {"copied": experiment.copied, "jobs": jobs, "failed": say_left_out}
     for entry, impaired in zip(entries, impaired_copies(learnt, dataset, droppings, **how), strict=True):
         add_shares(shares, impaired_shares(impaired, entry.candidate, method, baselines=not shares), entry.name)
     names = {entry.name for entry in entries}
@@ -60,7 +60,7 @@ def shares_of_copies(comparison: Comparison, experiment: Experiment, dataset: Da
     }
 
 
-def left_out(error: InputError):
+def say_left_out(error: InputError):
     """Say why a copy is left out; nobody's file is at fault."""
     say(f"{error}; this copy is left out")
 
