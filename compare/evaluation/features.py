@@ -96,15 +96,15 @@ def cube_distances(objects: Sequence[Counts]) -> np.ndarray:
 
 def cubes_and_heights_at(record: ObjectRecord, sides: Sequence[float]) -> list[tuple[Counts, Counts]]:
     """Return an object's cubes and heights at several sides of cubes."""
-    return [cubes_and_heights(record, side) for side in sides]
+    points = voxel_centers(record)
+    return [cubes_and_heights(points, side) for side in sides]
 
 
-def cubes_and_heights(record: ObjectRecord, side: float) -> tuple[Counts, Counts]:
-    """Return how many of an object's voxels each cube holds, and their top view.
+def cubes_and_heights(points: np.ndarray, side: float) -> tuple[Counts, Counts]:
+    """Return how many of an object's voxels with centres (V, 3) each cube holds, and their top view.
 
     The top view is the squares of the ground, as cubes on it, and the height over each.
     """
-    points = voxel_centers(record)
     squares, places = np.unique(cube_keys(points * [1, 1, 0], side), return_inverse=True)
     heights = np.zeros(len(squares))
     np.maximum.at(heights, places, points[:, 2])

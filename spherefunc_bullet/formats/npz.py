@@ -6,7 +6,7 @@ import io
 import math
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -124,6 +124,7 @@ class Archive(Mapping[str, np.ndarray]):
         return Archive, (self.data,)
 
 
-def read_arrays(path: str | Path) -> dict[str, np.ndarray]:
-    """Return all arrays of an archive by name; see `Archive`."""
-    return dict(Archive(Path(path).read_bytes()))
+def read_arrays(path: str | Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    """Return the arrays of an archive by name, all or some; see `Archive`."""
+    archive = Archive(Path(path).read_bytes())
+    return {name: archive[name] for name in names or archive}

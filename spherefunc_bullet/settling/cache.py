@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,10 +19,10 @@ def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
     return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
 
 
-def read_entry(path: Path) -> dict[str, np.ndarray] | None:
-    """Return an entry's arrays, or None where there is none that is whole."""
+def read_entry(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray] | None:
+    """Return an entry's arrays, all or those of some names, or None where there is none that is whole."""
     try:
-        return read_arrays(path)
+        return read_arrays(path, names)
     except DAMAGE:
         return None  # absent, or cut short by an earlier crash: computed again
 

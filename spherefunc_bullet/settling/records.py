@@ -123,13 +123,18 @@ class ObjectRecord:
 
     path: Path
     size: np.ndarray  # (3,) extents of the bounding box, metres
-    voxels: np.ndarray  # (V, 3) int16, the occupied cubes of VOXEL metres
+    occupied: Callable[[], np.ndarray] = field(repr=False)  # see `voxels`: half a megabyte, of which labels need none
     settled: DropsByRadius = field(repr=False)
     seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
     drops: dict[float, int] = field(repr=False)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
     falls_over: bool = False  # when it is put down as it is
     leaks: Callable[[], bool] = field(repr=False, default=bool)  # whether water runs out of it
+
+    @property
+    def voxels(self) -> np.ndarray:
+        """The occupied cubes of `VOXEL` metres (V, 3) int16, read anew whenever they are asked for."""
+        return self.occupied()
 
     def centers(self, radius: float) -> np.ndarray:
         """Return where spheres of a radius settled (S, 3), metres."""
@@ -221,12 +226,12 @@ def object_record(
     source = as_source(file)
     content = dropping.content_hash(source)
     cloud = cache(lambda: cloud_for(dropping) if cloud_for else dropping.cloud(source))
-    shape = computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()))
+    shape = kept_shape(content, cloud, home, "size")
     runs = kept_runs(content, cloud, dropping, home)
     return ObjectRecord(
         path=source.path,
         size=shape["size"],
-        voxels=shape["voxels"],
+        occupied=partial(file_voxels, source.path, dropping, home),
         settled=dropping.drops(runs),
         seconds={radius: float(run["seconds"]) for radius, run in runs.items()},
         drops={radius: int(run["drops"]) for radius, run in runs.items()},
@@ -234,6 +239,19 @@ def object_record(
         falls_over=kept_answer(content, "falls_over", lambda: falls_over(cloud()), home),
         leaks=partial(file_leaks, source.path, dropping, home),
     )
+
+
+def kept_shape(
+    content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str
+) -> dict[str, np.ndarray]:
+    """Return arrays of these names of the shape of the object with this hash, see `shape_of`."""
+    return computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()), names)
+
+
+def file_voxels(path: Path, dropping: Dropping, home: Path | None = None) -> np.ndarray:
+    """Return the cubes (V, 3) that a file's object occupies, see `shape_of`."""
+    content = dropping.content_hash(path)
+    return kept_shape(content, lambda: dropping.cloud(path), home, "voxels")["voxels"]
 
 
 def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
@@ -272,9 +290,11 @@ def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path |
     return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
 
 
-def computed_once(entry: Path, compute: Callable[[], dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Return the arrays of an entry; where there is none they are computed and kept."""
-    arrays = read_entry(entry)
+def computed_once(
+    entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
+) -> dict[str, np.ndarray]:
+    """Return the arrays of an entry, all or those of some names; where there is none they are computed and kept."""
+    arrays = read_entry(entry, names)
     if arrays is None:
         arrays = compute()
         write_entry(entry, arrays)

@@ -374,7 +374,7 @@ def entry(name: str, settled, again) -> Entry:
             ObjectRecord(
                 path=path,
                 size=np.ones(3),
-                voxels=np.zeros((1, 3), np.int16),
+                occupied=lambda: np.zeros((1, 3), np.int16),
                 settled={0.02: resting_drops(0.02, np.array(centers, float).reshape(-1, 3))},
                 seconds={0.02: 1.0},
                 drops={0.02: 9},

@@ -213,7 +213,7 @@ def test_the_slice_counts_the_cubes_of_the_middle_layer(data):
     record = ObjectRecord(
         path=Path("x"),
         size=np.full(3, 0.5),
-        voxels=np.empty((0, 3)),
+        occupied=lambda: np.empty((0, 3)),
         settled={0.01: resting_drops(0.01, centers)},
         seconds={},
         drops={},

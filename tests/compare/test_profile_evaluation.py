@@ -38,7 +38,7 @@ def record(flat: bool, seed: int) -> ObjectRecord:
     return ObjectRecord(
         path=Path(f"{seed}.ply"),
         size=(cubes.max(axis=0) + 1) * VOXEL,
-        voxels=cubes.astype(np.int16),
+        occupied=lambda: cubes.astype(np.int16),
         settled={RADII[0]: dropped(centers * generator.uniform(0.95, 1.05))},
         seconds={RADII[0]: 0.1},
         drops={RADII[0]: 100},

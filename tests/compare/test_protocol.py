@@ -22,6 +22,7 @@ from spherefunc_bullet.compare.evaluation.features import (
     baseline_distances,
     bounding_box_distances,
     cubes_and_heights,
+    voxel_centers,
 )
 from spherefunc_bullet.compare.evaluation.protocol import (
     Labels,
@@ -217,7 +218,7 @@ def test_shuffled_labels_fall_to_chance(method):
 def record(size, voxels=((0, 0, 0),)) -> ObjectRecord:
     voxels = np.array(voxels, np.int16)
     return ObjectRecord(
-        path=Path("x"), size=np.array(size, float), voxels=voxels, settled={}, seconds={}, drops={}
+        path=Path("x"), size=np.array(size, float), occupied=lambda: voxels, settled={}, seconds={}, drops={}
     )
 
 
@@ -230,7 +231,7 @@ def test_bounding_box_distances_by_hand():
 def test_height_map_by_hand():
     side = 0.14  # of a square at r = 2 cm, which holds 28 voxels of 5 mm
     low, high = record([1, 1, 1], [(0, 0, 0), (0, 0, 9), (40, 0, 3)]), record([1, 1, 1], [(0, 0, 19)])
-    _, (squares, heights) = cubes_and_heights(low, side)
+    _, (squares, heights) = cubes_and_heights(voxel_centers(low), side)
     assert cube_indices(squares).tolist() == [[0, 0, 0], [1, 0, 0]]
     assert heights == pytest.approx([9.5 * VOXEL, 3.5 * VOXEL])
     distances = baseline_distances([low, high], (0.02,))["height_map"][0.02]
@@ -240,7 +241,7 @@ def test_height_map_by_hand():
 @pytest.mark.parametrize("side", [0.03, 0.07, 0.014])
 def test_cubes_and_heights_are_those_of_the_voxels_one_by_one(side: float):
     voxels = np.random.default_rng(0).integers([-60, -90, 0], [70, 40, 50], (3000, 3))
-    (cubes, counts), (squares, heights) = cubes_and_heights(record([1, 1, 1], np.unique(voxels, axis=0)), side)
+    (cubes, counts), (squares, heights) = cubes_and_heights((np.unique(voxels, axis=0) + 0.5) * VOXEL, side)
     centers = (np.unique(voxels, axis=0) + 0.5) * VOXEL
     keys, held = np.unique(cube_keys(centers, side), return_counts=True)
     below = cube_keys(centers * [1, 1, 0], side)

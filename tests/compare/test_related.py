@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,9 @@ RADIUS, HEIGHT, WALL, FLOOR = 0.04, 0.10, 0.004, 0.008  # of a mug, metres
 
 def record(cloud: Cloud) -> ObjectRecord:
     """Return what the baselines see of a cloud."""
-    return ObjectRecord(path=Path("x"), **shape_of(cloud), settled={}, seconds={}, drops={})
+    shape = shape_of(cloud)
+    occupied = partial(shape.get, "voxels")
+    return ObjectRecord(path=Path("x"), size=shape["size"], occupied=occupied, settled={}, seconds={}, drops={})
 
 
 def seen(mesh: trimesh.Trimesh) -> ObjectRecord:

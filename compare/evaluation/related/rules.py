@@ -67,9 +67,10 @@ def top_view(record: ObjectRecord, below: float = np.inf) -> TopView:
     below : float
         Only what is lower than this is looked at, metres.
     """
-    squares = record.voxels[:, :2].astype(int) - record.voxels[:, :2].min(axis=0) + 1
+    voxels = record.voxels
+    squares = voxels[:, :2].astype(int) - voxels[:, :2].min(axis=0) + 1
     heights = np.full(squares.max(axis=0) + 2, NOTHING)
-    middles = (record.voxels[:, 2] + 0.5) * VOXEL
+    middles = (voxels[:, 2] + 0.5) * VOXEL
     kept = middles < below
     np.maximum.at(heights, tuple(squares[kept].T), middles[kept])
     return TopView(heights=heights, cell=VOXEL)

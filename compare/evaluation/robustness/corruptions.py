@@ -8,6 +8,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NotRequired, TypedDict
 
 import numpy as np
@@ -152,7 +153,9 @@ def record_of(points: np.ndarray, item: DatasetObject, dropping: Dropping) -> Ob
     """Return where spheres settle on points (N, 3), and what baselines ask of them."""
     cloud = prepare(Cloud(points, item.path.name))
     settled = settle(cloud, dropping.simulator, dropping.radii, dropping.seed, dropping.length)
-    return ObjectRecord(path=item.path, settled=settled, seconds={}, drops={}, **shape_of(cloud))
+    shape = shape_of(cloud)
+    occupied = partial(shape.get, "voxels")
+    return ObjectRecord(path=item.path, size=shape["size"], occupied=occupied, settled=settled, seconds={}, drops={})
 
 
 def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:

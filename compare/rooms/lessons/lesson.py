@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -108,7 +109,7 @@ def source_object(item: DatasetObject) -> str:
 
 def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
     """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
-    return ObjectRecord(path=path, **shape, settled=settled, seconds={}, drops={})
+    return ObjectRecord(path=path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled, seconds={}, drops={})
 
 
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
