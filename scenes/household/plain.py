@@ -86,7 +86,7 @@ def desk(rng: Generator) -> trimesh.Trimesh:
     """Return a table with a pedestal of drawers."""
     width, depth, height = rng.uniform(1.1, 1.6), rng.uniform(0.55, 0.8), rng.uniform(0.7, 0.77)
     board = box(width, depth, 0.03, z=height - 0.03)
-    drawers = box(0.4, 0.9 * depth, height - 0.1, x=width / 2 - 0.22, z=0.02)
+    drawers = box(0.4, 0.9 * depth, height - 0.04, x=width / 2 - 0.22, z=0.02)
     return join(board, four_legs(width, depth, height - 0.03, rng.uniform(0.03, 0.06)), drawers)
 
 
