@@ -21,6 +21,7 @@ from spherefunc_bullet.classification import (
 )
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.function_model import THRESHOLD, FunctionModel, Reading
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.settling.drops import FEW, RunLimit
 
 RADIUS = 0.02
@@ -106,6 +107,25 @@ def test_what_an_object_must_not_do_is_asked_where_it_has_a_function_alone(score
     for (name, found), score in zip(decision.memberships.items(), decision.scores, strict=True):
         denied = name not in functions and scores[name] > THRESHOLD
         assert found.score == score == (0 if denied else scores[name]) and found.member == (name in functions)
+
+
+@pytest.mark.parametrize("columns", [None, ("a", "b")])
+def test_an_estimator_calls_no_half_a_membership_either(columns):
+    model = CubeClassifier()
+    model.functions_, model.columns_ = ("a", "b"), columns
+    model.predict_proba = lambda X: np.array([[THRESHOLD, THRESHOLD + A_LITTLE], [0, THRESHOLD], [1, 1]])
+    labels = [set(), {"a"}, {"b"}] if columns is None else [[0, 0], [1, 0], [0, 1]]
+    right = [{"b"}, set(), {"a", "b"}] if columns is None else [[0, 1], [0, 0], [1, 1]]
+    assert (model.predict([]) if columns is None else model.predict([]).tolist()) == right
+    assert model.score([], right) == 1 and model.score([], labels) == 0
+    assert model.score([], [right[0], *labels[1:]], [2, 1, 1]) == 0.5
+
+
+def test_scores_are_given_to_four_places():
+    model = Model(cup=0.123456, seat=2 / 3)
+    reading = model.read(None)
+    found = [one.score for one in model.memberships_by(np.array([[0.123456, 2 / 3]]))[0].values()]
+    assert found == reading.rounded == [0.1235, 0.6667]
 
 
 def test_a_model_that_reads_as_the_paper_does_asks_nothing_of_it():

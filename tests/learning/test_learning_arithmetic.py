@@ -251,3 +251,4 @@ def test_of_equally_good_poses_the_likelier_comes_first():
 
     answers = [pose(cup=0.2, table=0.9), pose(cup=0.7, table=0.9), pose(cup=0.7, table=0.1)]
     assert best_poses(answers) == {"cup": 1, "table": 0} and best_poses([]) == {}
+    assert best_poses(answers[:1]) == {"cup": 0, "table": 0}

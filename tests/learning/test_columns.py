@@ -1,0 +1,108 @@
+"""Columns, outlines and levels of spheres: what is true of them wherever they are, and of those that are known by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_resting_profile import DIAMETER, RADIUS, heap, layer, quantities, turned
+
+from spherefunc_bullet.learning.profiles.columns import (
+    Columns,
+    columns_of,
+    edges_of,
+    enclosed_area,
+    fullest_level,
+    half_hull,
+    largest_piece,
+    outline_of,
+)
+
+RANDOM = np.random.default_rng
+
+
+@pytest.mark.parametrize("points", [layer(4, 3, 0.0)[:, :2], layer(9, 8, 0.0)[:, :2], RANDOM(0).normal(size=(300, 2))])
+def test_an_outline_is_strictly_convex_and_holds_every_point(points):
+    """So that no corner is one for nothing: on a grid the four corners are left, however many points there are."""
+    outline = outline_of(np.concatenate([points, points[::2]]), RADIUS)
+    along = edges_of(outline.corners)
+    following = np.roll(along, -1, axis=0)
+    turn = along[:, 0] * following[:, 1] - along[:, 1] * following[:, 0]
+    assert (turn > 1e-12).all() and outline.inside(points).min() >= -1e-12
+    assert {tuple(corner) for corner in outline.corners} <= {tuple(point) for point in points}
+
+
+def test_an_area_is_as_exact_a_kilometre_away():
+    triangle = np.array([[0, 0], [0.01, 0], [0, 0.01]])
+    for far in (0, 1e3, -1e3):
+        assert enclosed_area(triangle + far) == pytest.approx(5e-5, rel=1e-9)
+
+
+def test_of_two_spheres_the_outline_is_the_way_between_them():
+    pair = outline_of(np.array([[0.3, 0.0], [0.0, 0.0]]), RADIUS)
+    assert pair.corners.tolist() == [[0, 0], [0.3, 0]] and pair.width == pytest.approx(2 * RADIUS)
+    assert np.sort(pair.depths(np.array([[0.1, 0.05]]))[:, 0]) == pytest.approx([-0.05, 0.05])  # of either side
+    assert half_hull(np.array([[0.0, 0], [1, 0], [2, 0]])) == [0, 2]
+
+
+@pytest.mark.parametrize("value", [0.1, 0.7, 123.4])
+def test_what_is_alike_has_no_spread(value):
+    columns = columns_of(np.concatenate([layer(3, 3, 0.4 + k * DIAMETER) for k in range(3)]), RADIUS)
+    assert columns.spread(np.full(27, value)) == pytest.approx(0, abs=1e-7 * value)  # a root of rounding
+    assert columns.spread(columns.centers[:, 0]) == pytest.approx(DIAMETER * np.sqrt(2 / 3))
+    for seed in range(20):
+        weights = RANDOM(seed).uniform(size=9)
+        uneven = Columns(centers=np.zeros((9, 3)), radius=RADIUS, weights=weights, tops=weights, bottoms=weights)
+        assert uneven.spread(np.full(9, value)) == pytest.approx(0, abs=1e-7 * value)
+
+
+def test_quantiles_count_columns_and_not_spheres():
+    """A stack of nine is one column of ten, so that no less than nine tenths lie on the ground."""
+    stack = np.concatenate([layer(9, 1, 0.0), [[1.0, 0, RADIUS + k * DIAMETER] for k in range(9)]])
+    columns = columns_of(stack, RADIUS)
+    assert columns.quantiles(columns.tops, (0.0, 0.5, 0.9, 0.91, 1.0)) == pytest.approx(
+        [RADIUS, RADIUS, RADIUS, RADIUS + 8 * DIAMETER, RADIUS + 8 * DIAMETER]
+    )
+    assert columns.mean(columns.depths) == pytest.approx((9 + 9) / 10 * DIAMETER)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_neither_order_nor_place_of_spheres_changes_their_columns_level_and_piece(seed):
+    centers = heap(seed)
+    order = RANDOM(seed).permutation(len(centers))
+    here, there = columns_of(centers, RADIUS), columns_of((turned(centers, 1.0) + [5, -3, 0])[order], RADIUS)
+    assert there.weights == pytest.approx(here.weights[order]) and there.depths == pytest.approx(here.depths[order])
+    pieces = [largest_piece(fullest_level(columns)[1]) for columns in (here, there)]
+    assert sorted(pieces[0].centers[:, 2]) == sorted(pieces[1].centers[:, 2])
+    assert pieces[0].outline.area == pytest.approx(pieces[1].outline.area)
+
+
+def test_of_single_spheres_the_highest_is_the_level():
+    apart = np.array([[0.5 * k, 0, height] for k, height in enumerate((0.2, 0.8, 0.4, 0.6))])
+    height, level = fullest_level(columns_of(apart, RADIUS))
+    assert height == 0.8 and len(level) == 1
+
+
+@pytest.mark.parametrize("lift", [0.0, 0.1, 0.3, 0.7])
+@pytest.mark.parametrize("rows", [(5, 5, 1), (1, 5, 5)])
+def test_a_level_reaches_as_far_down_as_up(rows, lift):
+    """Of three steps, each a radius high, that in the middle holds all columns, whichever of the others holds few."""
+    steps = [layer(4, count, lift + k * RADIUS, corner=(k, 0)) for k, count in enumerate(rows)]
+    assert len(fullest_level(columns_of(np.concatenate(steps), RADIUS))[1]) == 4 * sum(rows)
+
+
+@pytest.mark.parametrize(("apart", "linked"), [(2.9, True), (3.1, False)])
+def test_stacks_are_linked_up_to_three_radii(apart, linked):
+    """However closely spheres lie over one another, what is a sphere's width away belongs together."""
+    stacks = [[x, 0, RADIUS + k * DIAMETER] for x in (0, apart * RADIUS) for k in range(20)]
+    assert len(largest_piece(columns_of(np.array(stacks), RADIUS))) == 20 * (1 + linked)
+
+
+@pytest.mark.parametrize(("apart", "linked"), [(1.8, True), (2.4, False)])
+def test_few_spheres_are_linked_up_to_twice_their_mean_spacing(apart, linked):
+    """In two fields of 100 each, ten spheres' widths between them, hardly any are at an edge."""
+    spacing = 10 * RADIUS
+    field = layer(10, 10, 0.4) * [spacing / DIAMETER, spacing / DIAMETER, 1]
+    both = np.concatenate([field, field + [(9 + apart) * spacing, 0, 0]])
+    assert len(largest_piece(columns_of(both, RADIUS))) == 100 * (1 + linked)
+    found = quantities(both)
+    assert found["level_piece"] == pytest.approx(1.0 if linked else 0.5)
