@@ -1,4 +1,4 @@
-"""Columns, outlines and levels of spheres: what is true of them wherever they are, and of those that are known by hand."""
+"""Columns, outlines and levels of spheres: what holds of them wherever they are, and of those known by hand."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ RANDOM = np.random.default_rng
 
 @pytest.mark.parametrize("points", [layer(4, 3, 0.0)[:, :2], layer(9, 8, 0.0)[:, :2], RANDOM(0).normal(size=(300, 2))])
 def test_an_outline_is_strictly_convex_and_holds_every_point(points):
-    """So that no corner is one for nothing: on a grid the four corners are left, however many points there are."""
-    outline = outline_of(np.concatenate([points, points[::2]]), RADIUS)
+    """So that each corner is needed: of a grid four are, however many points it has and whatever their order."""
+    outline = outline_of(RANDOM(1).permutation(np.concatenate([points, points[::2]])), RADIUS)
     along = edges_of(outline.corners)
     following = np.roll(along, -1, axis=0)
     turn = along[:, 0] * following[:, 1] - along[:, 1] * following[:, 0]
