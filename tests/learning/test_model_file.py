@@ -10,6 +10,7 @@ import pytest
 from test_classifier import collection, fitted
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import MOST_DROPS
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model, shipped_model
@@ -129,6 +130,16 @@ def test_backend_that_is_not_installed_is_refused(saved):
 
 def test_other_version_of_the_backend_is_refused(saved):
     check_refused(changed(saved, backend_version="0.0"), "version 0.0.*train it again")
+
+
+@pytest.mark.parametrize("early", [False, True])
+@pytest.mark.parametrize("drops", [0, MOST_DROPS + 1])
+def test_runs_that_are_longer_than_any_object_is_worth_are_refused(tmp_path, early, drops):
+    with np.load(shipped_model()) as file:
+        about = json.loads(str(file["about"]))
+    (about["early"] if early else about)["method"]["drops"] = drops
+    np.savez(tmp_path / "long.npz", about=np.array(json.dumps(about)))
+    check_refused(tmp_path / "long.npz", f"got {drops:,}")
 
 
 def test_other_version_of_the_format_is_refused(saved):
