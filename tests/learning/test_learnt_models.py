@@ -79,6 +79,8 @@ def test_spheres_where_nobody_had_any_speak_neither_way():
     cubes = cube_evidence(model, asked, "cup", model.radius_["cup"])
     new = cubes.counts > 0
     assert new.any() and not (cubes.speaks_for[new].any() or cubes.members[new].any() or cubes.others[new].any())
+    shares = [row["share"] for row in strongest_cubes(model, asked, "cup", len(new))]
+    assert len(shares) == np.count_nonzero(cubes.speaks_for) < len(new)
 
 
 def test_who_is_held_out_is_held_out_with_a_classifier_by_cubes():
