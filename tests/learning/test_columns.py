@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_resting_profile import DIAMETER, RADIUS, heap, layer, quantities, turned
+from test_resting_profile import DIAMETER, RADIUS, dropped, heap, layer, quantities, quantities_of, turned
 
 from spherefunc_bullet.learning.profiles.columns import (
     Columns,
@@ -16,6 +16,7 @@ from spherefunc_bullet.learning.profiles.columns import (
     largest_piece,
     outline_of,
 )
+from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 
 RANDOM = np.random.default_rng
 
@@ -106,3 +107,48 @@ def test_few_spheres_are_linked_up_to_twice_their_mean_spacing(apart, linked):
     for centers in (both, both[:, [1, 0, 2]]):
         assert len(largest_piece(columns_of(centers, RADIUS))) == 100 * (1 + linked)
         assert quantities(centers)["level_piece"] == pytest.approx(1.0 if linked else 0.5)
+
+
+@pytest.mark.parametrize(("spacing", "rim"), [(2.2, 1.0), (1.7, (24 * 1 + 16 * 2) / 40)])
+def test_the_rim_is_what_lies_within_a_sphere_s_width_of_the_outline(spacing, rim):
+    """Of seven by seven columns, all but the outermost two deep, the rim has the second ring where that is as near."""
+    grid = layer(7, 7, 0.4) * [spacing / 2, spacing / 2, 1]
+    low, high = grid[:, :2].min() + RADIUS, grid[:, :2].max() - RADIUS
+    within = ((grid[:, :2] > low) & (grid[:, :2] < high)).all(axis=1)
+    found = quantities(np.concatenate([grid, grid[within] + [0, 0, DIAMETER]]))
+    assert found["rim_to_middle"] == pytest.approx(rim / ((24 * 1 + 25 * 2) / 49))
+    assert found["one_deep"] == pytest.approx(24 / 49)
+
+
+@pytest.mark.parametrize(
+    ("hung", "gap", "over"),
+    [(-0.006, 0, 0), (-0.004, -0.004, 0), (0.009, 0.009, 0), (0.011, 0.011, 1), (0.149, 0.149, 1), (0.151, 0, 0)],
+)
+def test_a_gap_is_more_than_a_centimetre_and_no_more_than_fifteen(hung, gap, over):
+    """A small sphere as high as the large one lies beside it; one far below is on another part of the object."""
+    small, large = 0.01, 0.03
+    drops = {small: dropped(np.array([[0, 0, small + 0.2]])), large: dropped(np.array([[0, 0, large + 0.2 + hung]]))}
+    found = dict(zip(NAMES, profiles_over([drops], (small, large))[0, len(NAMES) :].tolist(), strict=True))
+    assert (found["gap"], found["middle_gap"], found["over_gaps"]) == pytest.approx((gap, gap, over))
+
+
+@pytest.mark.parametrize(("place", "counted"), [(-1.1, 0), (-0.9, 1), (-0.1, 1), (0.1, 2), (4.9, 2), (5.1, 3)])
+def test_a_drop_is_lost_where_the_object_might_have_held_it(place, counted):
+    """So many radii inside of the outline of a plate's centres, ten of them to its middle, drops fall through it first.
+
+    They are lost to the plate as far out as spheres reach, to its level inside, and to its middle from half way on.
+    """
+    rows = dropped(layer(11, 11, 0.4), np.tile([place * RADIUS, 10 * RADIUS], (9, 1))).rows()
+    found = quantities_of(np.concatenate([rows[121:], rows[:121]]))
+    assert [found[name] < 1 for name in ("stays", "level_stays", "middle_stays")] == [counted > k for k in range(3)]
+    assert (found["stays_early"] < 1) == (counted > 0)
+
+
+def test_columns_begin_and_end_at_a_sphere_s_own_ends():
+    """Of ten columns, each higher and deeper than the last, half lie as low as the fifth, nine tenths as the ninth."""
+    stacks = [[k, 0, RADIUS + (k + layers) * DIAMETER] for k in range(10) for layers in range(k + 1)]
+    found = quantities(RANDOM(0).permutation(np.array(stacks)))
+    assert (found["middle_bottom"], found["high_bottom"]) == pytest.approx((4 * DIAMETER, 8 * DIAMETER))
+    assert (found["middle_top"], found["high_top"]) == pytest.approx((9 * DIAMETER, 17 * DIAMETER))
+    assert found["settled"] == 55 and found["one_deep"] == pytest.approx(1 / 10)
+    assert found["on_spheres"] == pytest.approx(45 / 55)
