@@ -11,7 +11,7 @@ import pytest
 from spherefunc_bullet.function_model import Reading
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import group_copies
-from spherefunc_bullet.learning.profiles.profile_model import FAMILIAR
+from spherefunc_bullet.learning.profiles.profile_model import COMPARED_COPIES, FAMILIAR
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.words import DECIDING, cells_of, deciding, met, nearest, sentences, with_unit
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
@@ -90,6 +90,13 @@ def test_the_nearest_are_named_and_no_copy_among_them(model):
         model.copy_groups_ = kept
     assert {near["name"] for near in found} < beside and found[0]["functions"] == []
     assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
+
+
+@pytest.mark.parametrize("copies", range(12))
+def test_of_copies_every_fifth_is_compared_with_and_the_first_always(copies):
+    names = [*"ab", *map(str, range(copies))]
+    model = SimpleNamespace(copy_groups_=group_copies(names, ["", ""] + ["a"] * copies))
+    assert FunctionClassifier.compared.fget(model).tolist() == [0, 1, *range(2, 2 + copies, COMPARED_COPIES)]
 
 
 def test_what_decides_loses_its_share_when_it_is_as_usual(model):

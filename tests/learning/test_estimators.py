@@ -144,14 +144,6 @@ def test_features_go_before_any_classifier(objects, features):
     assert cross_val_score(pipeline, objects, labels, cv=3).mean() > 0.8
 
 
-@pytest.mark.parametrize("kind", [sf.FunctionClassifier, sf.CubeClassifier])
-def test_what_fell_is_kept_for_the_next_time_unless_told_not_to(kind, tmp_path, monkeypatch):
-    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
-    for options, kept in (({"cache": False}, False), ({}, True)):
-        kind(radii=(0.02,), **options).fit([clouds.mug(), clouds.plate()], [{"cup"}, {"table"}])
-        assert any(tmp_path.rglob("*.npz")) == kept
-
-
 def test_errors_number_the_object():
     with pytest.raises(sf.InputError, match="object 1"):
         sf.load_model().predict([clouds.mug(), np.zeros((3, 3))])

@@ -76,6 +76,7 @@ def test_what_stands_on_a_table_rises_from_it_inside_its_edge():
     assert on_table(edge) == 0 and on_table(edge + [3 * SPARED, 0, 0]) == 1
     assert on_table(square((0.1, 0.1), np.sqrt(LARGEST) * 0.8 * 1.1) + [0, 0, 0.75]) == 0  # a shelf above
     assert on_table(box + [0, 0, 0.75], count=2) == 0  # hardly a sphere stays: no level
+    assert on_table(box[::7] * [3, 3, 1] - [0.7, 0.7, -0.75]) == 0  # points that belong to no surface
 
 
 def test_the_scatter_of_a_level_is_its_deviation_whatever_stands_on_it():

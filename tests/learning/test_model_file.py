@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 
 import numpy as np
@@ -90,6 +91,15 @@ def test_a_model_to_ask_by_cubes_is_the_classifier(saved):
     assert inference_model(saved, "fast") is inference_model(str(saved), "fast")
     made = load_model(saved)
     assert inference_model(made, None) is made
+
+
+def test_a_model_that_was_written_since_is_read_anew(saved):
+    first = inference_model(saved, None)
+    save_model(fitted(*collection(3)), saved)
+    os.utime(saved, ns=(10**9, 10**9))
+    assert len(inference_model(saved, None).names_) == 4 * 3 != len(first.names_)
+    with pytest.raises(InputError):
+        inference_model(saved.with_name("no such"), None)
 
 
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):
