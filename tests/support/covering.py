@@ -191,6 +191,15 @@ class Recorder:
         return result
 
     @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef, request: pytest.FixtureRequest):
+        """Take what is made once for several tests as run by all tests of the file, and not by the first alone."""
+        test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" (")[0]
+        self.coverage.switch_context(test if fixturedef.scope == "function" else test.split("::")[0])
+        result = yield
+        self.coverage.switch_context(test)
+        return result
+
+    @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item):
         """Take the time of the processor, which is the same on a machine that has more to do."""
         started = sum(os.times()[:4])
@@ -208,7 +217,7 @@ class Recorder:
         data, found = self.coverage.get_data(), {}
         for file in data.measured_files():
             lines = data.contexts_by_lineno(file).items()
-            names = {line: [each.removeprefix("tests/") for each in tests] for line, tests in lines}
-            kept = {line: [test for test in tests if test in self.seconds] for line, tests in names.items()}
+            names = {line: {each.removeprefix("tests/") for each in tests} for line, tests in lines}
+            kept = {line: [test for test in self.seconds if {test, test.split("::")[0]} & names[line]] for line in names}
             found[str(Path(file).relative_to(self.package))] = kept
         return self.seconds, found
