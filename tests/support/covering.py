@@ -217,7 +217,7 @@ class Recorder:
         data, found = self.coverage.get_data(), {}
         for file in data.measured_files():
             lines = data.contexts_by_lineno(file).items()
-            names = {line: {each.removeprefix("tests/") for each in tests} for line, tests in lines}
-            kept = {line: [test for test in self.seconds if {test, test.split("::")[0]} & names[line]] for line in names}
+            by = {line: {each.removeprefix("tests/") for each in tests} for line, tests in lines}
+            kept = {line: [test for test in self.seconds if {test, test.split("::")[0]} & by[line]] for line in by}
             found[str(Path(file).relative_to(self.package))] = kept
         return self.seconds, found
