@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -90,6 +91,14 @@ def test_the_nearest_are_named_and_no_copy_among_them(model):
         model.copy_groups_ = kept
     assert {near["name"] for near in found} < beside and found[0]["functions"] == []
     assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
+
+
+def test_distances_are_from_what_is_learnt_now(model):
+    asked, other = read(model, height=0.5).profile[None], copy(model)
+    before = model.distances(asked)
+    other.profiles_ = model.profiles_[::-1].copy()
+    assert np.array_equal(other.distances(asked), before[:, ::-1])
+    assert np.array_equal(model.distances(asked), before)
 
 
 @pytest.mark.parametrize("copies", range(12))
