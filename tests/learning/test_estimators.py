@@ -13,6 +13,7 @@ from sklearn.metrics import f1_score
 from sklearn.model_selection import GridSearchCV, KFold, cross_val_predict, cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import MultiLabelBinarizer
+from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 import spherefunc_bullet as sf
@@ -142,6 +143,12 @@ def test_features_go_before_any_classifier(objects, features):
     labels = ["cup"] * 6 + ["table"] * 6
     # A mug fills and a plate holds a layer; by cubes, a mug of a size that was not learnt may go wrong.
     assert cross_val_score(pipeline, objects, labels, cv=3).mean() > 0.8
+
+
+@pytest.mark.parametrize("kind", [sf.FunctionClassifier, sf.CubeClassifier])
+def test_scikit_learn_knows_that_objects_have_several_functions_and_are_no_rows(kind):
+    tags = get_tags(kind())
+    assert tags.classifier_tags.multi_label and tags.target_tags.multi_output and not tags.input_tags.two_d_array
 
 
 def test_errors_number_the_object():

@@ -14,9 +14,11 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_model import MOST_DROPS
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model, shipped_model
-from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
+from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.model_file import inference_model, load_model, new_classifier, save_model, shipped_model
+from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
 from spherefunc_bullet.settling.drops import NO_DROPS
+from spherefunc_bullet.settling.records import Dropping
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +102,14 @@ def test_a_model_that_was_written_since_is_read_anew(saved):
     assert len(inference_model(saved, None).names_) == 4 * 3 != len(first.names_)
     with pytest.raises(InputError):
         inference_model(saved.with_name("no such"), None)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_new_classifier_of_a_method_drops_spheres_as_said(name):
+    how = Dropping(simulator="fast", radii=METHODS[name].radii, seed=3, length=METHODS[name].length)
+    model = new_classifier(how, name)
+    assert isinstance(model, FunctionClassifier if name == PROFILE else CubeClassifier)
+    assert (model.radii, model.seed, model.length) == (how.radii, how.seed, how.length)
 
 
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):
