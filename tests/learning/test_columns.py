@@ -91,6 +91,14 @@ def test_a_level_reaches_as_far_down_as_up(rows, lift):
     assert len(fullest_level(columns_of(np.concatenate(steps), RADIUS))[1]) == 4 * sum(rows)
 
 
+@pytest.mark.parametrize("far", [0.1, 1.0])
+def test_two_shelves_of_which_neither_reaches_the_other_are_no_one_level(far):
+    """Ten columns each, one and a half radii apart, are less than fifteen that are on one level, lower or higher."""
+    two = [layer(2, 5, 0.5 + k * 1.5 * RADIUS, corner=(k, 0)) for k in range(2)]
+    height, level = fullest_level(columns_of(np.concatenate([*two, layer(3, 5, far, corner=(2, 0))]), RADIUS))
+    assert height == pytest.approx(far + RADIUS) and len(level) == 15
+
+
 @pytest.mark.parametrize(("apart", "linked"), [(2.9, True), (3.1, False)])
 def test_stacks_are_linked_up_to_three_radii(apart, linked):
     """However closely spheres lie over one another, what is a sphere's width away belongs together."""
