@@ -79,6 +79,13 @@ def test_what_stands_on_a_table_rises_from_it_inside_its_edge():
     assert on_table(box[::7] * [3, 3, 1] - [0.7, 0.7, -0.75]) == 0  # points that belong to no surface
 
 
+def test_three_spheres_show_a_level_and_two_do_not():
+    corners = np.array([[-0.06, -0.035, 0.72], [0.06, -0.035, 0.72], [0, 0.07, 0.72]])
+    box = np.concatenate([square((-0.01, -0.01), 0.02, height) for height in np.arange(0.73, 0.8, 0.01)])
+    found = [objects_on_table(Cloud(box), {RADIUS: resting_drops(RADIUS, corners[:count])}) for count in (3, 2)]
+    assert found == [1, 0]
+
+
 def test_the_scatter_of_a_level_is_its_deviation_whatever_stands_on_it():
     level = RANDOM(0).normal(0, 0.002, 4000)
     assert scatter_of(np.concatenate([level, np.full(4000, 0.1)])) == pytest.approx(0.002, rel=0.05)

@@ -8,6 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
+from sklearn.tree import DecisionTreeClassifier
 from test_classifier import collection, fitted
 
 from spherefunc_bullet.errors import InputError
@@ -17,6 +18,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import METHODS
 from spherefunc_bullet.learning.model_file import inference_model, load_model, new_classifier, save_model, shipped_model
 from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
+from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
 from spherefunc_bullet.settling.records import Dropping
 
@@ -262,6 +264,14 @@ def test_pickled_objects_are_refused_unopened(saved, tmp_path):
 def test_missing_file_and_folder_are_refused(tmp_path):
     check_refused(tmp_path / "gone.npz", "found none")
     check_refused(tmp_path, "got a folder")
+
+
+def test_what_is_no_forest_is_not_kept(tmp_path):
+    model = FunctionClassifier(radii=(0.02,), estimator=DecisionTreeClassifier(), early_drops=0)
+    profiles, members = np.eye(len(NAMES))[:4], np.array([True, True, False, False])[:, None]
+    model.fit_profiles(profiles, members, ["cup"], [*"abcd"])._know()
+    with pytest.raises(InputError, match="DecisionTree"):
+        save_model(model, tmp_path / "model.npz")
 
 
 def test_place_that_cannot_be_written_is_an_input_error(model, tmp_path):
