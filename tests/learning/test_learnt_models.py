@@ -72,9 +72,10 @@ def test_cubes_speak_by_how_much_nearer_they_bring_an_object(method):
     assert pro == sorted(pro, reverse=True) and contra == sorted(contra, reverse=True)
     assert rows[0]["share"] == pytest.approx(cubes.speaks_for.max() / np.abs(cubes.speaks_for).sum(), abs=1e-4)
     order = np.argsort(-cubes.speaks_for, kind="stable")
-    strongest = [*order[: len(pro)], *order[::-1][: len(contra)]]
+    named = [*order[cubes.speaks_for[order] > 0], *order[::-1][cubes.speaks_for[order[::-1]] < 0]]
+    every = strongest_cubes(model, asked, name, len(order))
     for key, means in {"spheres": cubes.counts, "members": cubes.members, "others": cubes.others}.items():
-        assert [row[key] for row in rows] == [round(means[i], 2) for i in strongest]  # to hundredths
+        assert [row[key] for row in every] == [round(means[i], 2) for i in named]  # to hundredths
 
 
 def test_spheres_where_nobody_had_any_speak_neither_way():
