@@ -113,13 +113,11 @@ class CloudClassifier(ClassifierMixin, BaseEstimator, FunctionModel):
     def score(self, X: Iterable[Anything], y: Labels, sample_weight: np.ndarray | None = None) -> float:
         """Return the share of objects whose functions are all right, as scikit-learn does for multilabel."""
         columns = getattr(self, "columns_", None)
-        labels = sets_of(y) if columns is None else sets_of(labels_of_indicator(y, columns))
-        probabilities, names = self.predict_proba(X), self._columns()
-        require_as_many(probabilities, labels)
-        right = [
-            {name for name, score in zip(names, row, strict=True) if score > THRESHOLD} == label
-            for row, label in zip(probabilities, labels, strict=True)
-        ]
+        labels = sets_of(y) if columns is None else labels_of_indicator(y, columns)
+        predicted = self.predict(X)
+        found = predicted if columns is None else labels_of_indicator(predicted, columns)
+        require_as_many(found, labels)
+        right = [functions == label for functions, label in zip(found, labels, strict=True)]
         return float(np.average(right, weights=sample_weight))
 
     def __sklearn_tags__(self):

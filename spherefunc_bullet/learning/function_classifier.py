@@ -85,7 +85,7 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
     early_ : FunctionClassifier or None
         What was learnt from the first drops alone, by `fit` and `fit_settled`.
     familiar_ : float
-        How far from all training objects an object may be to count as one of their kind; see `rank_distances`.
+        How far from all training objects an object may be to count as one of their kind; see `Ranks`.
     """
 
     def __init__(

@@ -80,7 +80,6 @@ def drop_or_nothing(
         return no_drops(radius, length), 0.0, 0
     if length.drops is None:
         simulator = one_by_one(simulator)
-    if length.drops is None:
         result = simulator.drop(cloud, drop_settings(simulator, radius, length), seed)
         drops = replace(resting_drops(radius, result.centers.astype(np.float32)), provenance=result.provenance)
         return drops, result.seconds, result.drops

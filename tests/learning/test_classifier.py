@@ -11,6 +11,7 @@ from scipy import sparse
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import require_bounds
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.inverse_distance import (
     InverseDistanceClassifier,
@@ -18,8 +19,9 @@ from spherefunc_bullet.learning.inverse_distance import (
     nearest_of_all_scores,
 )
 from spherefunc_bullet.learning.labels import as_sets
-from spherefunc_bullet.learning.method import CUBES, PAPER
+from spherefunc_bullet.learning.method import CUBES, METHODS, PAPER
 from spherefunc_bullet.learning.validation import (
+    member_scores,
     quality,
     radius_weights,
     remaining_weights,
@@ -223,6 +225,21 @@ def test_one_split_chooses_by_its_validation_set_alone():
     misled = useful.copy()
     misled[np.ix_(held_out, train)] = useless[np.ix_(held_out, train)]
     assert radius_weights({0.01: spoiled, 0.05: misled}, members, PAPER) == {0.01: 1.0}
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_every_method_has_radii_that_a_model_may_have(name):
+    method = METHODS[name]
+    assert method.name == name and list(method.radii) == sorted(set(method.radii))
+    require_bounds(method.radii, method.length.drops, name)
+
+
+def test_the_paper_counts_three_neighbours_and_cubes_the_mean_of_one_and_of_three_on_either_side():
+    alike = np.array([True, True, False, False])
+    assert member_scores(np.array([[1.0, 1, 1, 1]]), alike, PAPER) == pytest.approx(2 / 3)
+    members = np.arange(8) < 4
+    found = member_scores(np.array([[1.0, 2, 4, 5, 2, 4, 4, 5]]), members, CUBES)
+    assert found == pytest.approx(np.mean([1 / 1.5, 1.75 / (1.75 + 1)]))
 
 
 def test_runs_go_to_the_end_where_the_method_says_so(monkeypatch):

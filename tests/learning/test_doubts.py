@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +12,9 @@ import pytest
 from spherefunc_bullet.function_model import Reading
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.calibration import group_copies
-from spherefunc_bullet.learning.profiles.profile_model import FAMILIAR
-from spherefunc_bullet.learning.profiles.quantities import NAMES
-from spherefunc_bullet.learning.profiles.words import cells_of, deciding, met, nearest, sentences, with_unit
+from spherefunc_bullet.learning.profiles.profile_model import COMPARED_COPIES, FAMILIAR
+from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
+from spherefunc_bullet.learning.profiles.words import DECIDING, cells_of, deciding, met, nearest, sentences, with_unit
 from spherefunc_bullet.settling.drops import Drops, drops_from_rows
 
 RADII = (0.01, 0.02)
@@ -91,6 +93,21 @@ def test_the_nearest_are_named_and_no_copy_among_them(model):
     assert 0 < found[0]["distance"] <= found[1]["distance"] < 0.02
 
 
+def test_distances_are_from_what_is_learnt_now(model):
+    asked, other = read(model, height=0.5).profile[None], copy(model)
+    before = model.distances(asked)
+    other.profiles_ = model.profiles_[::-1].copy()
+    assert np.array_equal(other.distances(asked), before[:, ::-1])
+    assert np.array_equal(model.distances(asked), before)
+
+
+@pytest.mark.parametrize("copies", range(12))
+def test_of_copies_every_fifth_is_compared_with_and_the_first_always(copies):
+    names = [*"ab", *map(str, range(copies))]
+    model = SimpleNamespace(copy_groups_=group_copies(names, ["", ""] + ["a"] * copies))
+    assert FunctionClassifier.compared.fget(model).tolist() == [0, 1, *range(2, 2 + copies, COMPARED_COPIES)]
+
+
 def test_what_decides_loses_its_share_when_it_is_as_usual(model):
     """The share of a quantity is what the score loses where only that one is the training objects' median."""
     decided, profile = deciding(read(model), "high"), model.profiles([dropped(0.9)])
@@ -107,18 +124,55 @@ def test_what_decides_loses_its_share_when_it_is_as_usual(model):
     assert shares == sorted(shares, reverse=True) and shares[-1] > 0
 
 
+def test_of_a_linear_score_a_quantity_decides_by_its_weight_and_its_distance_from_the_median():
+    """So that all shares together are what the score is above that of an object that is as usual in everything."""
+    random, count = np.random.default_rng(0), len(RADII) * len(NAMES)
+    learnt, profile = random.normal(size=(9, count)), random.normal(size=count)
+    weights = np.where(np.arange(count) % 7 == 3, 0, random.normal(size=count))
+    model = SimpleNamespace(functions_=("other", "high"), radii=RADII, quantities=NAMES, profiles_=learnt)
+    model.score_profiles = lambda rows: np.column_stack([np.zeros(len(rows)), rows @ weights])
+    rows = deciding(SimpleNamespace(model=model, profile=profile), "high", count)
+    columns = [RADII.index(row["radius"]) * len(NAMES) + NAMES.index(row["quantity"]) for row in rows]
+    shares, medians = weights * (profile - np.median(learnt, axis=0)), np.median(learnt, axis=0)
+    assert columns == [i for i in np.argsort(-np.abs(shares)).tolist() if weights[i]]
+    for key, values in {"value": profile, "median": medians, "share": shares}.items():
+        assert [row[key] for row in rows] == [round(values[i], 4) for i in columns]  # to four places
+    assert deciding(SimpleNamespace(model=model, profile=profile), "high") == rows[:DECIDING]
+
+
+@pytest.mark.parametrize(
+    ("scores", "named"),
+    [((0.9, 0.8), ["a", "b"]), ((0.5, 0.2), ["a"]), ((0.5, 0.6), ["b"]), ((0.2, 0.5), ["b"]), ((0.0, 0.0), ["a"])],
+)
+def test_functions_above_a_half_are_named_and_else_the_likeliest(scores, named):
+    model = SimpleNamespace(functions_=("a", "b"), radii=RADII)
+    said = sentences(SimpleNamespace(model=model, rounded=list(scores), drops={}))
+    assert [sentence.split()[0] for sentence in said] == named
+
+
+def test_distances_of_the_nearest_are_given_to_four_places(model):
+    between = read(model, height=0.5123, stays=33)
+    distances = np.sort(model.distances(between.profile[None])[0])
+    assert [near["distance"] for near in nearest(between, 9)] == [round(away, 4) for away in distances[:9].tolist()]
+
+
 def test_sentences_name_what_it_is_for_or_what_it_may_be(model):
     (yes,), (no,) = sentences(read(model, 0.97)), sentences(read(model, 0.03, height=0.3))
     assert yes.startswith("high 0.97: a level 90 cm above the ground") and no.startswith("high 0.03: a level 30 cm")
     assert "walls" not in yes and "walls on every side" in met(read(model, walls=1.0), "high")
+    assert "walls" not in met(read(model, walls=0.5), "high")  # of no more than half of the spheres
     assert "100 % of the drops" in yes and met(read(model, stays=0), "high") == "no sphere stays on it"
 
 
 def test_spheres_that_stay_are_the_ones_spoken_of(model):
     """Where none stays of those that count most, those of the largest radius of which some do."""
-    only = dropped(0.9) | {model.radius_["high"]: shelf(0.9, RADII[0], stays=0)}
-    (other,) = set(RADII) - {model.radius_["high"]}
-    assert f"spheres of {other * 100:g} cm" in met(model.reading_of(only), "high")
+    radii = (0.01, 0.02, 0.03, 0.04)
+    spoken = SimpleNamespace(radii=radii, radius_={"high": radii[0]}, quantities=NAMES)
+    for stays, largest in (((0, 9, 9, 0), 0.03), ((9, 9, 9, 0), 0.01), ((0, 9, 0, 0), 0.02)):
+        drops = {radius: shelf(0.9, radius, stays=count) for radius, count in zip(radii, stays, strict=True)}
+        profile = profiles_over([drops], radii)[0]
+        said = met(SimpleNamespace(model=spoken, drops=drops, profile=profile), "high")
+        assert f"spheres of {largest * 100:g} cm" in said and "90 cm above" in said
 
 
 @pytest.mark.parametrize(
@@ -126,6 +180,7 @@ def test_spheres_that_stay_are_the_ones_spoken_of(model):
     [
         *[(0.463, "m", "46 cm"), (0.1, "m", "10 cm"), (0.0994, "m", "9.9 cm"), (-0.2, "m", "-20 cm")],
         *[(0.16, "m2", "0.16 m²"), (0.1, "m2", "0.1 m²"), (0.0953, "m2", "953 cm²"), (0.5, "share", "50 %")],
+        *[(0.099949, "m2", "999 cm²"), (0.099955, "m2", "1000 cm²")],
         *[(1.234, "ratio", "1.2"), (12.0, "spheres", "12")],
     ],
 )

@@ -13,6 +13,7 @@ from sklearn.metrics import f1_score
 from sklearn.model_selection import GridSearchCV, KFold, cross_val_predict, cross_val_score
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import MultiLabelBinarizer
+from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 import spherefunc_bullet as sf
@@ -145,11 +146,9 @@ def test_features_go_before_any_classifier(objects, features):
 
 
 @pytest.mark.parametrize("kind", [sf.FunctionClassifier, sf.CubeClassifier])
-def test_what_fell_is_kept_for_the_next_time_unless_told_not_to(kind, tmp_path, monkeypatch):
-    monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path))
-    for options, kept in (({"cache": False}, False), ({}, True)):
-        kind(radii=(0.02,), **options).fit([clouds.mug(), clouds.plate()], [{"cup"}, {"table"}])
-        assert any(tmp_path.rglob("*.npz")) == kept
+def test_scikit_learn_knows_that_objects_have_several_functions_and_are_no_rows(kind):
+    tags = get_tags(kind())
+    assert tags.classifier_tags.multi_label and tags.target_tags.multi_output and not tags.input_tags.two_d_array
 
 
 def test_errors_number_the_object():

@@ -76,6 +76,14 @@ def test_what_stands_on_a_table_rises_from_it_inside_its_edge():
     assert on_table(edge) == 0 and on_table(edge + [3 * SPARED, 0, 0]) == 1
     assert on_table(square((0.1, 0.1), np.sqrt(LARGEST) * 0.8 * 1.1) + [0, 0, 0.75]) == 0  # a shelf above
     assert on_table(box + [0, 0, 0.75], count=2) == 0  # hardly a sphere stays: no level
+    assert on_table(box[::7] * [3, 3, 1] - [0.7, 0.7, -0.75]) == 0  # points that belong to no surface
+
+
+def test_three_spheres_show_a_level_and_two_do_not():
+    corners = np.array([[-0.06, -0.035, 0.72], [0.06, -0.035, 0.72], [0, 0.07, 0.72]])
+    box = np.concatenate([square((-0.01, -0.01), 0.02, height) for height in np.arange(0.73, 0.8, 0.01)])
+    found = [objects_on_table(Cloud(box), {RADIUS: resting_drops(RADIUS, corners[:count])}) for count in (3, 2)]
+    assert found == [1, 0]
 
 
 def test_the_scatter_of_a_level_is_its_deviation_whatever_stands_on_it():
@@ -251,3 +259,4 @@ def test_of_equally_good_poses_the_likelier_comes_first():
 
     answers = [pose(cup=0.2, table=0.9), pose(cup=0.7, table=0.9), pose(cup=0.7, table=0.1)]
     assert best_poses(answers) == {"cup": 1, "table": 0} and best_poses([]) == {}
+    assert best_poses(answers[:1]) == {"cup": 0, "table": 0}

@@ -71,6 +71,11 @@ def test_cubes_speak_by_how_much_nearer_they_bring_an_object(method):
     assert 0 < len(pro) <= 3 and len(contra) <= 3 and pro + contra == [abs(share) for share in shares]
     assert pro == sorted(pro, reverse=True) and contra == sorted(contra, reverse=True)
     assert rows[0]["share"] == pytest.approx(cubes.speaks_for.max() / np.abs(cubes.speaks_for).sum(), abs=1e-4)
+    order = np.argsort(-cubes.speaks_for, kind="stable")
+    named = [*order[cubes.speaks_for[order] > 0], *order[::-1][cubes.speaks_for[order[::-1]] < 0]]
+    every = strongest_cubes(model, asked, name, len(order))
+    for key, means in {"spheres": cubes.counts, "members": cubes.members, "others": cubes.others}.items():
+        assert [row[key] for row in every] == [round(means[i], 2) for i in named]  # to hundredths
 
 
 def test_spheres_where_nobody_had_any_speak_neither_way():
@@ -79,6 +84,8 @@ def test_spheres_where_nobody_had_any_speak_neither_way():
     cubes = cube_evidence(model, asked, "cup", model.radius_["cup"])
     new = cubes.counts > 0
     assert new.any() and not (cubes.speaks_for[new].any() or cubes.members[new].any() or cubes.others[new].any())
+    shares = [row["share"] for row in strongest_cubes(model, asked, "cup", len(new))]
+    assert len(shares) == np.count_nonzero(cubes.speaks_for) < len(new)
 
 
 def test_who_is_held_out_is_held_out_with_a_classifier_by_cubes():

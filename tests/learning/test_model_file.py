@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 
 import numpy as np
 import pytest
+from sklearn.tree import DecisionTreeClassifier
 from test_classifier import collection, fitted
 
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.function_model import MOST_DROPS
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model, shipped_model
-from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
+from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.learning.model_file import inference_model, load_model, new_classifier, save_model, shipped_model
+from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
+from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
+from spherefunc_bullet.settling.records import Dropping
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +97,23 @@ def test_a_model_to_ask_by_cubes_is_the_classifier(saved):
     assert inference_model(made, None) is made
 
 
+def test_a_model_that_was_written_since_is_read_anew(saved):
+    first = inference_model(saved, None)
+    save_model(fitted(*collection(3)), saved)
+    os.utime(saved, ns=(10**9, 10**9))
+    assert len(inference_model(saved, None).names_) == 4 * 3 != len(first.names_)
+    with pytest.raises(InputError):
+        inference_model(saved.with_name("no such"), None)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_a_new_classifier_of_a_method_drops_spheres_as_said(name):
+    how = Dropping(simulator="fast", radii=METHODS[name].radii, seed=3, length=METHODS[name].length)
+    model = new_classifier(how, name)
+    assert isinstance(model, FunctionClassifier if name == PROFILE else CubeClassifier)
+    assert (model.radii, model.seed, model.length) == (how.radii, how.seed, how.length)
+
+
 def test_round_trip_of_the_file_is_the_same_model(saved, tmp_path):
     save_model(load_model(saved), tmp_path / "again.npz")
     with np.load(saved) as first, np.load(tmp_path / "again.npz") as second:
@@ -129,6 +152,16 @@ def test_backend_that_is_not_installed_is_refused(saved):
 
 def test_other_version_of_the_backend_is_refused(saved):
     check_refused(changed(saved, backend_version="0.0"), "version 0.0.*train it again")
+
+
+@pytest.mark.parametrize("early", [False, True])
+@pytest.mark.parametrize("drops", [0, MOST_DROPS + 1])
+def test_runs_that_are_longer_than_any_object_is_worth_are_refused(tmp_path, early, drops):
+    with np.load(shipped_model()) as file:
+        about = json.loads(str(file["about"]))
+    (about["early"] if early else about)["method"]["drops"] = drops
+    np.savez(tmp_path / "long.npz", about=np.array(json.dumps(about)))
+    check_refused(tmp_path / "long.npz", f"got {drops:,}")
 
 
 def test_other_version_of_the_format_is_refused(saved):
@@ -231,6 +264,14 @@ def test_pickled_objects_are_refused_unopened(saved, tmp_path):
 def test_missing_file_and_folder_are_refused(tmp_path):
     check_refused(tmp_path / "gone.npz", "found none")
     check_refused(tmp_path, "got a folder")
+
+
+def test_what_is_no_forest_is_not_kept(tmp_path):
+    model = FunctionClassifier(radii=(0.02,), estimator=DecisionTreeClassifier(), early_drops=0)
+    profiles, members = np.eye(len(NAMES))[:4], np.array([True, True, False, False])[:, None]
+    model.fit_profiles(profiles, members, ["cup"], [*"abcd"])._know()
+    with pytest.raises(InputError, match="DecisionTree"):
+        save_model(model, tmp_path / "model.npz")
 
 
 def test_place_that_cannot_be_written_is_an_input_error(model, tmp_path):

@@ -24,7 +24,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     log_odds,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
-from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, profiles_over, rank_distances
+from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, Ranks, profiles_over
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling.drops import NO_DROPS, Drops, drops_from_rows
 
@@ -418,15 +418,15 @@ def test_rank_distances_know_no_units():
     learnt = np.random.default_rng(0).uniform(size=(30, 4))
     asked = learnt[:3] * 1.01
     scales = np.array([1, 100, 1e-3, 7])
-    assert np.allclose(rank_distances(asked, learnt), rank_distances(asked * scales, learnt * scales))
-    assert rank_distances(learnt, learnt).diagonal().tolist() == [0] * 30
+    assert np.allclose(Ranks(learnt).distances(asked), Ranks(learnt * scales).distances(asked * scales))
+    assert Ranks(learnt).distances(learnt).diagonal().tolist() == [0] * 30
 
 
 def test_ranks_run_from_none_to_one():
     """Above all of ten is 1 and below all 0; of one of the ten half of itself is below it."""
     learnt = np.arange(10.0)[:, None]
     ranks = (np.arange(10) + 0.5) / 10
-    assert rank_distances(np.array([[99.0], [-99.0]]), learnt) == pytest.approx(np.array([1 - ranks, ranks]))
+    assert Ranks(learnt).distances(np.array([[99.0], [-99.0]])) == pytest.approx(np.array([1 - ranks, ranks]))
 
 
 def test_short_thresholds_change_no_vote():

@@ -13,6 +13,7 @@ from sklearn.tree import DecisionTreeClassifier
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_at
@@ -95,19 +96,20 @@ def test_what_was_guessed_of_a_file_is_said_whether_it_is_read_again_or_not(tmp_
 
 
 LEARNERS = {
-    "cubes": lambda objects, cache: SphereHistogram(radius=0.02, cache=cache).fit(objects),
-    "quantities": lambda objects, cache: RestingProfile(0.02, drops=10, cache=cache).transform(objects),
-    "functions": lambda objects, cache: FunctionClassifier(
-        radii=(0.02,), drops=10, early_drops=0, cache=cache, estimator=DecisionTreeClassifier()
+    "cubes": lambda objects, **how: SphereHistogram(radius=0.02, **how).fit(objects),
+    "functions by cubes": lambda objects, **how: CubeClassifier(radii=(0.02,), **how).fit(objects, ["cup", "none"]),
+    "quantities": lambda objects, **how: RestingProfile(0.02, drops=10, **how).transform(objects),
+    "functions": lambda objects, **how: FunctionClassifier(
+        radii=(0.02,), drops=10, early_drops=0, estimator=DecisionTreeClassifier(), **how
     ).fit(objects, ["cup", "none"]),
 }
 
 
 @pytest.mark.parametrize("name", LEARNERS)
-@pytest.mark.parametrize("cache", [True, False])
-def test_spheres_are_kept_where_that_is_asked_for(home, name, cache):
-    LEARNERS[name]([clouds.mug(), clouds.plate()], cache)
-    assert len(list(home.rglob("*.npz"))) == 2 * cache
+@pytest.mark.parametrize(("how", "kept"), [({"cache": True}, True), ({"cache": False}, False), ({}, True)])
+def test_spheres_are_kept_unless_told_not_to(home, name, how, kept):
+    LEARNERS[name]([clouds.mug(), clouds.plate()], **how)
+    assert len(list(home.rglob("*.npz"))) == 2 * kept
 
 
 @pytest.mark.parametrize("cache", [True, False])

@@ -36,11 +36,11 @@ OWN = {  # the tests of each folder, or file
     "settling": "enclosure settling drops simulation_cache early_answers",
     "learning": "copies doubts labels turned settling resting_profile classifier histogram model_file"
     " early_answers one_view view drops learning_arithmetic learnt_models"
-    " limits unseen_kinds poses estimators falling_over",
+    " limits unseen_kinds poses estimators falling_over decision columns",
     "clouds/links.py": "leaks flooding",
     "clouds/water.py": "leaks flooding places falling_over learnt_models",
     "classification.py": "leaks one_view falling_over classifier doubts learnt_models answers"
-    " early_answers",
+    " early_answers decision",
 }
 SECONDS = 30.0  # of the processor, of tests that one change is tried by, at most
 
@@ -191,6 +191,15 @@ class Recorder:
         return result
 
     @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef, request: pytest.FixtureRequest):
+        """Take what is made once for several tests as run by all tests of the file, and not by the first alone."""
+        test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" (")[0]
+        self.coverage.switch_context(test if fixturedef.scope == "function" else test.split("::")[0])
+        result = yield
+        self.coverage.switch_context(test)
+        return result
+
+    @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item):
         """Take the time of the processor, which is the same on a machine that has more to do."""
         started = sum(os.times()[:4])
@@ -208,7 +217,7 @@ class Recorder:
         data, found = self.coverage.get_data(), {}
         for file in data.measured_files():
             lines = data.contexts_by_lineno(file).items()
-            names = {line: [each.removeprefix("tests/") for each in tests] for line, tests in lines}
-            kept = {line: [test for test in tests if test in self.seconds] for line, tests in names.items()}
+            by = {line: {each.removeprefix("tests/") for each in tests} for line, tests in lines}
+            kept = {line: [test for test in self.seconds if {test, test.split("::")[0]} & by[line]] for line in by}
             found[str(Path(file).relative_to(self.package))] = kept
         return self.seconds, found

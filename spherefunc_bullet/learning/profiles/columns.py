@@ -209,7 +209,5 @@ def largest_piece(level: Columns) -> Columns:
     pieces = pieces_of(len(level), first, second)
     carried = np.round(np.bincount(pieces, level.weights), 9)
     equal = np.flatnonzero(carried == carried.max())
-    if len(equal) == 1:
-        return level if len(carried) == 1 else level.kept(pieces == equal[0])
     # Of equal pieces the wider one, whatever order they came in.
     return max((level.kept(pieces == piece) for piece in equal), key=lambda piece: piece.outline.area)

@@ -159,5 +159,5 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
         "feature": np.where(inner, tree.feature[order], LEAF),
         "threshold": np.where(inner, tree.threshold[order], 0.0),
         "below": np.array(below),
-        "vote": tree.value[order, 0, 1] / tree.value[order, 0].sum(axis=1),
+        "vote": tree.value[order, 0, 1],  # shares of the two classes, which sum to one
     }

@@ -15,7 +15,7 @@ from ...simulator import Simulator
 from .calibration import UNSURE, Band, CopyGroups, Line, calibrated
 from .forest import Forest, ForestBatch, forest_batch
 from .in_scenes import SceneForests
-from .quantities import NAMES, Ranks, profiles_over, rank_distances
+from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
     from sklearn.base import ClassifierMixin
@@ -212,18 +212,16 @@ class ProfileModel(FunctionModel):
     def keep(self, rows: np.ndarray) -> Self:
         """Keep some of the training objects (K,) to be compared with, and all that was learnt; for many small files.
 
-        Quantities are kept as precisely as trees read them, and thresholds too, which changes no answer.
+        Quantities are kept as precisely as trees read them, which changes no answer.
         """
         self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
         self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
         self.names_ = [self.names_[row] for row in rows]
-        self.forests_ = [one.to_float32() if isinstance(one, Forest) else one for one in self.forests_]
         return self._know()
 
     def _know(self) -> Self:
         """See how far training objects are from one another."""
-        learnt = self.profiles_[self.compared]
-        distances = rank_distances(learnt, learnt)
+        distances = self.distances(self.profiles_[self.compared])
         np.fill_diagonal(distances, np.inf)
         nearest = distances.min(axis=1)
         self.familiar_ = float(np.quantile(nearest, FAMILIAR)) if len(nearest) > 1 else np.inf

@@ -246,11 +246,6 @@ class Ranks:
         return np.vstack(parts) if parts else np.empty((0, len(self.learnt)))
 
 
-def rank_distances(asked: np.ndarray, learnt: np.ndarray) -> np.ndarray:
-    """Return distances (A, N) between objects by their quantities (A, D) and (N, D): mean differences of ranks."""
-    return Ranks(learnt).distances(asked)
-
-
 def blocks_of(rows: np.ndarray) -> list[np.ndarray]:
     """Return rows (A, D) in blocks: thousands of training objects at once would fill the memory."""
     return [rows[start : start + _BLOCK] for start in range(0, len(rows), _BLOCK)]
