@@ -19,7 +19,8 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
+from spherefunc_bullet.scenes.impairment.levels import Level
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.records import Loading
@@ -42,11 +43,10 @@ class SitScore:
     verdicts: tuple[Verdict, ...]
 
 
-def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level")
+def folded(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
     """Press a seat flat from its back to its front."""
-    if specimen.level is None:
-        return None
-    low, high = specimen.level.box
+    low, high = level.box
     axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
     pressed = np.ones(3)
     pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
@@ -56,8 +56,7 @@ def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
 def useless_seats() -> list[Impairment]:
     """Return the kinds of copies on which nobody can sit."""
     more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
-    named = [Impairment(kind=kind, functions=(SEAT,), works=False, change=change) for kind, change in more.items()]
-    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
+    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + kinds((SEAT,), False, **more)
 
 
 def impairs_seat(specimen: Specimen) -> bool:
@@ -85,8 +84,8 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
         return {}
     made = ((kind.kind, kind.applied(specimen, name, 0)) for kind in useless_seats())
     copies = {kind: cloud_from_mesh(*copy.mesh(), name) for kind, copy in made if copy is not None}
-    kinds = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
-    return {kind: copies[kind] for kind in kinds}
+    drawn = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
+    return {kind: copies[kind] for kind in drawn}
 
 
 def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
