@@ -93,8 +93,7 @@ def print_places(rows: Sequence[Row]):
         for number, place in enumerate(row["places"]):
             start = Path(row["file"]).name if number == 0 else ""
             table.append([start, *place_columns(place), proof_text(place["proven"])])
-    if table:
-        print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
+    print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
     for row in rows:
         if not row["places"]:
             show(f"{Path(row['file']).name}: no place to sit, to put or to pour")

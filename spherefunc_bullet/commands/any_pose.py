@@ -56,6 +56,5 @@ def print_best(rows: Sequence[Row], functions: Sequence[str]):
         members = [name for name in functions if row["functions"][name]["member"]]
         scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
         table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
-    if table:
-        title = "What objects are for in their best pose (`spherefunc poses` shows it)"
-        print_table(title, ["file", "for", *functions], table)
+    title = "What objects are for in their best pose (`spherefunc poses` shows it)"
+    print_table(title, ["file", "for", *functions], table)
