@@ -20,7 +20,7 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import Score, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, evenly, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -92,11 +92,9 @@ Curve = tuple[float, ...]  # share kept at each angle
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeepScore:
+class KeepScore(Judged):
     """How well one backend tells vessels, and the mean curves of either side."""
 
-    score: Score
-    verdicts: tuple[Verdict, ...]
     angles_deg: tuple[float, ...]
     vessels: Curve  # in the mean
     others: Curve

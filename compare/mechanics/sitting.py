@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -27,20 +26,12 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import Score, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, evenly, score_of
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
 FOLDED = 0.1  # metres, how thick a folded chair is
 APART = 0.1  # metres in height: another level
-
-
-@dataclass(frozen=True, kw_only=True)
-class SitScore:
-    """How well one backend tells seats from copies on which nobody can sit."""
-
-    score: Score
-    verdicts: tuple[Verdict, ...]
 
 
 @needs("level")
@@ -101,7 +92,7 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
 
 def score_sitting(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
-) -> SitScore | None:
+) -> Judged | None:
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
@@ -113,4 +104,4 @@ def score_sitting(
         ]
     if not verdicts:
         return None
-    return SitScore(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
+    return Judged(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))

@@ -55,6 +55,14 @@ class Score:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Judged:
+    """How well one backend tells what works from what does not, and what it said of each object."""
+
+    score: Score
+    verdicts: tuple[Verdict, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What one backend did of one task, as it can be put beside another's."""
 
@@ -168,11 +176,9 @@ def loaded_places(places: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandScore:
+class StandScore(Judged):
     """How well one backend tells what is sound."""
 
-    score: Score
-    verdicts: tuple[Verdict, ...]
     answers: dict[str, StandAnswer]  # by file and kind
 
 
