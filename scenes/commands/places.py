@@ -109,12 +109,14 @@ def place_columns(place: Row) -> list[str]:
 def details(place: Row) -> str:
     """Return what matters of a kind of place, in a few words."""
     if place["kind"] == "pour":
-        return f"holds {place['capacity_ml']:.0f} ml, spills at {place['spill_tilt_deg']:.0f}°"
+        spills = f", spills at {place['spill_tilt_deg']:.0f}°" if "spill_tilt_deg" in place else ""
+        return f"holds {place['capacity_ml']:.0f} ml{spills}"
     if place["kind"] == "put":
         poses = f", {len(place['poses'])} poses" if place.get("poses") else ""
         return f"{place['area']:.2g} free, a disc of {place['radius']:.2g}{poses}"
-    has = [name for name in ("back", "arms") if place[name]]
-    return f"{place['depth']:.2g} deep" + (f", with {' and '.join(has)}" if has else "")
+    has = [name for name in ("back", "arms") if place.get(name)]
+    deep = [f"{place['depth']:.2g} deep"] if "depth" in place else []
+    return ", ".join([*deep, *([f"with {' and '.join(has)}"] if has else [])])
 
 
 def proof_text(proof: Row | None) -> str:
