@@ -61,7 +61,7 @@ def classify(
     classifier = classifier if function is None else classifier.only(function)
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
-        from .any_pose import classify_any_pose
+        from .poses import classify_any_pose
 
         return classify_any_pose(names, classifier, units, json)
     view_model = partial(model_for_views, classifier, given=model is not None)
