@@ -98,8 +98,11 @@ def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Calla
     """
 
     def of_part(change: Callable[..., Surface | None]) -> Change:
+        """Return a change of a specimen alone."""
+
         @wraps(change)
         def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> Surface | None:
+            """Return what the change makes of the part, None where there is no such part."""
             own = getattr(specimen, part)
             if own is None or (triangles and specimen.surface.is_cloud):
                 return None
