@@ -99,11 +99,13 @@ def progress(items: Iterable, total: int, doing: str) -> Iterator:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
-    """Print a table on stdout, the first column to the left and numbers to the right."""
+    """Print a table on stdout, the first column to the left and numbers to the right; nothing where it has no rows."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    if not (rows := list(rows)):
+        return
     table = Table(box=None, pad_edge=False)
     for i, column in enumerate(columns):
         table.add_column(Text(printable(column)), justify="left" if i == 0 else "right", no_wrap=True)

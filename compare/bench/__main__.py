@@ -14,7 +14,6 @@ BENCHES = {  # where each is, and its function
     "scene_stages": ("answers", "time_scenes"),
     "peers": ("peers", "compare_peers"),
     "backends": ("answers", "compare_backends"),
-    "cost_model": ("batches", "print_cost_model"),
 }
 
 

@@ -27,9 +27,6 @@ Data = Annotated[str, typer.Argument(metavar="DATA", help="A folder with manifes
 Backends = Annotated[str, typer.Option(help="Which simulators are measured, or whose models are asked.")]
 Count = Annotated[int, typer.Option(min=1, help="Objects, evenly chosen; or of each kind.")]
 Repeats = Annotated[int, typer.Option(min=1, help="Runs of each.")]
-PLAIN_TABLE = "table of 1.2 x 0.8 m"
-TABLE_RADIUS = parse_length("1cm")
-PEER_RADIUS = parse_length("5mm")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,23 +43,29 @@ def of_household(name: str) -> Path:
     return built_catalogue("household").parent / f"{name}.ply"
 
 
-def peer_mug() -> Path | None:
+def case_of(title: str, name: str, radius: str) -> Case:
+    """Return an object of the catalogue to be measured."""
+    return Case(title=f"{title} ({name})", path=of_household(name), radius=parse_length(radius))
+
+
+def peer_mug(title: str) -> Case | None:
     """Return the mug that comes with PyBullet, or None without PyBullet."""
     try:
         import pybullet_data
     except ImportError:
         return None
-    return Path(pybullet_data.getDataPath()) / "objects" / "mug.obj"
+    path = Path(pybullet_data.getDataPath()) / "objects" / "mug.obj"
+    return Case(title=title, path=path, radius=parse_length("5mm"))
 
 
-def write_plain_table(folder: Path) -> Path:
-    """Write a table of 1.2 x 0.8 m on four legs, and return its path."""
+def plain_table(folder: Path) -> Case:
+    """Write a table of 1.2 x 0.8 m on four legs into a folder."""
     from spherefunc_bullet.scenes.household.parts.solids import box, join, shift
 
     legs = [shift(box(0.05, 0.05, 0.72), x, y) for x in (-0.56, 0.56) for y in (-0.36, 0.36)]
     path = folder / "plain_table.ply"
     join(shift(box(1.2, 0.8, 0.03), z=0.72), *legs).export(path)
-    return path
+    return Case(title="table of 1.2 x 0.8 m", path=path, radius=parse_length("1cm"))
 
 
 def warm(case: Case, backend: str) -> tuple[Simulator, Cloud]:

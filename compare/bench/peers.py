@@ -28,25 +28,15 @@ import typer
 
 from spherefunc_bullet.clouds.cloud import Mesh, load_cloud, placed
 from spherefunc_bullet.console import print_table, say
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.formats.units import format_length, parse_length
+from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
+from spherefunc_bullet.viewer.pictures import raycasting_scene
 
 from ..machine import usable_backends
-from .harness import (
-    PEER_RADIUS,
-    PLAIN_TABLE,
-    TABLE_RADIUS,
-    Case,
-    apart,
-    of_household,
-    peer_mug,
-    print_machine,
-    use_one_core,
-    write_plain_table,
-)
+from .harness import Case, apart, case_of, peer_mug, plain_table, print_machine, use_one_core
 from .speed import OBJECTS
 
 if TYPE_CHECKING:
@@ -215,10 +205,7 @@ def spheres_apart(centers: np.ndarray) -> np.ndarray:
 
 def mesh_distances(mesh: Mesh, centers: np.ndarray) -> np.ndarray:
     """Return each centre's distance (S,) to the nearest place of a mesh, metres."""
-    import open3d as o3d
-
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(np.asarray(mesh.vertices, np.float32), np.asarray(mesh.faces, np.uint32))
+    scene = raycasting_scene(mesh.vertices, mesh.faces)
     return scene.compute_distance(np.asarray(centers, np.float32)).numpy()
 
 
@@ -230,15 +217,9 @@ def cases(names: list[str], folder: Path) -> list[Case]:
     InputError
         If there is no such object.
     """
-    _, chair, radius = next(each for each in OBJECTS["bullet"] if each[0] == "chair")
-    known = {
-        "mug": Case(title="PyBullet's mug", path=peer_mug(), radius=PEER_RADIUS),
-        "table": Case(title=PLAIN_TABLE, path=write_plain_table(folder), radius=TABLE_RADIUS),
-        "chair": Case(title=f"chair ({chair})", path=of_household(chair), radius=parse_length(radius)),
-    }
-    for name in names:
-        if name not in known:
-            raise InputError(f"--objects: expected some of {', '.join(known)}, got {name!r}")
+    chair = next(each for each in OBJECTS["bullet"] if each[0] == "chair")
+    known = {"mug": peer_mug("PyBullet's mug"), "table": plain_table(folder), "chair": case_of(*chair)}
+    require_known("--objects", names, known)
     return [known[name] for name in names]
 
 
@@ -259,7 +240,7 @@ def compare_peers(
 ):
     """Print the tables of docs/speed.md."""
     use_one_core()
-    if peer_mug() is None:
+    if peer_mug("") is None:
         return say("The peers are left out: PyBullet is not installed (pip install spherefunc-bullet[bullet]).")
     with TemporaryDirectory() as folder:
         for case in cases(objects.split(","), Path(folder)):

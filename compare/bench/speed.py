@@ -26,21 +26,7 @@ from spherefunc_bullet.simulator import DropSettings
 
 from ..machine import machine, usable_backends
 from .answers import print_answers
-from .harness import (
-    PEER_RADIUS,
-    PLAIN_TABLE,
-    TABLE_RADIUS,
-    Backends,
-    Case,
-    apart,
-    of_household,
-    peer_mug,
-    print_machine,
-    timed,
-    use_one_core,
-    warm,
-    write_plain_table,
-)
+from .harness import Backends, Case, apart, case_of, peer_mug, plain_table, print_machine, timed, use_one_core, warm
 
 OBJECTS = {  # of the catalogue: title, name, radius
     "fast": [
@@ -55,16 +41,11 @@ STAGE_RADIUS = {"fast": parse_length("1cm"), "bullet": parse_length("2cm")}
 Measured = dict[str, Any]  # what was measured of one object, by name; seconds
 
 
-def cases(backend: str, table: Path, quick: bool) -> list[Case]:
+def cases(backend: str, table: Case, quick: bool) -> list[Case]:
     """Return the objects of a backend's bench; a quick one does without the sofa, which takes longest."""
-    chosen = [
-        Case(title=f"{title} ({name})", path=of_household(name), radius=parse_length(radius))
-        for title, name, radius in OBJECTS.get(backend, OBJECTS["fast"])
-        if not (quick and title == "sofa")
-    ]
-    chosen.append(Case(title=PLAIN_TABLE, path=table, radius=TABLE_RADIUS))
-    mug = peer_mug()
-    return chosen if mug is None else [Case(title="mug (PyBullet's)", path=mug, radius=PEER_RADIUS), *chosen]
+    own = [one for one in OBJECTS.get(backend, OBJECTS["fast"]) if not (quick and one[0] == "sofa")]
+    chosen = [peer_mug("mug (PyBullet's)"), *(case_of(*one) for one in own), table]
+    return [one for one in chosen if one is not None]
 
 
 def time_simulation(case: Case, backend: str, repeats: int) -> Measured:
@@ -137,7 +118,7 @@ def print_speed(
     use_one_core()
     repeats, measured = 1 if quick else 3, {}
     with TemporaryDirectory() as folder:
-        table = write_plain_table(Path(folder))
+        table = plain_table(Path(folder))
         for backend in usable_backends(backends.split(",")):
             chosen = cases(backend, table, quick)
             if file is not None:

@@ -14,8 +14,7 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 if TYPE_CHECKING:
     from ..mechanics.measures import Measured
     from ..mechanics.poses import KeepScore, PoseScore
-    from ..mechanics.sitting import SitScore
-    from ..mechanics.standing import Agreement, StandScore, Verdict
+    from ..mechanics.standing import Agreement, Judged, StandScore, Verdict
 
 
 def mechanics(
@@ -74,7 +73,7 @@ def print_pose_scores(scores: list[PoseScore]):
             show(f"{one.backend}, not the best: {', '.join(missed)}")
 
 
-def print_verdicts(title: str, first: str, scores: Sequence[StandScore | SitScore]):
+def print_verdicts(title: str, first: str, scores: Sequence[Judged]):
     """Print how well backends tell what works from what does not, and what was misclassified."""
     rows = [
         [one.score.backend, str(one.score.asked)]

@@ -12,7 +12,7 @@ import typer
 from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radii, Seed
 from spherefunc_bullet.console import Failures, print_json, print_table
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.units import parse_length, parse_lengths
+from spherefunc_bullet.formats.units import parse_length, parse_lengths, parse_numbers
 
 if TYPE_CHECKING:
     from ..rooms.matching import Row
@@ -185,13 +185,10 @@ def conditions(views: str, noise: str) -> tuple[Condition, ...]:
 
     from ..rooms.trials import Condition
 
-    numbers = [parse_views(number) for number in views.split(",")]
-    try:
-        levels = [float(level) for level in noise.split(",")]
-    except ValueError:
-        levels = [-1.0]
+    expected = "numbers from 0, such as 0,1,2"
+    numbers, levels = [parse_views(one) for one in views.split(",")], parse_numbers("--noise", noise, expected)
     if min(levels) < 0:
-        raise InputError(f"--noise {noise}: expected numbers from 0, such as 0,1,2")
+        raise InputError(f"--noise {noise!r}: expected {expected}")
     return tuple(
         Condition(views=number, noise=level)
         for number in numbers

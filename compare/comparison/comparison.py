@@ -16,8 +16,7 @@ from ..evaluation.protocol import Protocol, labels_of
 from ..machine import machine
 from ..mechanics.measures import measured, task_reports
 from .agreement import agreements
-from .costs import Runs
-from .entries import Comparison, Entry
+from .entries import Comparison, Entry, Runs
 from .evaluations import evaluate_features
 from .experiment import LABELS, Candidate, Experiment
 from .report import BackendReport, FeatureReport, ObjectReport, RadiusReport, Report

@@ -8,15 +8,16 @@ after so many drops at each of its radii.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from joblib import Parallel, delayed
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
@@ -100,8 +101,7 @@ def scores_after(cloud: Cloud, model: FunctionModel) -> np.ndarray:
 def with_bars(image: Image.Image, functions: Sequence[str], scores: np.ndarray, label: str) -> Image.Image:
     """Return a picture with a bar of each score (F,) below it."""
     width, height = image.size
-    canvas = Image.new("RGB", (width, height + BARS), BACKGROUND)
-    canvas.paste(image, (0, 0))
+    canvas = ImageOps.expand(image, (0, 0, 0, BARS), BACKGROUND)
     pen, words = ImageDraw.Draw(canvas), ImageFont.load_default(15)
     pen.text((width - 16, height + BARS - 12), label, GREY, ImageFont.load_default(12), anchor="rm")
     for row, (name, score) in enumerate(zip(functions, scores, strict=True)):
@@ -136,12 +136,9 @@ def animation_bytes(columns: Sequence[Sequence[Image.Image]]) -> bytes:
     return memory.getvalue()
 
 
-def main():
+def main(out: Annotated[Path, typer.Option(help="The file to write.")] = Path("docs/images/drops.gif")):
     """Write the animation and say how large it is."""
-    program = "python -m spherefunc_bullet.compare.demo.animation"
-    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/images/drops.gif"), help="the file to write")
-    out, model = parser.parse_args().out, inference_model(None, None)
+    model = inference_model(None, None)
     meshes = {item.name: item.mesh for item in make_catalogue("household")}
     clouds = [cloud_from_mesh(meshes[part.name].vertices, meshes[part.name].faces, part.name) for part in PARTS]
     work = (delayed(drawn_part)(part, cloud, model) for part, cloud in zip(PARTS, clouds, strict=True))
@@ -151,4 +148,4 @@ def main():
 
 
 if __name__ == "__main__":
-    run(main)
+    run(lambda: typer.run(main))

@@ -5,14 +5,15 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from joblib import Parallel, delayed
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 from trimesh import Trimesh
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
@@ -103,16 +104,14 @@ def write_png(image: Image.Image, path: Path) -> Path:
     return write_bytes(path, png_bytes(image))
 
 
-def main():
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for the PNG files.")] = Path("docs/images"),
+    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres.")] = "fast",
+    beside: Annotated[str, typer.Option(help="Which one is shown beside it.")] = "bullet",
+):
     """Write the pictures and say where they are."""
-    program = "python -m spherefunc_bullet.compare.demo.gallery"
-    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG files")
-    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
-    parser.add_argument("--beside", default="bullet", help="which one is shown beside it")
-    options = parser.parse_args()
-    side_by_side = write_side_by_side(options.out, [options.backend, options.beside])
-    for path in [*write_gallery(options.out, options.backend), side_by_side]:
+    side_by_side = write_side_by_side(out, [backend, beside])
+    for path in [*write_gallery(out, backend), side_by_side]:
         say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
@@ -120,8 +119,7 @@ def captioned(image: Image.Image, title: str, detail: str) -> Image.Image:
     """Return an image with a title and a line below it."""
     width, height = image.size
     large, small = (ImageFont.load_default(height // lines) for lines in (20, 26))  # Pillow's own: on every machine
-    canvas = Image.new("RGB", (width, height + height // 7), BACKGROUND)
-    canvas.paste(image, (0, 0))
+    canvas = ImageOps.expand(image, (0, 0, 0, height // 7), BACKGROUND)
     pen = ImageDraw.Draw(canvas)
     pen.text((width / 2, height + height * 0.02), title, INK, large, anchor="mm")
     pen.text((width / 2, height + height * 0.08), detail, GREY, small, anchor="mm")
@@ -157,4 +155,4 @@ def tiled(images: Sequence[Image.Image], columns: int, width: int) -> Image.Imag
 
 
 if __name__ == "__main__":
-    run(main)
+    run(lambda: typer.run(main))

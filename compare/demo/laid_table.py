@@ -5,11 +5,12 @@ python -m spherefunc_bullet.compare.demo.laid_table --out docs/images
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 from PIL import Image
 
 import spherefunc_bullet as sf
@@ -72,16 +73,14 @@ def said(answer: sf.Answer) -> str:
     return f"{name}, {answer.scores['table']:.2f}{' (unsure)' * answer.unsure}"
 
 
-def main():
+def main(
+    out: Annotated[Path, typer.Option(help="Folder for the PNG file.")] = Path("docs/images"),
+    backend: Annotated[str, typer.Option(help="Which simulator drops the spheres.")] = "fast",
+):
     """Write the picture and say where it is."""
-    program = "python -m spherefunc_bullet.compare.demo.laid_table"
-    parser = argparse.ArgumentParser(program, description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder for the PNG file")
-    parser.add_argument("--backend", default="fast", help="which simulator drops the spheres")
-    options = parser.parse_args()
-    path = write_png(draw_laid_table(options.backend), options.out / "laid_table.png")
+    path = write_png(draw_laid_table(backend), out / "laid_table.png")
     say(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 
 if __name__ == "__main__":
-    run(main)
+    run(lambda: typer.run(main))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from statistics import fmean
-from typing import Any
 
-from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows
+from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows, share_rows
 from .paper_figures import SPHERES, Evaluated, result_of
 from .tables import FUNCTIONS, figures, table
 
@@ -101,22 +100,6 @@ def unseen_kinds(evaluated: Evaluated) -> list[str]:
 
 
 def kinds(fast: Evaluated, bullet: Evaluated) -> list[str]:
-    """Return a row for each kind of copy."""
-    shares = both_backends(fast, bullet)
-    features = list(next(iter(next(iter(shares.values())).values()))["share"])
-    rows: list[list[str]] = []
-    for function, own in shares.items():
-        for kind, row in [*own.items(), *mean_rows(own, features)]:
-            rows.append(kind_row(f"{function}, {kind.replace('_', ' ')}", row, features))
-    return table(["copy", "works", "copies", *(name.replace("_", " ") for name in features)], rows)
-
-
-def kind_row(name: str, row: Mapping[str, Any], features: list[str]) -> list[str]:
-    """Return one row; means stand out."""
-    bold = f"**{name}**" if name.endswith("mean") else name
-    return [
-        bold,
-        "yes" if row["works"] else "no",
-        str(row["copies"]),
-        *(f"{row['share'][name]:.2f}" for name in features),
-    ]
+    """Return a row for each kind of copy; means stand out."""
+    head, rows = share_rows(both_backends(fast, bullet))
+    return table(head, [[f"**{name}**" if name.endswith("mean") else name, *row] for name, *row in rows])

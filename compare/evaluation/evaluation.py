@@ -59,6 +59,11 @@ class Trial:
         fair = quality(members, predicted, ~labels.also[self.rows, column])
         return quality(members, predicted), fair.f_measure
 
+    def wrong(self, labels: Labels) -> np.ndarray:
+        """Return which answers are wrong in some function (T,) bool; a second function that is true as well is not."""
+        members, also = labels.members[self.rows], labels.also[self.rows]
+        return ((self.predicted != members) & ~(also & self.predicted)).any(axis=1)
+
     def kept(self, which: np.ndarray) -> Trial:
         """Return what was said of some of the objects (T,) bool."""
         unsure = None if self.unsure is None else self.unsure[which]

@@ -15,8 +15,8 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
-from .sitting import SitScore, score_sitting
-from .standing import Agreement, Outcome, StandScore, agreement, score_standing
+from .sitting import score_sitting
+from .standing import Agreement, Judged, Outcome, StandScore, agreement, score_standing
 
 # By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
 ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
@@ -31,7 +31,7 @@ class Measured:
     poses: dict[str, PoseScore]
     standing: dict[str, StandScore]
     keeping: dict[str, KeepScore]
-    places: dict[str, SitScore]
+    places: dict[str, Judged]
     unable: dict[str, tuple[str, ...]]  # by task, the backends that cannot do it
 
     @property

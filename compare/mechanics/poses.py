@@ -14,13 +14,13 @@ from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.any_pose import best_poses, pose_functions, turned_cloud
 from spherefunc_bullet.learning.classifier import CloudClassifier
-from spherefunc_bullet.scenes.impairment.sawn import holed_copies
+from spherefunc_bullet.scenes.impairment.sawn import HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import Score, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, evenly, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 
@@ -92,11 +92,9 @@ Curve = tuple[float, ...]  # share kept at each angle
 
 
 @dataclass(frozen=True, kw_only=True)
-class KeepScore:
+class KeepScore(Judged):
     """How well one backend tells vessels, and the mean curves of either side."""
 
-    score: Score
-    verdicts: tuple[Verdict, ...]
     angles_deg: tuple[float, ...]
     vessels: Curve  # in the mean
     others: Curve
@@ -117,7 +115,7 @@ def carried(path: Path, simulator: Simulator, loading: Loading, holed: bool) -> 
     """Return what a file's object keeps, and what is left of that with a hole in it, each by its kind."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
     variants = {WHOLE: cloud}
-    for kind, surface in holed_copies(Specimen(cloud, "cup"), path.name, 0) if holed else ():
+    for kind, surface in copies_of(Specimen(cloud, "cup"), path.name, 0, HOLED) if holed else ():
         variants[kind.kind] = cloud_from_mesh(*surface.mesh(), path.name)
     return {kind: simulator.carry(variant, CarrySettings(), 0).kept for kind, variant in variants.items()}
 

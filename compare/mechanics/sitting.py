@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -19,14 +18,15 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen
+from spherefunc_bullet.scenes.impairment.levels import Level
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import Score, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, evenly, score_of
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}
@@ -34,19 +34,10 @@ FOLDED = 0.1  # metres, how thick a folded chair is
 APART = 0.1  # metres in height: another level
 
 
-@dataclass(frozen=True, kw_only=True)
-class SitScore:
-    """How well one backend tells seats from copies on which nobody can sit."""
-
-    score: Score
-    verdicts: tuple[Verdict, ...]
-
-
-def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level")
+def folded(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
     """Press a seat flat from its back to its front."""
-    if specimen.level is None:
-        return None
-    low, high = specimen.level.box
+    low, high = level.box
     axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
     pressed = np.ones(3)
     pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
@@ -56,8 +47,7 @@ def folded(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
 def useless_seats() -> list[Impairment]:
     """Return the kinds of copies on which nobody can sit."""
     more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
-    named = [Impairment(kind=kind, functions=(SEAT,), works=False, change=change) for kind, change in more.items()]
-    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + named
+    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + kinds((SEAT,), False, **more)
 
 
 def impairs_seat(specimen: Specimen) -> bool:
@@ -85,8 +75,8 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
         return {}
     made = ((kind.kind, kind.applied(specimen, name, 0)) for kind in useless_seats())
     copies = {kind: cloud_from_mesh(*copy.mesh(), name) for kind, copy in made if copy is not None}
-    kinds = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
-    return {kind: copies[kind] for kind in kinds}
+    drawn = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
+    return {kind: copies[kind] for kind in drawn}
 
 
 def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
@@ -102,7 +92,7 @@ def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
 
 def score_sitting(
     objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
-) -> SitScore | None:
+) -> Judged | None:
     """Return how well a backend tells seats from useless copies; None where there are no seats."""
     verdicts, seconds = [], []
     seats = evenly([item for item in objects if SEAT in item.functions], count)
@@ -114,4 +104,4 @@ def score_sitting(
         ]
     if not verdicts:
         return None
-    return SitScore(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
+    return Judged(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))

@@ -20,7 +20,7 @@ from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.scenes.impairment.sawn import sawn_copies
+from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.settling.records import Loading
@@ -52,6 +52,14 @@ class Score:
     precision: float
     recall: float
     cpu_seconds: float  # of processor time, of one object in the mean
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """How well one backend tells what works from what does not, and what it said of each object."""
+
+    score: Score
+    verdicts: tuple[Verdict, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,7 +150,7 @@ class StandAnswer:
 def stood(path: Path, simulator: Simulator, loading: Loading, function: str) -> list[StandAnswer]:
     """Return how a file's object stands, and each sawn copy of it that can be made."""
     cloud = load_cloud(path, up=loading.up, units=loading.units)
-    copies = sawn_copies(Specimen(cloud, function), path.name, 0)
+    copies = copies_of(Specimen(cloud, function), path.name, 0, SAWN)
     variants = [("whole", cloud), *((kind.kind, cloud_from_mesh(*one.mesh(), path.name)) for kind, one in copies)]
     return [stood_one(variant, kind, simulator, function) for kind, variant in variants]
 
@@ -168,11 +176,9 @@ def loaded_places(places: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StandScore:
+class StandScore(Judged):
     """How well one backend tells what is sound."""
 
-    score: Score
-    verdicts: tuple[Verdict, ...]
     answers: dict[str, StandAnswer]  # by file and kind
 
 

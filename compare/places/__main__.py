@@ -23,9 +23,13 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.place import Place
+from spherefunc_bullet.places.pouring import pour_places
 from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import load_scan
+
+from .proofs import copies_tried, proofs_examined, seconds_taken
+from .putting import examined, laid, put_objects, summary
 
 DISC, ABOVE, NEAR = 0.04, 0.15, 0.02  # metres: radius, free height, and how far from its level a point supports it
 SUPPORTED = 0.9  # of the disc's area
@@ -89,10 +93,10 @@ def catalogue_heights(folder: Path) -> dict[str, float]:
     return {file: float(match[1]) / 100 for file, match in found.items() if match}
 
 
-def seats_examined(folder: Path, by_hand: Path) -> dict[str, object]:
-    """Return the shares of seats that face and are as high as they should, and which are not."""
-    headings, heights = headings_by_hand(by_hand), catalogue_heights(folder)
-    first = {file: best_seat(folder / file) for file in sorted({*headings, *heights})}
+def seats(options: argparse.Namespace) -> dict[str, object]:
+    """Compare headings with those labelled by hand, and heights with the catalogue's, and say which differ."""
+    headings, heights = headings_by_hand(options.headings), catalogue_heights(options.folder)
+    first = {file: best_seat(options.folder / file) for file in sorted({*headings, *heights})}
     backed = [file for file, heading in headings.items() if heading is not None]
     facing = [file for file in backed if faces(first[file], headings[file])]
     level = [file for file, height in heights.items() if first[file] and abs(first[file].height - height) <= WITHIN]
@@ -172,8 +176,6 @@ def files_of(options: argparse.Namespace, label: str) -> list[Path]:
 
 def put(options: argparse.Namespace) -> dict[str, object]:
     """Set a mug, a bottle, a plate and a book down on bare and on laid tables."""
-    from .putting import examined, laid, put_objects, summary
-
     objects, rng, bare, full = put_objects(options.objects or options.folder), np.random.default_rng(0), [], []
     for file in files_of(options, "table"):
         table = load_cloud(file)
@@ -184,16 +186,8 @@ def put(options: argparse.Namespace) -> dict[str, object]:
     return {"tables": len(bare), "bare": summary(bare), "laid tables": len(full), "laid": summary(full)}
 
 
-def seats(options: argparse.Namespace) -> dict[str, object]:
-    """Compare headings with those labelled by hand, and heights with the catalogue's."""
-
-    return seats_examined(options.folder, options.headings)
-
-
 def capacity(options: argparse.Namespace) -> dict[str, object]:
     """Compare what vessels hold with a flood over voxels."""
-    from spherefunc_bullet.places.pouring import pour_places
-
     rows = []
     for file in files_of(options, "cup"):
         cloud = load_cloud(file)
@@ -205,34 +199,16 @@ def capacity(options: argparse.Namespace) -> dict[str, object]:
 
 def scans(options: argparse.Namespace) -> dict[str, object]:
     """Look at the places to put of real scans."""
-
     rows = [scan_examined(file) for file in sorted(options.folder.glob("*.ply"))[:: options.every]]
     total = {key: sum(row[key] for row in rows) for key in ("put", "put good", "inferred", "inferred good")}
     return {**total, "supported and free": round(total["put good"] / max(1, total["put"]), 3), "rows": rows}
 
 
-def proofs(options: argparse.Namespace) -> dict[str, object]:
-    """Say what proofs buy across sources."""
-    from .proofs import proofs_examined
-
-    return proofs_examined(options.folder)
-
-
-def sitters(options: argparse.Namespace) -> dict[str, object]:
-    """Let persons sit down on seats, and on copies on which one can sit, and on which nobody can."""
-    from .proofs import copies_tried
-
-    return copies_tried(open_dataset(str(options.folder)).objects, options.every)
-
-
-def seconds(options: argparse.Namespace) -> dict[str, object]:
-    """Time places, beyond the label and the reading of the file, and proofs."""
-    from .proofs import seconds_taken
-
-    return seconds_taken(options.folder, options.every)
-
-
-EXAMS = {one.__name__: one for one in (put, seats, sitters, capacity, scans, proofs, seconds)}
+EXAMS = {one.__name__: one for one in (put, seats, capacity, scans)} | {
+    "proofs": lambda options: proofs_examined(options.folder),
+    "sitters": lambda options: copies_tried(open_dataset(str(options.folder)).objects, options.every),
+    "seconds": lambda options: seconds_taken(options.folder, options.every),
+}
 
 if __name__ == "__main__":
     main()

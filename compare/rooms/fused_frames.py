@@ -81,16 +81,11 @@ def seen_in(room: VirtualRoom, images: list[DepthImage]) -> VirtualScan:
     return VirtualScan(room, points, labels)
 
 
-def matches_of(truth: np.ndarray, room: Room, asked: list[int]) -> dict[int, int | None]:
-    """Return the true object that each part of a recognised room is, of the points' true labels (N,)."""
-    return match_parts(truth, room.labels, asked)
-
-
 def counted(truth: np.ndarray, found: Room, room: VirtualRoom, asked: list[int], names: list[str]) -> dict[str, Counts]:
     """Return the counts of each function in a recognised room."""
     labels = {number: room.objects[number].item.functions for number in asked}
     given = {item.id: item.members for item in found.objects}
-    matches = matches_of(truth, found, asked)
+    matches = match_parts(truth, found.labels, asked)
     return {name: function_counts(matches, given, labels, name) for name in names}
 
 
@@ -127,7 +122,7 @@ def counted_after(room, surfaces, fusion: SceneFusion, images, model, tally: Tal
 
 def ids_of(truth: np.ndarray, found: Room, objects: list[FusedObject], asked: list[int]) -> dict[int, int]:
     """Return the id of each true object that is found."""
-    matches = matches_of(truth, found, asked)
+    matches = match_parts(truth, found.labels, asked)
     return {true: objects[label].id for label, true in matches.items() if true is not None}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -177,15 +178,8 @@ class Score:
 
 def score_of(verdicts: Iterable[Verdict]) -> Score:
     """Return how many verdicts there are of each outcome."""
-    outcomes = [verdict.outcome for verdict in verdicts]
-    return Score(
-        found=outcomes.count("found"),
-        missed=outcomes.count("missed"),
-        false=outcomes.count("false"),
-        backs_found=outcomes.count("back found"),
-        backs_missed=outcomes.count("back missed"),
-        disputed=outcomes.count("disputed"),
-    )
+    outcomes = Counter(verdict.outcome for verdict in verdicts)
+    return Score(**{name: outcomes[name.replace("backs_", "back ")] for name in Score.__dataclass_fields__})
 
 
 def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:

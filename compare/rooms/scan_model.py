@@ -96,7 +96,7 @@ def main(
 ):
     """Learn what is proposed in scans of virtual rooms, and whole models of the first data set."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
-    model = FunctionClassifier(backend, early_drops=0, estimator=forest(0))  # proposals are asked once, with all drops
+    model = FunctionClassifier(backend, early_drops=0, estimator=forest())  # proposals are asked once, with all drops
     lessons = [model_lesson(item, load_cloud(item.path), model) for item in datasets[0].objects]
     streets = streets_of(datasets, rooms, seed)
     for taught in progress(taught_in_all(streets, model, kept, jobs), len(streets), "scanning rooms"):

@@ -16,6 +16,7 @@ from spherefunc_bullet.simulator import DropSettings, Simulator
 
 from .falls import Falls, surroundings
 from .placing import ArrangedObject
+from .surfaces import cast, scene_of
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
 FINER = 2.0  # times smaller than the spheres that find places to put objects on
@@ -133,21 +134,17 @@ def boxes_meet(one: ArrangedObject, other: ArrangedObject) -> bool:
 
 def first_crossing(mesh: Mesh, points: np.ndarray) -> np.ndarray | None:
     """Return where neighbours among points (N, 3) lie on either side of a mesh, none nearer to it than a touch."""
-    from open3d.core import Tensor
-    from open3d.t.geometry import RaycastingScene
-
     low, high = mesh.vertices.min(axis=0) - NEAR, mesh.vertices.max(axis=0) + NEAR
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     if not len(points):
         return None
-    scene = RaycastingScene()
-    scene.add_triangles(Tensor(mesh.vertices.astype(np.float32)), Tensor(mesh.faces.astype(np.uint32)))
-    away = scene.compute_distance(Tensor(points.astype(np.float32))).numpy()
+    scene = scene_of(mesh.vertices, mesh.faces)
+    away = scene.compute_distance(points.astype(np.float32)).numpy()
     points = points[(away > SUNK) & (away < NEAR)]
     pairs = cKDTree(points).query_pairs(STEP, output_type="ndarray") if len(points) else np.empty((0, 2), int)
     if not len(pairs):
         return None
     start, way = points[pairs[:, 0]], points[pairs[:, 1]] - points[pairs[:, 0]]
-    met = scene.cast_rays(Tensor(np.concatenate([start, way], axis=1).astype(np.float32)))["t_hit"].numpy()
+    met = cast(scene, start, way)["t_hit"].numpy()
     crossed = np.flatnonzero(met < 1)
     return None if not len(crossed) else start[crossed[0]] + met[crossed[0]] * way[crossed[0]]

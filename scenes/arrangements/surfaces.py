@@ -113,12 +113,11 @@ def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def scene_of(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
     """Return triangles to cast rays at."""
-    from open3d.core import Tensor
     from open3d.t.geometry import RaycastingScene
 
     scene = RaycastingScene(nthreads=1)
     if len(faces):
-        scene.add_triangles(Tensor(vertices.astype(np.float32)), Tensor(faces.astype(np.uint32)))
+        scene.add_triangles(vertices.astype(np.float32), faces.astype(np.uint32))
     return scene
 
 
@@ -129,9 +128,7 @@ def first_hits(scene: RaycastingScene, points: np.ndarray, way: np.ndarray) -> n
 
 def cast(scene: RaycastingScene, points: np.ndarray, ways: np.ndarray) -> dict:
     """Return what rays from points (N, 3) along ways (N, 3) meet first."""
-    from open3d.core import Tensor
-
-    return scene.cast_rays(Tensor(np.concatenate([points, ways], axis=1).astype(np.float32)))
+    return scene.cast_rays(np.concatenate([points, ways], axis=1).astype(np.float32))
 
 
 def rise_over(upper: Surface, lower: Surface) -> float:

@@ -93,8 +93,7 @@ def print_places(rows: Sequence[Row]):
         for number, place in enumerate(row["places"]):
             start = Path(row["file"]).name if number == 0 else ""
             table.append([start, *place_columns(place), proof_text(place["proven"])])
-    if table:
-        print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
+    print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
     for row in rows:
         if not row["places"]:
             show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
@@ -110,12 +109,14 @@ def place_columns(place: Row) -> list[str]:
 def details(place: Row) -> str:
     """Return what matters of a kind of place, in a few words."""
     if place["kind"] == "pour":
-        return f"holds {place['capacity_ml']:.0f} ml, spills at {place['spill_tilt_deg']:.0f}°"
+        spills = f", spills at {place['spill_tilt_deg']:.0f}°" if "spill_tilt_deg" in place else ""
+        return f"holds {place['capacity_ml']:.0f} ml{spills}"
     if place["kind"] == "put":
         poses = f", {len(place['poses'])} poses" if place.get("poses") else ""
         return f"{place['area']:.2g} free, a disc of {place['radius']:.2g}{poses}"
-    has = [name for name in ("back", "arms") if place[name]]
-    return f"{place['depth']:.2g} deep" + (f", with {' and '.join(has)}" if has else "")
+    has = [name for name in ("back", "arms") if place.get(name)]
+    deep = [f"{place['depth']:.2g} deep"] if "depth" in place else []
+    return ", ".join([*deep, *([f"with {' and '.join(has)}"] if has else [])])
 
 
 def proof_text(proof: Row | None) -> str:

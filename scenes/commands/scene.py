@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spherefunc_bullet.commands.options import Json, Units
+from spherefunc_bullet.commands.options import Json, Model, Units
 from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
@@ -24,9 +24,7 @@ def scene(
     file: Annotated[
         Path | None, typer.Argument(help="A point cloud, a fused mesh, a depth image, or a bag of ROS 1 or 2.")
     ] = None,
-    model: Annotated[
-        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
-    ] = None,
+    model: Model = None,
     backend: Annotated[
         str | None, typer.Option(help="Use the model of this simulator that comes with the package.")
     ] = None,
@@ -229,8 +227,7 @@ def print_used(scan: Scan, used: dict[int | None, list[Place]]):
         for owner, found in used.items()
         for place in found
     ]
-    if rows:
-        print_table(f"{scan.name}: where it can be used", ["object", *HEAD], rows)
+    print_table(f"{scan.name}: where it can be used", ["object", *HEAD], rows)
 
 
 def print_room(scan: Scan, room: Room):
@@ -246,10 +243,9 @@ def print_room(scan: Scan, room: Room):
         if item.main_function is not None
     ]
     none = len(room.objects) - len(table)
-    if table:
-        columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
-        says = "what objects are for, the score of each function, and in brackets the bar that it has to pass"
-        print_table(f"{scan.name}: {says}", columns, table)
+    columns = ["object", "for", *names, "size, cm", "centre, m", "points"]
+    says = "what objects are for, the score of each function, and in brackets the bar that it has to pass"
+    print_table(f"{scan.name}: {says}", columns, table)
     show(f"{len(table)} objects with a function, {none} without; ground: {room.levelling.source}")
     for item in room.inferred:
         show(f"inferred, not counted: {item.function}, since {item.reason}")

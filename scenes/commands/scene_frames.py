@@ -106,9 +106,8 @@ def print_fused(fusion: SceneFusion, objects: list[FusedObject]):
         for item in objects
         if item.functions
     ]
-    if rows:
-        columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
-        print_table(f"{len(fusion.views)} depth images: what objects are for, and the score of each", columns, rows)
+    columns = ["id", "for", *names, "size, cm", "centre, m", "images", "moved, m"]
+    print_table(f"{len(fusion.views)} depth images: what objects are for, and the score of each", columns, rows)
     show(f"{len(rows)} objects with a function, {len(objects) - len(rows)} without; {len(fusion.gone)} gone")
     stages = ", ".join(f"{name} {seconds:.2f}" for name, seconds in fusion.stages.items())
     show(f"seconds of the last image and the last update: {stages}")

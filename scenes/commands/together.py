@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from spherefunc_bullet.commands.options import BY_FILE, Json, PackagePath, Seed, Units, Up
+from spherefunc_bullet.commands.options import BY_FILE, Json, Model, PackagePath, Seed, Units, Up
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_length, parse_length
@@ -29,9 +29,7 @@ def together(
     drops: Annotated[
         int, typer.Option(min=1, help="Spheres dropped on each object, alone and together, to measure areas.")
     ] = 1000,
-    model: Annotated[
-        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
-    ] = None,
+    model: Model = None,
     backend: Annotated[
         str | None, typer.Option(help="Simulator (fast or bullet) the model must have been trained with.")
     ] = None,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .levels import Cavity, still_holds
-from .specimen import Specimen, circle, laid, level_direction, loft, upside_down
+from .levels import Cavity
+from .specimen import Specimen, circle, laid, level_direction, loft, needs, upside_down
 from .surfaces import Surface
 
 HOLE = 0.7  # of the cavity's radius at its floor
@@ -14,31 +14,33 @@ SLIT = 0.6  # of the cavity's largest radius, the width
 HANDLE_ANGLES = 72  # directions from which the one farthest from a handle is chosen
 
 
-def hole_in_bottom(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", useless=True)
+def hole_in_bottom(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface | None:
     """Take away what lies under the middle of the cavity, down to the ground."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or cup.floor > STEM * surface.size[2]:
+    surface = specimen.surface
+    if cup.floor > STEM * surface.size[2]:
         return None
     inside = np.interp(cup.floor + 0.15 * (cup.brim - cup.floor), cup.heights, cup.radii)
     radius = max(HOLE * inside, 2 * cup.grid.cell)
     rounded = cup.floor + 0.2 * (cup.brim - cup.floor)
-    impaired = surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
-    return None if still_holds(impaired, cup) else impaired
+    return surface.without((cup.distances(surface.centres) < radius) & (surface.centres[:, 2] < rounded))
 
 
-def slit_in_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", useless=True)
+def slit_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Cut the wall open from the brim to the floor, on the side away from a handle."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None:
-        return None
-    places = surface.centres[:, :2] - cup.axis
-    out = level_direction(away_from_handle(surface, cup, rng))
-    along, across = places @ out, places @ [-out[1], out[0]]
+    surface = specimen.surface
+    along, across = along_and_across(surface, cup, rng)
     wide = max(SLIT * cup.radii.max(), 4 * cup.grid.cell)
     inside = (along > 0) & (np.abs(across) < wide / 2) & (surface.centres[:, 2] > cup.floor + cup.grid.cell)
     beyond = cup.distances(surface.centres) > 0.5 * np.interp(surface.centres[:, 2], cup.heights, cup.radii)
-    impaired = surface.without(inside & beyond)
-    return None if still_holds(impaired, cup) else impaired
+    return surface.without(inside & beyond)
+
+
+def along_and_across(surface: Surface, cup: Cavity, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return where pieces are, (P,) and (P,) metres, along a direction away from a handle and across it."""
+    places, out = surface.centres[:, :2] - cup.axis, level_direction(away_from_handle(surface, cup, rng))
+    return places @ out, places @ [-out[1], out[0]]
 
 
 def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) -> float:
@@ -50,38 +52,30 @@ def away_from_handle(surface: Surface, cup: Cavity, rng: np.random.Generator) ->
     return float(every[rng.choice(nearest)])
 
 
-def lid_on_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True)
+def lid_on_top(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Close the cup with a disc that reaches over its brim."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     radius = 1.03 * cup.reach
     foot = surface.centres[cup.distances(surface.centres) < radius, 2].max()
     rings = [circle(cup.axis, radius, height) for height in (foot, foot + 0.03 * surface.size[2])]
     return surface.joined(Surface(loft(rings)))
 
 
-def filled_to_brim(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True, useless=True)
+def filled_to_brim(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Fill the cavity from its floor to its brim with something solid."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
     rings = [circle(cup.axis, radius, height) for height, radius in zip(cup.heights, cup.radii, strict=True)]
-    filled = surface.joined(Surface(loft(rings)))
-    return None if still_holds(filled, cup) else filled
+    return specimen.surface.joined(Surface(loft(rings)))
 
 
-def cup_upside_down(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", useless=True)
+def cup_upside_down(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Turn the cup over; one whose foot is as hollow as its bowl is left out."""
-    if specimen.cavity is None:
-        return None
-    impaired = upside_down(specimen.surface, rng)
-    return None if still_holds(impaired, specimen.cavity) else impaired
+    return upside_down(specimen.surface, rng)
 
 
-def cup_on_side(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", useless=True)
+def cup_on_side(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Lay the cup on its side, any side."""
-    if specimen.cavity is None:
-        return None
-    impaired = laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))
-    return None if still_holds(impaired, specimen.cavity) else impaired
+    return laid(specimen.surface, level_direction(rng.uniform(0, 2 * np.pi)))

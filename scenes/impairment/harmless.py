@@ -7,8 +7,8 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
-from .levels import still_serves
-from .specimen import Specimen, box, turn, turned
+from .levels import Cavity, Level
+from .specimen import Specimen, box, needs, turn, turned
 from .surfaces import Surface
 
 NOISE = 0.0015  # metres, standard deviation of a sensor's points along each axis
@@ -66,11 +66,10 @@ def triangulation(specimen: Specimen, rng: np.random.Generator) -> Surface | Non
     return Surface(rng.permutation(parts))
 
 
-def without_handle(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity")
+def without_handle(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface | None:
     """Take a cup's handle off; what reaches out on one side only is one."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None:
-        return None
+    surface = specimen.surface
     away = surface.centres[:, :2] - cup.axis
     angles, distances = np.arctan2(away[:, 1], away[:, 0]), cup.distances(surface.centres)
     ring = np.clip(surface.centres[:, 2] / surface.size[2] * RINGS, 0, RINGS - 1).astype(int)
@@ -86,12 +85,12 @@ def without_handle(specimen: Specimen, rng: np.random.Generator) -> Surface | No
     return None if spread.max() > HANDLE_WIDE / 2 else surface.without(handle)
 
 
-def without_arms(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level")
+def without_arms(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
     """Take the arms of a chair off: what rises from both sides of the seat, and is not its back."""
-    seat, surface = specimen.level, specimen.surface
-    if seat is None or specimen.back is None:
+    back, surface = specimen.back, specimen.surface
+    if back is None:
         return None
-    back = specimen.back
     middle, half = seat.box.mean(axis=0), (seat.box[1] - seat.box[0]) / 2
     places, height = surface.centres[:, :2] - middle, surface.centres[:, 2] - seat.height
     along, across = places @ back, places @ [-back[1], back[0]]
@@ -101,14 +100,13 @@ def without_arms(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     if min(left, right) < max(0.01 * len(arms), 0.5 * max(left, right)):
         return None
     spared = surface.without(arms)
-    return spared if still_serves(spared, seat) else None
+    return spared if seat.is_left_in(spared) else None
 
 
-def other_legs(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def other_legs(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
     """Put a seat or a table top on other legs: four posts, two panels, or a column on a plate, if it stands on them."""
-    level, surface = specimen.level, specimen.surface
-    if level is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     third = np.abs(surface.centres[:, 2] - level.height / 3) < level.height / 20
     standing = np.isfinite(level.grid.tops(surface.centres[third])).sum() * level.grid.cell**2
     if standing > FEET * level.area:
@@ -122,7 +120,7 @@ def other_legs(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     legs = make(low, high, level.height - 0.02)
     changed = spared.joined(Surface(np.concatenate(legs)))
     stands = not falls_over(cloud_from_mesh(*changed.standing().mesh(), "on other legs"))
-    return changed if stands and still_serves(changed, level) else None
+    return changed if stands and level.is_left_in(changed) else None
 
 
 def posts(low: np.ndarray, high: np.ndarray, height: float) -> list[np.ndarray]:

@@ -77,6 +77,12 @@ class Level:
         """Return which points (N, 3) lie over or under it, and a cell around."""
         return ndimage.binary_dilation(self.cells)[self.grid.cells_of(points)]
 
+    def is_left_in(self, surface: Surface) -> bool:
+        """Return whether a changed surface has a level as high and half as large as this one."""
+        lowest, highest = np.array(ALIKE) * self.height
+        other = find_level(surface, lowest, highest)
+        return other is not None and other.area >= ENOUGH * self.area
+
 
 def find_level(surface: Surface, lowest: float, highest: float) -> Level | None:
     """Return the largest level between two heights, metres; None where there is none worth the name."""
@@ -119,13 +125,6 @@ def cut_away(surface: Surface, level: Level, where: Where | None = None) -> Surf
     return None
 
 
-def still_serves(surface: Surface, level: Level) -> bool:
-    """Return whether a surface has a level as high and half as large as the one that was to be impaired."""
-    lowest, highest = np.array(ALIKE) * level.height
-    other = find_level(surface, lowest, highest)
-    return other is not None and other.area >= ENOUGH * level.area
-
-
 LEVELS = 40  # of an object's height
 DEEP = 0.25  # of its height, at least: a saucer is no cup
 WIDE = 0.05  # of the footprint's box, at least
@@ -161,6 +160,11 @@ class Cavity:
         """Return how far points (N, 3) are from the axis, (N,) metres."""
         return np.linalg.norm(points[:, :2] - self.axis, axis=1)
 
+    def is_left_in(self, surface: Surface) -> bool:
+        """Return whether a changed surface holds a third of the water that this one holds."""
+        other = find_cavity(surface)
+        return other is not None and other.volume > self.volume / 3
+
 
 def find_cavity(surface: Surface) -> Cavity | None:
     """Return the cavity of a surface; None where it is shallow, narrow, or water runs out below."""
@@ -187,9 +191,3 @@ def standing_water(tops: np.ndarray, height: float) -> np.ndarray:
     pools, _ = ndimage.label(ndimage.binary_fill_holes(wall) & ~wall)
     leaking = np.unique(pools[np.isneginf(tops)])
     return (pools > 0) & ~np.isin(pools, leaking)
-
-
-def still_holds(surface: Surface, cavity: Cavity) -> bool:
-    """Return whether a surface holds a third of the water that the cup held."""
-    other = find_cavity(surface)
-    return other is not None and other.volume > cavity.volume / 3

@@ -6,17 +6,17 @@ object stands is not what spheres on it tell, so who learns from impaired copies
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 import trimesh
 from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
-from .cups import away_from_handle
-from .impairments import Impairment, useless
-from .levels import Cavity
-from .specimen import Specimen, level_direction
+from .cups import along_and_across
+from .levels import Cavity, Level
+from .specimen import Impairment, Specimen, kinds, level_direction, needs
 from .surfaces import Surface
 
 CUTS = (0.5, 0.3, 0.15, 0.08)  # of the level's height: the highest below which legs are apart is where one is sawn
@@ -27,14 +27,13 @@ NEEDED = 0.25  # of what of the seat or the top is above the outline of the feet
 ASKEW_DEG = (5.0, 10.0)
 
 
-def leg_sawn_off(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def leg_sawn_off(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
     """Saw one leg off, as high as legs are apart from each other, and one without which it has less to stand on.
 
     A sofa that has lost one of eight feet, or a desk that stands on panels besides, is as sound as before.
     """
-    level, surface = specimen.level, specimen.surface
-    if level is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     for cut in CUTS:
         low = surface.centres[:, 2] < cut * level.height
         parts, count = ndimage.label(np.isfinite(level.grid.tops(surface.centres[low])), structure=np.ones((3, 3)))
@@ -69,13 +68,12 @@ def within_outline(places: np.ndarray, feet: np.ndarray) -> np.ndarray:
     return (places @ sides[:, :2].T + sides[:, 2] <= 0).all(axis=1)
 
 
-def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def legs_cut_askew(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
     """Cut off all that lies below a plane that slopes by a few degrees and spares one side."""
     surface = specimen.surface
-    if specimen.level is None or surface.is_cloud:
-        return None
     slope, toward = np.radians(rng.uniform(*ASKEW_DEG)), level_direction(rng.uniform(0, 2 * np.pi))
-    feet = surface.vertices[surface.vertices[:, 2] < FOOT * specimen.level.height]
+    feet = surface.vertices[surface.vertices[:, 2] < FOOT * level.height]
     normal = np.array([*(-np.sin(slope) * toward), np.cos(slope)])
     spared = feet[(feet[:, :2] @ toward).argmin()]
     vertices, faces = surface.mesh()
@@ -83,16 +81,14 @@ def legs_cut_askew(specimen: Specimen, rng: np.random.Generator) -> Surface | No
     return Surface(vertices[faces]) if len(faces) else None
 
 
-SAWN = tuple(
-    impairment
-    for function in ("sittable", "table")
-    for impairment in useless(function, leg_sawn_off=leg_sawn_off, legs_cut_askew=legs_cut_askew)
-)
+SAWN = kinds(("sittable", "table"), False, leg_sawn_off=leg_sawn_off, legs_cut_askew=legs_cut_askew)
 
 
-def sawn_copies(specimen: Specimen, name: str, seed: int) -> list[tuple[Impairment, Surface]]:
-    """Return the copies that can be made of an object, each with its kind."""
-    made = [(kind, kind.applied(specimen, name, seed)) for kind in SAWN if specimen.function in kind.functions]
+def copies_of(
+    specimen: Specimen, name: str, seed: int, some: Iterable[Impairment]
+) -> list[tuple[Impairment, Surface]]:
+    """Return the copies of some kinds that can be made of an object, each with its kind."""
+    made = [(kind, kind.applied(specimen, name, seed)) for kind in some if specimen.function in kind.functions]
     return [(kind, surface) for kind, surface in made if surface is not None]
 
 
@@ -101,38 +97,16 @@ ACROSS = 16.0  # radii of the carried spheres to an object's largest extent, see
 WIDE = 1.5  # such radii, the hole's radius: a sphere passes with room to spare
 
 
-def hole_in_wall(height: float) -> Callable[[Specimen, np.random.Generator], Surface | None]:
-    """Return the change that cuts a round hole into a vessel's wall, away from a handle, at a share of its depth."""
-
-    def cut(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
-        """Return the surface with the hole; None where there is no cavity, or no triangles to cut."""
-        cup, surface = specimen.cavity, specimen.surface
-        if cup is None or surface.is_cloud:
-            return None
-        gone = in_hole(surface, cup, level_direction(away_from_handle(surface, cup, rng)), height)
-        return surface.without(gone) if gone.any() else None
-
-    return cut
-
-
-def in_hole(surface: Surface, cup: Cavity, out: np.ndarray, height: float) -> np.ndarray:
-    """Return which pieces of a surface are within a level bore towards a direction (2,), (P,) bool."""
+@needs("cavity", triangles=True)
+def hole_in_wall(specimen: Specimen, cup: Cavity, rng: np.random.Generator, height: float) -> Surface | None:
+    """Cut a round hole into a vessel's wall, level and away from a handle, at a share of its depth."""
+    surface = specimen.surface
     middle = cup.floor + height * (cup.brim - cup.floor)
     radius = max(WIDE * surface.size.max() / ACROSS, 2 * cup.grid.cell)
-    places = surface.centres[:, :2] - cup.axis
-    along, across = places @ out, places @ [-out[1], out[0]]
+    along, across = along_and_across(surface, cup, rng)
     beyond = along > 0.5 * np.interp(middle, cup.heights, cup.radii)
-    return beyond & (np.hypot(across, surface.centres[:, 2] - middle) < radius)
+    gone = beyond & (np.hypot(across, surface.centres[:, 2] - middle) < radius)
+    return surface.without(gone) if gone.any() else None
 
 
-HOLED = tuple(
-    impairment
-    for height in HEIGHTS
-    for impairment in useless("cup", **{f"hole_at_{round(100 * height)}": hole_in_wall(height)})
-)
-
-
-def holed_copies(specimen: Specimen, name: str, seed: int) -> list[tuple[Impairment, Surface]]:
-    """Return a vessel with a hole at each height at which one can be made, each with its kind."""
-    made = [(kind, kind.applied(specimen, name, seed)) for kind in HOLED]
-    return [(kind, surface) for kind, surface in made if surface is not None]
+HOLED = kinds(("cup",), False, **{f"hole_at_{round(100 * at)}": partial(hole_in_wall, height=at) for at in HEIGHTS})

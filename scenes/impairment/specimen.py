@@ -5,7 +5,8 @@ from __future__ import annotations
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import Any
 
 import numpy as np
 
@@ -79,6 +80,38 @@ class Impairment:
         rng = np.random.default_rng([seed, zlib.crc32(name.encode()), zlib.crc32(self.kind.encode())])
         changed = self.change(specimen, rng)
         return None if changed is None else changed.standing()
+
+
+def kinds(functions: tuple[str, ...], works: bool, used: bool = False, **changes: Change) -> list[Impairment]:
+    """Return kinds of change of objects with some functions, each under its name; see `Impairment`."""
+    return [
+        Impairment(kind=kind, functions=functions, works=works, change=change, used=used)
+        for kind, change in changes.items()
+    ]
+
+
+def needs(part: str, *, triangles: bool = False, useless: bool = False) -> Callable[[Callable[..., Any]], Change]:
+    """Return what makes a change of a specimen and its part, ``level`` or ``cavity``, a change of a specimen alone.
+
+    None where the specimen has no such part, where ``triangles`` are needed and it has points alone, and where what has
+    to be ``useless`` has a part left that serves.
+    """
+
+    def of_part(change: Callable[..., Surface | None]) -> Change:
+        """Return a change of a specimen alone."""
+
+        @wraps(change)
+        def applied(specimen: Specimen, rng: np.random.Generator, **options: Any) -> Surface | None:
+            """Return what the change makes of the part, None where there is no such part."""
+            own = getattr(specimen, part)
+            if own is None or (triangles and specimen.surface.is_cloud):
+                return None
+            changed = change(specimen, own, rng, **options)
+            return None if changed is None or (useless and own.is_left_in(changed)) else changed
+
+        return applied
+
+    return of_part
 
 
 ROUND = 32  # corners of a circle

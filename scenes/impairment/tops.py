@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from .levels import cut_away, still_serves
-from .specimen import Specimen, box, laid, level_direction, spike, upside_down
+from .levels import Level, cut_away
+from .specimen import Specimen, box, laid, level_direction, needs, spike, upside_down
 from .surfaces import Surface
 
 TILT_DEG = 35.0  # far beyond what anything stays on
 
 
-def missing(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", useless=True)
+def missing(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface | None:
     """Take away the seat or top with all that lies close below it."""
-    level = specimen.level
-    impaired = None if level is None else cut_away(specimen.surface, level)
-    return None if impaired is None or still_serves(impaired, level) else impaired
+    return cut_away(specimen.surface, level)
 
 
-def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray, degrees: float = TILT_DEG) -> Surface | None:
+def tilted(surface: Surface, level: Level, downhill: np.ndarray, degrees: float = TILT_DEG) -> Surface | None:
     """Return a surface whose level slopes down along a level unit vector (2,), the rest as it was."""
-    level, rest = specimen.level, cut_away(surface, specimen.level)
+    rest = cut_away(surface, level)
     if rest is None:
         return None
     height = surface.centres[:, 2]
@@ -33,16 +34,13 @@ def tilted(surface: Surface, specimen: Specimen, downhill: np.ndarray, degrees: 
 
     top = surface.only(slab).mapped(sloped)
     sunk = max(0.02 - top.bounds[0, 2], 0.0)
-    impaired = rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
-    return None if still_serves(impaired, level) else impaired
+    return rest.joined(top.mapped(lambda points: points + [0, 0, sunk]))
 
 
-def turned_over(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", useless=True)
+def turned_over(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
     """Turn furniture over; a block that is then as high and level as before is left out."""
-    if specimen.level is None:
-        return None
-    impaired = upside_down(specimen.surface, rng)
-    return None if still_serves(impaired, specimen.level) else impaired
+    return upside_down(specimen.surface, rng)
 
 
 SPIKE = 0.06  # metres, the side of a spike's foot; they stand side by side
@@ -50,39 +48,39 @@ SPIKES = 40  # at most along the longer side of a top
 TALL = (0.1, 0.2)  # metres
 
 
-def half_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level")
+def half_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Take away half of the top, across its longer side."""
-    top = specimen.level
-    if top is None:
-        return None
     axis, side = int((top.box[1] - top.box[0]).argmax()), rng.choice([-1, 1])
     middle = top.box.mean(axis=0)
     return cut_away(specimen.surface, top, lambda places: side * (places[:, axis] - middle[axis]) > 0)
 
 
-def tilted_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", useless=True)
+def tilted_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Let the top slope across its shorter side, one way or the other."""
-    if specimen.level is None:
-        return None
-    axis = int((specimen.level.box[1] - specimen.level.box[0]).argmin())
-    return tilted(specimen.surface, specimen, rng.choice([-1, 1]) * np.eye(2)[axis])
+    axis = int((top.box[1] - top.box[0]).argmin())
+    return tilted(specimen.surface, top, rng.choice([-1, 1]) * np.eye(2)[axis])
 
 
-def spikes_on_top(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def spikes_on_top(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Cover the top with pyramids of different heights, side by side."""
-    top = specimen.level
-    if top is None or specimen.surface.is_cloud:
-        return None
-    low, high = top.box
-    pitch = max(SPIKE, (high - low).max() / SPIKES)
+    pitch = max(SPIKE, (top.box[1] - top.box[0]).max() / SPIKES)
+    return spiked(specimen.surface, top, pitch, lambda count: rng.uniform(*TALL, count))
+
+
+def spiked(surface: Surface, level: Level, pitch: float, draw: Callable[[int], np.ndarray]) -> Surface | None:
+    """Return a surface whose level is covered with pyramids a pitch apart, as high as is drawn for so many, metres."""
+    low, high = level.box
     xs, ys = (np.arange(start + pitch / 2, end + pitch / 4, pitch) for start, end in zip(low, high, strict=True))
-    feet = np.array([(x, y) for x in xs for y in ys])
-    feet = feet[top.flat[top.grid.cells_of(feet)]]
+    feet = np.array([(x, y) for x in xs for y in ys]).reshape(-1, 2)
+    feet = feet[level.flat[level.grid.cells_of(feet)]]
     if not len(feet):
         return None
-    tips = top.height + rng.uniform(*TALL, len(feet))
-    spikes = [spike(foot, pitch, top.height - 0.01, tip) for foot, tip in zip(feet, tips, strict=True)]
-    return specimen.surface.joined(Surface(np.concatenate(spikes)))
+    tips = level.height + draw(len(feet))
+    spikes = [spike(foot, pitch, level.height - 0.01, tip) for foot, tip in zip(feet, tips, strict=True)]
+    return surface.joined(Surface(np.concatenate(spikes)))
 
 
 GAP = 0.3  # metres, wider than a person's thighs are deep
@@ -91,11 +89,9 @@ BAR = 0.05  # metres between gaps, at least
 BOX = 0.4  # metres, the height of what occupies the seat
 
 
-def gaps_in_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level")
+def gaps_in_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
     """Leave bars of the seat, with gaps between them through which a person falls."""
-    seat = specimen.level
-    if seat is None:
-        return None
     low, high = seat.box
     axis = int((high - low).argmax())
     length = high[axis] - low[axis]
@@ -111,30 +107,26 @@ def gaps_in_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None
     return cut_away(specimen.surface, seat, between_bars)
 
 
-def tilted_seat(specimen: Specimen, rng: np.random.Generator, degrees: float = TILT_DEG) -> Surface | None:
+@needs("level", useless=True)
+def tilted_seat(
+    specimen: Specimen, seat: Level, rng: np.random.Generator, degrees: float = TILT_DEG
+) -> Surface | None:
     """Let the seat slope away from the back, or any way where there is no back."""
-    if specimen.level is None:
-        return None
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
-    return tilted(specimen.surface, specimen, anywhere if specimen.back is None else -specimen.back, degrees)
+    return tilted(specimen.surface, seat, anywhere if specimen.back is None else -specimen.back, degrees)
 
 
-def box_on_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True, useless=True)
+def box_on_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Put a box on the seat, as large as the seat."""
-    seat = specimen.level
-    if seat is None or specimen.surface.is_cloud:
-        return None
     low, high = seat.box
     foot = seat.height - 0.01
     body = box(np.array([*low, foot]), np.array([*high, foot + BOX + rng.uniform(0, 0.1)]))
-    occupied = specimen.surface.joined(Surface(body))
-    return None if still_serves(occupied, seat) else occupied
+    return specimen.surface.joined(Surface(body))
 
 
-def seat_on_back(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", useless=True)
+def seat_on_back(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Lay the seat on its back, or on any side where it has none; blocks that serve as well there are left out."""
-    if specimen.level is None:
-        return None
     anywhere = level_direction(rng.integers(4) * np.pi / 2)
-    impaired = laid(specimen.surface, anywhere if specimen.back is None else specimen.back)
-    return None if still_serves(impaired, specimen.level) else impaired
+    return laid(specimen.surface, anywhere if specimen.back is None else specimen.back)

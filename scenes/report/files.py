@@ -18,8 +18,7 @@ from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
 from ..recognition.room import Inferred, Room, SceneObject
 from ..scans.scan import Scan
-from .colours import function_colour, point_colours
-from .picture import best_azimuth
+from .picture import best_azimuth, function_colour, point_colours
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")

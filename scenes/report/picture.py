@@ -1,8 +1,11 @@
-"""A picture of a room: its points, and a box in the function's colour around each object that has one (Fig. 6)."""
+"""A picture of a room: its points, and a box in the function's colour around each object that has one (Fig. 6).
+
+Cyan is to sit on, magenta are tables, as in the paper.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,17 +13,38 @@ import numpy as np
 
 from ..recognition.recognition import Room
 from ..scans.scan import Scan
-from .colours import function_colour, point_colours
 
 if TYPE_CHECKING:
     from PIL import Image
 
+FUNCTION_COLOURS = {"sittable": (0, 190, 215), "table": (225, 0, 190), "cup": (245, 150, 0)}
+_FURTHER = ((0, 158, 115), (120, 94, 240), (213, 94, 0), (120, 120, 0))  # of functions that others name
+_SHADES = np.array([[90, 96, 110], [225, 226, 230]])  # of points without colour, from the lowest to the highest
+_FADED = 0.45  # how far towards white goes what is of no object
 _EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
 _FIELD = 2 * np.tan(np.radians(20.0))  # of view, vertical
 _MAX_POINTS = 400_000  # more add nothing to a picture of that size
 _PAPER = 252
 _GREY = (120, 120, 120)
 _ELEVATION_DEG = 32.0
+
+
+def function_colour(name: str, names: Iterable[str]) -> tuple[int, int, int]:
+    """Return the colour of a function, out of all that there are."""
+    others = [other for other in sorted(names) if other not in FUNCTION_COLOURS]
+    return FUNCTION_COLOURS.get(name) or _FURTHER[others.index(name) % len(_FURTHER)]
+
+
+def point_colours(scan: Scan, room: Room, level_points: np.ndarray) -> np.ndarray:
+    """Return a colour (N, 3) uint8 for each point: the scan's own, or grey by height; paler where it is no object."""
+    if scan.colors is not None:
+        colours = scan.colors.astype(np.float64)
+    else:
+        low, high = np.percentile(level_points[:, 2], [1, 99])
+        share = np.clip((level_points[:, 2:] - low) / max(high - low, 1e-6), 0, 1)
+        colours = _SHADES[0] + share * (_SHADES[1] - _SHADES[0])
+    faded = (room.labels < 0)[:, None]
+    return np.where(faded, colours + _FADED * (255 - colours), colours).astype(np.uint8)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

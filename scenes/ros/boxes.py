@@ -55,13 +55,19 @@ def box_of(item: FoundObject) -> FoundBox:
 def fill_marker(marker: Any, box: FoundBox, number: int) -> Any:
     """Set a ``visualization_msgs/Marker``, whose header is the caller's, to a box; return it."""
     marker.ns, marker.id, marker.type, marker.action = box.function, number, 1, 0  # a cube, added or changed
-    place, turn = marker.pose.position, marker.pose.orientation
-    place.x, place.y, place.z = box.position
-    turn.x, turn.y, turn.z, turn.w = box.orientation
-    marker.scale.x, marker.scale.y, marker.scale.z = box.size
-    marker.color.r, marker.color.g, marker.color.b = box.colour
-    marker.color.a = OPACITY
     marker.text = f"{box.function} {box.score:.2f}"
+    return posed(marker, box.position, box.orientation, box.size, (*box.colour, OPACITY))
+
+
+def posed(
+    marker: Any, position: Sequence[float], orientation: Sequence[float], size: Sequence[float], colour: Sequence[float]
+) -> Any:
+    """Set a marker's place, quaternion, size and colour, and return it."""
+    at, turn = marker.pose.position, marker.pose.orientation
+    at.x, at.y, at.z = position
+    turn.x, turn.y, turn.z, turn.w = orientation
+    marker.scale.x, marker.scale.y, marker.scale.z = size
+    marker.color.r, marker.color.g, marker.color.b, marker.color.a = colour
     return marker
 
 
@@ -80,11 +86,6 @@ def fill_arrow(marker: Any, place: Place, number: int) -> Any:
     first, last = (ahead, up) if place.kind == "sit" and place.heading_deg is not None else (up, -ahead)
     axes = np.column_stack([first, np.cross(last, first), last])
     marker.ns, marker.id, marker.type, marker.action = f"place to {place.kind}", number, 0, 0  # added or changed
-    at, turn = marker.pose.position, marker.pose.orientation
-    at.x, at.y, at.z = place.position.tolist()
-    turn.x, turn.y, turn.z, turn.w = Rotation.from_matrix(axes).as_quat().tolist()
-    marker.scale.x, marker.scale.y, marker.scale.z = ARROW
-    marker.color.r, marker.color.g, marker.color.b = COLOURS[place.function]
-    marker.color.a = 1.0
     marker.text = f"{place.kind} {place.score:.2f}"
-    return marker
+    turn = Rotation.from_matrix(axes).as_quat().tolist()
+    return posed(marker, place.position.tolist(), turn, ARROW, (*COLOURS[place.function], 1.0))

@@ -29,8 +29,7 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
         [Path(row["file"]).name, answer_text(row), *(scores_of(row) if each_has_column else [best_scores(row)])]
         for row in done
     ]
-    if table:
-        print_table("What objects are for (scores; positive if > 0.5)", columns, table)
+    print_table("What objects are for (scores; positive if > 0.5)", columns, table)
     if len(done) < len(rows):
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
     for row in done if explain else []:
@@ -101,8 +100,6 @@ def print_quantities(row: Row, name: str):
     from ..learning.profiles.words import cells_of
 
     table = [cells_of(decided) for decided in row["quantities"][name]]
-    if not table:
-        return
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"
     print_table(title, ["quantity", "spheres", "here", "median learnt", "score without it"], table)
 

@@ -12,22 +12,7 @@ from typer.core import TyperGroup
 
 from ..console import Failures, print_json, print_table, progress, say, show
 from ..errors import InputError
-from .options import (
-    BY_FILE,
-    DEFAULT_METHOD,
-    Backend,
-    Jobs,
-    Json,
-    Method,
-    MissLimit,
-    PackagePath,
-    Radii,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    dropping,
-)
+from . import options
 
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
@@ -54,16 +39,16 @@ def run(
     data: Annotated[
         str | None, typer.Argument(metavar="[DATA]", help="A folder with manifest.csv, or a catalogue's name.")
     ] = None,
-    backend: Backend = "fast",
-    shape: Shape = None,
-    method: Method = DEFAULT_METHOD,
-    radii: Radii = None,
-    seed: Seed = 0,
-    miss_limit: MissLimit = None,
-    up: Up = BY_FILE,
-    units: Units = "m",
-    package_path: PackagePath = None,
-    jobs: Jobs = -1,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    method: options.Method = options.DEFAULT_METHOD,
+    radii: options.Radii = None,
+    seed: options.Seed = 0,
+    miss_limit: options.MissLimit = None,
+    up: options.Up = options.BY_FILE,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
+    jobs: options.Jobs = -1,
     time_limit: Annotated[
         str | None, typer.Option(help="Of one object, all radii together: 90s, 30min, 2h. Tried twice.")
     ] = None,
@@ -75,7 +60,7 @@ def run(
     ] = False,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Also objects that failed before.")] = False,
     status: Annotated[bool, typer.Option("--status", help="Say how far the run is, also while it goes on.")] = False,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Simulate every object of DATA at every radius and keep the results in DIR; call again to continue.
 
@@ -91,7 +76,7 @@ def run(
     from ..formats.units import parse_duration, parse_memory
 
     limits = Limits(seconds=parse_duration(time_limit), memory=parse_memory(memory_limit))
-    batch = batch_of(data, folder, dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
+    batch = batch_of(data, folder, options.dropping(backend, shape, radii, seed, up, units, method, miss_limit), shard)
     with executor_for(scheduler, shared_path, batch.folder, limits) as work:
         work_through(batch, json, jobs=jobs, limits=limits, retry_failed=retry_failed, work=work)
 
@@ -164,7 +149,7 @@ def show_status(folder: Path, json: bool):
 def merge(
     shards: Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Run directories.")],
     folder: Run,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Join the ledgers and results of several runs in one."""
     from ..batch.folder import RunFolder, merge_runs

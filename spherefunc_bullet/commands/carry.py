@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from ..errors import InputError
-from ..formats.units import format_length, parse_length
-from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Units, Up, run_on_files
+from ..formats.units import format_length, parse_length, parse_numbers
+from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Standing, Units, Up, run_on_files
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -22,9 +21,7 @@ Row = dict[str, Any]  # what the command prints of one file
 
 
 def carry(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
-    ],
+    files: Standing,
     angles: Annotated[str, typer.Option(help="Tilt angles in degrees, to every side.")] = "15,30,45",
     radius: Annotated[str | None, typer.Option(help="Radius of the spheres. Default: by the object's size.")] = None,
     spheres: Annotated[int, typer.Option(min=1, help="Maximum number of spheres.")] = 300,
@@ -54,7 +51,7 @@ def carry(
         radius=None if radius is None else parse_length(radius),
         spheres=spheres,
         fill=fill,
-        angles_deg=parse_angles(angles),
+        angles_deg=parse_numbers("--angles", angles, "degrees, such as 15,30,45"),
         haste=haste,
         shake=parse_length(shake),
         frequency=frequency,
@@ -68,25 +65,6 @@ def carry(
     draw([carried for _, carried in results], picture)
     print_json(rows) if json else print_kept(rows, settings.angles_deg)
     failures.exit()
-
-
-def parse_angles(text: str) -> tuple[float, ...]:
-    """Return angles in degrees.
-
-    Raises
-    ------
-    InputError
-        If they are none.
-
-    Examples
-    --------
-    >>> parse_angles("15,30")
-    (15.0, 30.0)
-    """
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise InputError(f"--angles {text!r}: expected degrees, such as 15,30,45") from error
 
 
 def carried_file(
@@ -135,6 +113,5 @@ def print_kept(rows: Sequence[Row], angles: Sequence[float]):
         start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
         shares = [f"{one['share']:.2f}" for one in row["kept"]]
         table.append([*start, *shares, f"{row['kept_shaken']:.2f}"])
-    if table:
-        head = ["file", "spheres", "radius", *(f"{angle:g}°" for angle in angles), "and shaken"]
-        print_table("Share kept when tilted to all sides", head, table)
+    head = ["file", "spheres", "radius", *(f"{angle:g}°" for angle in angles), "and shaken"]
+    print_table("Share kept when tilted to all sides", head, table)

@@ -15,7 +15,7 @@ import typer
 from ..console import Failures, error_line, print_json, progress, say
 from ..errors import InputError
 from .answer_tables import Row, members_of, print_functions
-from .options import BY_FILE, Json, PackagePath, Units, Up
+from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
     from ..function_model import FunctionModel
@@ -28,9 +28,7 @@ def classify(
     files: Annotated[
         list[Path], typer.Argument(metavar="FILE...", help="Models or scans, folders of them, or - for names on stdin.")
     ],
-    model: Annotated[
-        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
-    ] = None,
+    model: Model = None,
     backend: Annotated[str | None, typer.Option(help="The simulator the model must have been trained with.")] = None,
     function: Annotated[
         str | None, typer.Option(help="Classify this function only; models by cubes then run its radius only.")
@@ -63,7 +61,7 @@ def classify(
     classifier = classifier if function is None else classifier.only(function)
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
-        from .any_pose import classify_any_pose
+        from .poses import classify_any_pose
 
         return classify_any_pose(names, classifier, units, json)
     view_model = partial(model_for_views, classifier, given=model is not None)

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from ..simulator.mechanics import Matter
 
 
+Standing = Annotated[
+    list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
+]
+Model = Annotated[Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")]
 Backend = Annotated[str, typer.Option(help="Simulator that drops the spheres; `spherefunc backends` lists them.")]
 Shape = Annotated[str | None, typer.Option(help="Collision shape (bullet only).")]
 Seed = Annotated[int, typer.Option(min=0, help="Random seed of the drops.")]
@@ -74,7 +78,7 @@ def dropping(
     from ..settling.records import Dropping, Loading
     from ..simulator import make_simulator
 
-    simulator = make_simulator(backend, **simulator_options(shape))
+    simulator = make_simulator(backend, **simulator_options(shape=shape))
     way, loading = find_method(method), Loading(up=up, units=units)
     lengths = way.radii if radii is None else parse_lengths(radii)
     if odd := [length for length in lengths if not SPHERES[0] <= length <= SPHERES[1]]:
@@ -93,9 +97,9 @@ def point_to_packages(folders: Sequence[Path] | None):
         os.environ[PACKAGE_PATH] = os.pathsep.join(filter(None, places))
 
 
-def simulator_options(shape: str | None) -> dict:
+def simulator_options(**given: str | int | None) -> dict:
     """Return the options that go to the simulator, those that were given."""
-    return {} if shape is None else {"shape": shape}
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def matter_of(mass: str | None, area_density: float, friction: float, restitution: float) -> Matter:

@@ -1,4 +1,4 @@
-"""``spherefunc poses``: how objects can lie, how likely, and what they are for so."""
+"""``spherefunc poses``: how objects can lie, how likely, and what they are for so, or in the best for each function."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..console import Failures, print_json, print_table, say
-from .options import AreaDensity, Friction, Json, Mass, PackagePath, Restitution, Seed, Units, matter_of, run_on_files
+from . import options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -29,21 +29,19 @@ def poses(
     fall: Annotated[
         float, typer.Option(min=0, help="Height of the fall, relative to the object's largest extent.")
     ] = 0.1,
-    mass: Mass = None,
-    area_density: AreaDensity = 5.0,
-    friction: Friction = 0.5,
-    restitution: Restitution = 0.0,
-    model: Annotated[
-        Path | None, typer.Option(help="A model file. Default: the model that comes with the package.")
-    ] = None,
-    seed: Seed = 0,
-    units: Units = "m",
-    package_path: PackagePath = None,
+    mass: options.Mass = None,
+    area_density: options.AreaDensity = 5.0,
+    friction: options.Friction = 0.5,
+    restitution: options.Restitution = 0.0,
+    model: options.Model = None,
+    seed: options.Seed = 0,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
     picture: Annotated[Path | None, typer.Option(metavar="PNG", help="Draw each object as it lies.")] = None,
     page: Annotated[
         Path | None, typer.Option(metavar="HTML", help="Write pictures and tables as an HTML page.")
     ] = None,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Find the stable poses of each object, their probabilities, and its functions in each."""
     from ..learning.model_file import inference_model, shipped_model
@@ -53,10 +51,11 @@ def poses(
 
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "poses")
-    settings = PoseSettings(drops=drops, fall=fall, matter=matter_of(mass, area_density, friction, restitution))
+    matter = options.matter_of(mass, area_density, friction, restitution)
+    settings = PoseSettings(drops=drops, fall=fall, matter=matter)
     classifier = inference_model(model or shipped_model("fast"), None)
-    failures = Failures()
-    results = run_on_files(posed_file, files, simulator, (classifier, settings, seed, units), "posing", failures)
+    failures, how = Failures(), (classifier, settings, seed, units)
+    results = options.run_on_files(posed_file, files, simulator, how, "posing", failures)
     rows = [row_of(file, *posed) for file, (_, *posed) in results]
     draw([(cloud, answers) for _, (cloud, _, answers, _) in results], picture, page)
     print_json(rows) if json else print_poses(rows, classifier.functions_)
@@ -129,6 +128,48 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
             shares = [f"{pose[key]:.3f}" for key in ("probability", "statics")]
             scores = [f"{answers[name]['score']:.2f}" for name in functions]
             table.append([*start, *shares, ", ".join(members) or "none", *scores])
-    if table:
-        head = ["file", "turned by", "probability", "by statics", "for", *functions]
-        print_table("How objects can lie, and what they are for so (positive if > 0.5)", head, table)
+    head = ["file", "turned by", "probability", "by statics", "for", *functions]
+    print_table("How objects can lie, and what they are for so (positive if > 0.5)", head, table)
+
+
+def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
+    """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
+    from ..simulator import make_simulator
+    from ..simulator.mechanics import PoseSettings, require_ability
+
+    simulator = require_ability(make_simulator(classifier.simulator), "poses")
+    failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
+    for file, results in options.run_on_files(posed_file, files, simulator, how, "classifying", failures):
+        _, result, answers, seconds = results
+        row = {"file": str(file), "functions": best_functions(answers), "notes": list(result.notes)}
+        rows.append(row | {"seconds": round(seconds, 3)})
+    print_json(rows) if json else print_best(rows, classifier.functions_)
+    failures.exit()
+
+
+def best_functions(answers: Sequence[PoseFunctions]) -> Row:
+    """Return for each function its score in the best pose, and that pose."""
+    from ..learning.any_pose import best_poses
+
+    best = {}
+    for name, number in best_poses(answers).items():
+        pose, membership = answers[number].pose, answers[number].functions[name]
+        best[name] = {
+            "member": membership.member,
+            "score": membership.score,
+            "radius": membership.radius,
+            "rotation": pose.rotation.round(9).tolist(),
+            "probability": round(pose.probability, 6),
+        }
+    return best
+
+
+def print_best(rows: Sequence[Row], functions: Sequence[str]):
+    """Print a line for each object: what it is for, turned so."""
+    table = []
+    for row in rows:
+        members = [name for name in functions if row["functions"][name]["member"]]
+        scores = [f"{row['functions'][name]['score']:.2f}" for name in functions]
+        table.append([Path(row["file"]).name, ", ".join(members) or "none", *scores])
+    title = "What objects are for in their best pose (`spherefunc poses` shows it)"
+    print_table(title, ["file", "for", *functions], table)

@@ -10,6 +10,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, show
 from ..errors import InputError
+from ..formats.units import parse_numbers
 from .options import BY_FILE, Jobs, Json, PackagePath, Units, Up
 
 COLUMNS = ["name", "pieces", "faces", "bytes", "build_seconds", "step_us", "capacity_ml", "capacity_kept", "level_kept"]
@@ -52,8 +53,9 @@ def shapes(
     if still and form == "mjcf":
         raise InputError("--static: expected --format urdf or sdf, since MuJoCo takes the hull of every mesh")
     prepare_folder(out if best else None)
+    thresholds = parse_numbers("--coacd", coacd, "numbers, such as 0.05,0.2") if coacd else ()
     asked = Asked(
-        collision=collision, shapes=not only, coacd=thresholds_of(coacd), keep=keep, units=units, up=up,
+        collision=collision, shapes=not only, coacd=thresholds, keep=keep, units=units, up=up,
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip
     chosen, failures, results = list(objects_in(files)), Failures(), []
@@ -129,14 +131,6 @@ def write_table(path: Path, results: list[dict[str, Any]]):
         shown = [*result.get("shapes", []), *([result["best"]] if "best" in result else [])] or [{}]
         rows += [[result["file"], *(row.get(name, "") for name in COLUMNS), result.get("error", "")] for row in shown]
     write_csv(path, ["file", *COLUMNS, "error"], rows)
-
-
-def thresholds_of(text: str | None) -> tuple[float, ...]:
-    """Return CoACD's thresholds."""
-    try:
-        return tuple(float(part) for part in text.split(",")) if text else ()
-    except ValueError as error:
-        raise InputError(f"--coacd {text}: expected numbers, such as 0.05,0.2") from error
 
 
 def print_shapes(results: dict[str, Any]):

@@ -12,18 +12,7 @@ from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
 from ..formats.writing import prepare_folder, unused_name, write_bytes
-from .options import (
-    BY_FILE,
-    Backend,
-    Json,
-    MissLimit,
-    PackagePath,
-    Seed,
-    Shape,
-    Units,
-    Up,
-    simulator_options,
-)
+from . import options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -36,9 +25,9 @@ Run = tuple[Summary, "DropResult"]
 def simulate(
     files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Models or scans.")],
     radius: Annotated[str, typer.Option(help="Sphere radius, such as 1cm, 5mm or 0.01; several with commas.")] = "1cm",
-    backend: Backend = "fast",
-    shape: Shape = None,
-    seed: Seed = 0,
+    backend: options.Backend = "fast",
+    shape: options.Shape = None,
+    seed: options.Seed = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Write one .npz with the settled centres per object and radius into this folder."),
@@ -47,17 +36,17 @@ def simulate(
     max_spheres: Annotated[
         int, typer.Option(min=1, help="Stop a run when this many spheres have settled.")
     ] = 5_000_000,
-    miss_limit: MissLimit = None,
-    up: Up = BY_FILE,
-    units: Units = "m",
-    package_path: PackagePath = None,
-    json: Json = False,
+    miss_limit: options.MissLimit = None,
+    up: options.Up = options.BY_FILE,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
+    json: options.Json = False,
 ):
     """Drop spheres on each object and count how many settle."""
     from ..processes.tasks import run_tasks
     from ..simulator import MISS_LIMIT, DropSettings, isolated, make_simulator
 
-    simulator = make_simulator(backend, **simulator_options(shape), **({} if cores is None else {"cores": cores}))
+    simulator = make_simulator(backend, **options.simulator_options(shape=shape, cores=cores))
     limits = {"miss_limit": MISS_LIMIT if miss_limit is None else miss_limit, "max_spheres": max_spheres}
     runs = [DropSettings(radius=length, **limits) for length in parse_lengths(radius)]
     prepare_folder(out)

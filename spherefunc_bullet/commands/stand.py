@@ -11,20 +11,7 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, format_mass, parse_length
-from .options import (
-    BY_FILE,
-    AreaDensity,
-    Friction,
-    Json,
-    Mass,
-    PackagePath,
-    Restitution,
-    Seed,
-    Units,
-    Up,
-    matter_of,
-    run_on_files,
-)
+from . import options
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -36,9 +23,7 @@ BACKENDS = "fast computes statics, exact on level ground; bullet also simulates 
 
 
 def stand(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Models or scans in their standing orientation.")
-    ],
+    files: options.Standing,
     load: Annotated[
         str, typer.Option(help="Load put on one place after another, such as 5kg; a person weighs 75kg.")
     ] = "5kg",
@@ -46,18 +31,18 @@ def stand(
         str | None, typer.Option(help="Radius of the spheres that find the places. Default: by the object's size.")
     ] = None,
     backend: Annotated[str, typer.Option(help=BACKENDS)] = "fast",
-    mass: Mass = None,
-    area_density: AreaDensity = 5.0,
-    friction: Friction = 0.5,
-    restitution: Restitution = 0.0,
-    seed: Seed = 0,
-    up: Up = BY_FILE,
-    units: Units = "m",
-    package_path: PackagePath = None,
+    mass: options.Mass = None,
+    area_density: options.AreaDensity = 5.0,
+    friction: options.Friction = 0.5,
+    restitution: options.Restitution = 0.0,
+    seed: options.Seed = 0,
+    up: options.Up = options.BY_FILE,
+    units: options.Units = "m",
+    package_path: options.PackagePath = None,
     picture: Annotated[
         Path | None, typer.Option(metavar="PNG", help="Draw the places that can carry the load.")
     ] = None,
-    json: Json = False,
+    json: options.Json = False,
 ):
     """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
@@ -67,11 +52,11 @@ def stand(
 
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "stands")
-    matter = matter_of(mass, area_density, friction, restitution)
+    matter = options.matter_of(mass, area_density, friction, restitution)
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)
-    failures = Failures()
-    results = run_on_files(stood_file, files, simulator, (settings, length, seed, up, units), "standing", failures)
+    failures, how = Failures(), (settings, length, seed, up, units)
+    results = options.run_on_files(stood_file, files, simulator, how, "standing", failures)
     draw([stood for _, stood in results], settings, picture)
     if json:
         print_json([row_of(file, result, settings) for file, (_, result) in results])
@@ -137,6 +122,5 @@ def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
         share = "" if result.share is None else f"{result.share:.2f}"
         mass, words = format_mass(result.mass), result.tipping_words
         table.append([file.name, str(result.stance), tilt, mass, margin, share, words])
-    if table:
-        head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
-        print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)
+    head = ["file", "it", "tilt", "mass", "margin", "share of places that carry", "under a load"]
+    print_table(f"Do they stand, and carry {load:g} kg where spheres came to rest?", head, table)

@@ -131,7 +131,7 @@ def usable_simulators(names: Sequence[str], shape: str | None, failures: Failure
     simulators = []
     for name in names:
         try:
-            options = simulator_options(shape) if name == "bullet" or len(names) == 1 else {}
+            options = simulator_options(shape=shape) if name == "bullet" or len(names) == 1 else {}
             simulators.append(make_simulator(name, **options))
         except InputError as error:
             failures.add(error)

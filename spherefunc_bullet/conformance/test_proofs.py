@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -102,13 +104,7 @@ def lifted(cloud: Cloud) -> Cloud:
 def raised(use: PourUse) -> PourUse:
     """Return the use of an object that was lifted; clouds are centred, so it is moved with its object."""
     shift = np.array([-0.0125, 0.0, 0.1])
-    return PourUse(
-        position=use.position + shift,
-        radius=use.radius,
-        volume=use.volume,
-        low=use.low + shift,
-        high=use.high + shift,
-    )
+    return replace(use, position=use.position + shift, low=use.low + shift, high=use.high + shift)
 
 
 @pytest.mark.parametrize("seed", [0, 3])

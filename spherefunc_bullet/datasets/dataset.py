@@ -145,11 +145,7 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
         path=path,
         functions=functions,
         also=also,
-        category=(row.get("category") or "").strip(),
-        of=(row.get("of") or "").strip(),
-        group=(row.get("group") or "").strip(),
-        source=(row.get("source") or "").strip(),
-        license=(row.get("license") or "").strip(),
+        **{name: (row.get(name) or "").strip() for name in ("category", "group", "source", "license", "of")},
     )
 
 

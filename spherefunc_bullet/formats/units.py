@@ -67,6 +67,20 @@ def parse_lengths(text: str) -> tuple[float, ...]:
     return tuple(sorted(lengths))
 
 
+def parse_numbers(option: str, text: str, expected: str) -> tuple[float, ...]:
+    """Return an option's numbers, separated by commas.
+
+    Examples
+    --------
+    >>> parse_numbers("--angles", "15,30", "degrees")
+    (15.0, 30.0)
+    """
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise InputError(f"{option} {text!r}: expected {expected}") from error
+
+
 def format_length(metres: float) -> str:
     """Return a length as people read it.
 

@@ -85,22 +85,13 @@ def titled(image: Image.Image, title: str) -> Image.Image:
 
 def side_by_side(images: Sequence[Image.Image]) -> Image.Image:
     """Return images of one height beside each other."""
-    canvas = Image.new("RGB", (sum(image.width for image in images), images[0].height), PAPER)
-    left = 0
-    for image in images:
-        canvas.paste(image, (left, 0))
-        left += image.width
-    return canvas
+    return Image.fromarray(np.hstack(images))
 
 
 def stacked(images: Sequence[Image.Image]) -> Image.Image:
     """Return images below each other."""
-    canvas = Image.new("RGB", (max(image.width for image in images), sum(image.height for image in images)), PAPER)
-    top = 0
-    for image in images:
-        canvas.paste(image, (0, top))
-        top += image.height
-    return canvas
+    wide = max(image.width for image in images)
+    return Image.fromarray(np.vstack([ImageOps.expand(one, (0, 0, wide - one.width, 0), PAPER) for one in images]))
 
 
 def png_of(picture: Image.Image) -> bytes:

@@ -13,7 +13,6 @@ from ..clouds.cloud import Cloud
 from .colours import FLAT, sphere_colours
 
 if TYPE_CHECKING:
-    from open3d.core import Tensor
     from open3d.t.geometry import RaycastingScene
 
 OBJECT_COLOUR = np.array([0.80, 0.77, 0.72])
@@ -88,7 +87,7 @@ class Rays:
 
     def first_hits(self, scene: RaycastingScene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return distance (inf for none), triangle and unit normal of what each ray hits first."""
-        hit = scene.cast_rays(tensor(self.origins, self.directions))
+        hit = scene.cast_rays(rays_from(self.origins, self.directions))
         return hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_normals"].numpy()
 
 
@@ -239,20 +238,16 @@ def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
 
 def raycasting_scene(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
     """Return an Open3D scene of one triangle mesh."""
-    from open3d.core import Tensor
     from open3d.t.geometry import RaycastingScene
 
     scene = RaycastingScene()
-    vertices, faces = np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32)
-    scene.add_triangles(Tensor(vertices), Tensor(faces))
+    scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
     return scene
 
 
-def tensor(origins: np.ndarray, directions: np.ndarray) -> Tensor:
+def rays_from(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Return rays as Open3D takes them."""
-    from open3d.core import Tensor
-
-    return Tensor(np.concatenate([origins, directions], axis=-1).astype(np.float32))
+    return np.concatenate([origins, directions], axis=-1).astype(np.float32)
 
 
 def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit: np.ndarray) -> np.ndarray:
@@ -266,7 +261,7 @@ def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: Vi
     """Tell which places the light does not reach; into a cut object it does."""
     offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
     start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
-    rays = tensor(start, np.broadcast_to(LIGHT, start.shape))
+    rays = rays_from(start, np.broadcast_to(LIGHT, start.shape))
     blocked = np.zeros(where.shape[:2], bool)
     for part in parts[1:] if view.cut else parts:
         blocked |= part.scene.test_occlusions(rays).numpy()

@@ -18,7 +18,7 @@ from spherefunc_bullet.datasets.catalogue import built_catalogue, make_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier
-from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, holed_copies
+from spherefunc_bullet.scenes.impairment.sawn import HEIGHTS, HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import make_simulator
@@ -76,7 +76,7 @@ def test_an_experiment_repeats_its_tasks(tmp_path):
 def test_a_hole_is_where_it_is_said_to_be():
     cloud = load_cloud(household("mug_01"))
     specimen = Specimen(cloud, "cup")
-    copies = holed_copies(specimen, "mug_01", 0)
+    copies = copies_of(specimen, "mug_01", 0, HOLED)
     assert [kind.kind for kind, _ in copies] == ["hole_at_25", "hole_at_50", "hole_at_75"]
     cup = specimen.cavity
     for height, (_, surface) in zip(HEIGHTS, copies, strict=True):
@@ -92,7 +92,7 @@ def test_a_hole_is_where_it_is_said_to_be():
 def test_the_lower_the_hole_the_less_is_kept():
     simulator = carrier()
     cloud = load_cloud(household("mug_01"))
-    copies = holed_copies(Specimen(cloud, "cup"), "mug_01", 0)
+    copies = copies_of(Specimen(cloud, "cup"), "mug_01", 0, HOLED)
     targets = [cloud_from_mesh(*surface.mesh(), "holed") for _, surface in copies]
     farthest = CarrySettings(angles_deg=CarrySettings().angles_deg[-1:])
     low, middle, high, whole = (simulator.carry(one, farthest, 0).kept[-1] for one in [*targets, cloud])

@@ -26,7 +26,6 @@ KEPT = {
     "compare/mechanics/*": {"things"},
     "compare/commands/mechanics.py": {"things"},
     "compare/comparison/tables.py": {"things"},
-    "compare/rooms/scan_report.py": {"told"},
     "compare/documents/*": {"told"},
     "compare/rooms/lessons/files.py": {"thing"},
     "spherefunc_bullet/settling/records.py": {"told"},

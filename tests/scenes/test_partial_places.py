@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spherefunc_bullet.scenes.commands.places import details
 from spherefunc_bullet.scenes.recognition.partial_places import hollow_places, level_place
 from spherefunc_bullet.scenes.recognition.room import SceneObject
 from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
@@ -57,3 +58,10 @@ def test_three_quarters_of_a_wall_hold_spheres_and_a_third_does_not():
     assert np.hypot(*place.position[:2]) < 0.02 and place.height == pytest.approx(0.09, abs=0.01)
     assert place.capacity_ml == pytest.approx(np.pi * 4 * 4 * 9, rel=0.35)  # of a prism through the middle of the wall
     assert hollow_places(item_of(half_a_cup(0.04, 0.09, 0.33)), "fast") == []
+
+
+def test_what_was_seen_in_part_is_printed_without_what_nobody_knows():
+    seat, cup = sheet(0.4, 0.45), half_a_cup(0.04, 0.09, 0.75)
+    places = [level_place(item_of(seat), "sit", seat), *hollow_places(item_of(cup), "fast")]
+    words = [details(place.as_json()) for place in places]
+    assert words[0] == "" and words[1].startswith("holds ") and "spills" not in words[1]

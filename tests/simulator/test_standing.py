@@ -14,7 +14,7 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.mechanics.standing import loaded_places
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import format_mass
-from spherefunc_bullet.scenes.impairment.sawn import needed_legs, sawn_copies
+from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of, needed_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
@@ -191,7 +191,7 @@ def test_a_short_leg_rocks(simulator):
 
 def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
     whole = table()
-    (kind, sawn), *_ = sawn_copies(Specimen(whole, "table"), "table", 0)
+    (kind, sawn), *_ = copies_of(Specimen(whole, "table"), "table", 0, SAWN)
     assert kind.kind == "leg_sawn_off"
     settings = StandSettings(load=30.0, most_places=40)
     shares = [simulator.stands(cloud, settings, resting_places(cloud)).share
@@ -200,7 +200,7 @@ def test_sawing_a_leg_off_takes_half_of_the_places(simulator):
 
 
 def test_legs_cut_askew_lean():
-    kinds = {kind.kind: surface for kind, surface in sawn_copies(Specimen(table(), "table"), "table", 0)}
+    kinds = {kind.kind: surface for kind, surface in copies_of(Specimen(table(), "table"), "table", 0, SAWN)}
     simulator = make_simulator("fast")
     result = simulator.stands(cloud_from_mesh(*kinds["legs_cut_askew"].mesh()), StandSettings(), NOWHERE)
     assert result.stance in (Stance.ROCKS, Stance.TIPS) and result.tilt_deg > 4

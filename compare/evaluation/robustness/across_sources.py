@@ -38,12 +38,6 @@ class Answered:
     kinds: np.ndarray  # (N,) str, of which kind of copy each object is
     originals: np.ndarray  # (N,) str, the function of the original
 
-    @property
-    def wrong(self) -> np.ndarray:
-        """Which answers are wrong in some function (T,) bool; a second function that is true as well is not."""
-        members, also = self.labels.members[self.trial.rows], self.labels.also[self.trial.rows]
-        return ((self.trial.predicted != members) & ~(also & self.trial.predicted)).any(axis=1)
-
 
 def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
     """Return the kind of each copy by its path."""
@@ -73,7 +67,7 @@ def answered(simulated: Simulated, kinds: dict[str, str], radii: tuple[float, ..
 
 def report_of(said: Answered) -> dict:
     """Return the F-measures and the error at each coverage of whole objects, and the shares of every kind of copy."""
-    trial, labels, wrong = said.trial, said.labels, said.wrong
+    trial, labels, wrong = said.trial, said.labels, said.trial.wrong(said.labels)
     kinds, originals = said.kinds[trial.rows], said.originals[trial.rows]
     whole = kinds == WHOLE
     f_measures = {
@@ -111,33 +105,17 @@ def mean(which: np.ndarray) -> float | None:
 def print_report(report: dict):
     """Print the report as tables."""
     functions = list(report["f_measure_fair"])
-    print_table(
-        f"{report['objects']} objects of sources that were not learnt",
-        [
-            *(f"F {name}" for name in functions),
-            *(f"error of {float(part):.0%}" for part in report["error_at_coverage"]),
-        ],
-        [
-            [
-                *(f"{report['f_measure_fair'][name]:.3f}" for name in functions),
-                *(f"{error:.3f}" for error in report["error_at_coverage"].values()),
-            ]
-        ],
-    )
+    figures = {f"F {name}": f_measure for name, f_measure in report["f_measure_fair"].items()}
+    figures |= {f"error of {float(part):.0%}": error for part, error in report["error_at_coverage"].items()}
+    title = f"{report['objects']} objects of sources that were not learnt"
+    print_table(title, list(figures), [[f"{value:.3f}" for value in figures.values()]])
     columns = [*functions, "unsure", "wrong_and_sure", "right_of_sure"]
     rows = [
-        [
-            kind.replace("_", " "),
-            str(row["objects"]),
-            *("" if row[name] is None else f"{row[name]:.2f}" for name in columns),
-        ]
+        [kind, str(row["objects"]), *("" if row[name] is None else f"{row[name]:.2f}" for name in columns)]
         for kind, row in report["kinds"].items()
     ]
-    print_table(
-        "\nshare classified by the original's function",
-        ["kind", "objects", *(c.replace("_", " ") for c in columns)],
-        rows,
-    )
+    plain = [[text.replace("_", " ") for text in line] for line in (["kind", "objects", *columns], *rows)]
+    print_table("\nshare classified by the original's function", plain[0], plain[1:])
 
 
 def main(

@@ -171,10 +171,10 @@ def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:
 def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptions:
     """Return the rates of one feature."""
     rows = np.concatenate([trial.rows for trial in trials])
-    scores = np.concatenate([trial.scores for trial in trials])
+    predicted = np.concatenate([trial.predicted for trial in trials])
+    wrong = np.concatenate([trial.wrong(labels) for trial in trials])
     unsure = np.concatenate([unsure_of(trial) for trial in trials])
-    members, also, predicted = labels.members[rows], labels.also[rows], scores > 0.5
-    wrong = ((predicted != members) & ~(also & predicted)).any(axis=1)
+    members = labels.members[rows]
     serves = members.any(axis=1)
     classified = (predicted & members).any(axis=1)
     kinds = np.array([asked.kinds[row - asked.whole] for row in rows])

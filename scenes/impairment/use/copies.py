@@ -7,10 +7,11 @@ from functools import partial
 import numpy as np
 
 from ...household.parts import solids
-from ..levels import find_level
-from ..specimen import FUNCTIONS, NONE, Change, Impairment, Specimen, box, spike
+from ..levels import Level, find_level
+from ..specimen import FUNCTIONS, NONE, Specimen, box, kinds, needs
 from ..surfaces import Surface
-from . import copies, cups, sensed
+from ..tops import spiked
+from . import cups, sensed
 from .placing import Placed, bag, book, small_object, upright_box, with_objects
 
 SPIKE = (0.06, 0.14)  # metres high, and
@@ -18,46 +19,40 @@ PITCH = (0.05, 0.1)  # metres apart
 COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
 
 
-def centred(specimen: Specimen, triangles: np.ndarray, rng: np.random.Generator) -> Surface | None:
+def centred(surface: Surface, seat: Level, triangles: np.ndarray, rng: np.random.Generator) -> Surface:
     """Return a seat with something put down about its middle, whether it reaches over the edge or not."""
-    seat, surface = specimen.level, specimen.surface
-    if seat is None or surface.is_cloud:
-        return None
     placed = Placed(surface, seat)
     if placed.put(triangles, rng, near=seat.box.mean(axis=0)) or placed.put(triangles, rng):
         return placed.joined()
     return surface.joined(Surface(triangles + [*seat.box.mean(axis=0), seat.height]))
 
 
-def with_book(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def with_book(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Leave a book or a newspaper on the seat."""
-    return centred(specimen, book(rng), rng)
+    return centred(specimen.surface, seat, book(rng), rng)
 
 
-def with_cushion(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def with_cushion(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Put a cushion on the seat, of nearly its size."""
-    if specimen.level is None or specimen.surface.is_cloud:
-        return None
-    seat = specimen.level
     size = np.minimum((seat.box[1] - seat.box[0]) * rng.uniform(0.6, 0.98, 2), rng.uniform(0.35, 0.6))
     mesh = solids.cushion(*size, rng.uniform(0.03, 0.12), crown=rng.uniform(0, 0.02))
     shift = [*seat.box.mean(axis=0), seat.height - 0.005]
     return specimen.surface.joined(Surface(np.asarray(mesh.triangles) + shift))
 
 
-def with_bag(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def with_bag(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
     """Leave a bag or a soft toy on the seat, somewhere."""
-    if specimen.level is None or specimen.surface.is_cloud:
-        return None
-    placed, triangles = Placed(specimen.surface, specimen.level), bag(rng) * rng.uniform(0.7, 1.0)
-    return placed.joined() if placed.put(triangles, rng) else centred(specimen, triangles, rng)
+    placed, triangles = Placed(specimen.surface, seat), bag(rng) * rng.uniform(0.7, 1.0)
+    return placed.joined() if placed.put(triangles, rng) else centred(specimen.surface, seat, triangles, rng)
 
 
-def with_coat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def with_coat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Hang a jacket over the back, or drop it on the seat where there is no back."""
-    seat, surface = specimen.level, specimen.surface
-    if seat is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     if specimen.back is None:
         heap = solids.ellipsoid(rng.uniform(0.25, 0.45), rng.uniform(0.2, 0.4), rng.uniform(0.06, 0.14))
         return surface.joined(Surface(np.asarray(heap.triangles) + [*seat.box.mean(axis=0), seat.height]))
@@ -76,27 +71,16 @@ def with_coat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return surface.joined(Surface(np.concatenate([*parts, box(start, end)])))
 
 
-def spikes_on_seat(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def spikes_on_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface | None:
     """Cover the seat with pyramids, side by side."""
-    seat = specimen.level
-    if seat is None or specimen.surface.is_cloud:
-        return None
-    pitch, (low, high) = rng.uniform(*PITCH), seat.box
-    xs, ys = (np.arange(start + pitch / 2, end + pitch / 4, pitch) for start, end in zip(low, high, strict=True))
-    feet = np.array([(x, y) for x in xs for y in ys]).reshape(-1, 2)
-    feet = feet[seat.flat[seat.grid.cells_of(feet)]]
-    if not len(feet):
-        return None
-    tall = rng.uniform(*SPIKE) * rng.uniform(0.9, 1.1, len(feet))
-    spikes = [spike(foot, pitch, seat.height - 0.01, seat.height + tip) for foot, tip in zip(feet, tall, strict=True)]
-    return specimen.surface.joined(Surface(np.concatenate(spikes)))
+    pitch = rng.uniform(*PITCH)
+    return spiked(specimen.surface, seat, pitch, lambda count: rng.uniform(*SPIKE) * rng.uniform(0.9, 1.1, count))
 
 
-def taken(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def taken(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     """Seat a person: thighs, trunk and head, shins down to the ground."""
-    seat, surface = specimen.level, specimen.surface
-    if seat is None or surface.is_cloud:
-        return None
     toward = np.array([0.0, 1.0]) if specimen.back is None else specimen.back
     scale, thighs, trunk = rng.uniform(0.85, 1.1), np.array([0.36, 0.46, 0.15]), np.array([0.42, 0.24, 0.56])
     parts = [upright_box(thighs), upright_box(trunk) + [0, 0.16, 0.05]]
@@ -104,28 +88,12 @@ def taken(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     parts.append(upright_box(np.array([0.3, 0.12, seat.height / scale])) + [0, -0.26, -seat.height / scale])
     sideways = np.array([[toward[1], toward[0], 0], [-toward[0], toward[1], 0], [0, 0, 1]])
     person = scale * np.concatenate(parts) @ sideways.T
-    return surface.joined(Surface(person + [*seat.box.mean(axis=0), seat.height - 0.01]))
+    return specimen.surface.joined(Surface(person + [*seat.box.mean(axis=0), seat.height - 0.01]))
 
 
 VIEWPOINTS = 4  # that are tried
 SHOWN = 0.35  # of the level's cells: from behind a chair nobody sees the seat
 EVERYTHING = (*FUNCTIONS, NONE)
-
-
-def used(function: str, **changes: Change) -> list[Impairment]:
-    """Return kinds of use that objects of one function keep it in."""
-    return [
-        Impairment(kind=kind, functions=(function,), works=True, change=change, used=True)
-        for kind, change in changes.items()
-    ]
-
-
-def used_up(function: str, **changes: Change) -> list[Impairment]:
-    """Return kinds of use that leave nothing of a function."""
-    return [
-        Impairment(kind=kind, functions=(function,), works=False, change=change, used=True)
-        for kind, change in changes.items()
-    ]
 
 
 def laden(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
@@ -162,8 +130,10 @@ def shows_level(specimen: Specimen, points: np.ndarray) -> bool:
 
 
 IN_USE = (
-    *used(
-        "table",
+    *kinds(
+        ("table",),
+        True,
+        True,
         laid=partial(cups.laid, least=1, most=1),
         laid_few=partial(cups.laid, least=2, most=4),
         laid_many=partial(cups.laid, least=5, most=8),
@@ -171,25 +141,21 @@ IN_USE = (
         chairs_under=cups.chairs_under,
         at_wall=cups.at_wall,
     ),
-    *used_up("table", full=cups.full),
-    *used(
-        "sittable",
-        book=copies.with_book,
-        cushion=copies.with_cushion,
-        bag=copies.with_bag,
-        coat=copies.with_coat,
+    *kinds(("table",), False, True, full=cups.full),
+    *kinds(("sittable",), True, True, book=with_book, cushion=with_cushion, bag=with_bag, coat=with_coat),
+    *kinds(("sittable",), False, True, spikes=spikes_on_seat, taken=taken),
+    *kinds(
+        ("cup",), True, True, spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held
     ),
-    *used_up("sittable", spikes=copies.spikes_on_seat, taken=copies.taken),
-    *used("cup", spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held),
-    *used(NONE, laden=laden),
+    *kinds((NONE,), True, True, laden=laden),
 )
-AS_SENSED = tuple(
-    Impairment(kind=kind, functions=EVERYTHING, works=True, change=change, used=True)
-    for kind, change in (
-        ("noisy", partial(as_sensed, corrupt=sensed.noise, least=0.003, most=0.025)),
-        ("sparse", partial(as_sensed, corrupt=sensed.sparse, least=0.04, most=0.5)),
-        ("one_view", partial(as_sensed, corrupt=sensed.views, least=1, most=1)),
-        ("some_views", partial(as_sensed, corrupt=sensed.views, least=2, most=3)),
-        ("stray_points", partial(as_sensed, corrupt=sensed.outliers, least=0.005, most=0.05)),
-    )
+AS_SENSED = kinds(
+    EVERYTHING,
+    True,
+    True,
+    noisy=partial(as_sensed, corrupt=sensed.noise, least=0.003, most=0.025),
+    sparse=partial(as_sensed, corrupt=sensed.sparse, least=0.04, most=0.5),
+    one_view=partial(as_sensed, corrupt=sensed.views, least=1, most=1),
+    some_views=partial(as_sensed, corrupt=sensed.views, least=2, most=3),
+    stray_points=partial(as_sensed, corrupt=sensed.outliers, least=0.005, most=0.05),
 )

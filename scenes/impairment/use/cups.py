@@ -6,7 +6,8 @@ import numpy as np
 
 from ...household.furniture.chairs import CHAIRS
 from ...household.parts import solids
-from ..specimen import Specimen, box, circle, level_direction, loft, turn
+from ..levels import Cavity, Level
+from ..specimen import Specimen, box, circle, level_direction, loft, needs, turn
 from ..surfaces import Surface
 from .placing import Placed, made, small_object, upright_box, with_objects
 
@@ -16,11 +17,9 @@ SAUCER = (1.5, 2.2)  # times the cup's foot, the radius
 FINGER = 0.008  # metres, the radius
 
 
-def with_spoon(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True)
+def with_spoon(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Leave a spoon or a straw in the cup, leaning on the rim."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
     out, length = np.array([*level_direction(rng.uniform(0, 2 * np.pi)), 0.0]), rng.uniform(*SPOON)
     depth, wide = cup.brim - cup.floor, float(np.median(cup.radii))
     lean = np.arctan2(1.5 * wide, depth)
@@ -30,25 +29,22 @@ def with_spoon(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     if rng.uniform() < 0.7:
         bowl = min(0.018, 0.5 * wide)
         parts.append(solids.ellipsoid(1.3 * bowl, 1.3 * bowl, 0.008, *(foot + [0, 0, 0.003])))
-    return surface.joined(Surface(np.concatenate([part.triangles for part in parts])))
+    return specimen.surface.joined(Surface(np.concatenate([part.triangles for part in parts])))
 
 
-def with_liquid(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True)
+def with_liquid(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Fill the cup a quarter to half, with something level and solid."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
     level = cup.floor + rng.uniform(*FULL) * (cup.brim - cup.floor)
     heights = np.linspace(cup.floor - 0.002, level, 6)
     rings = [circle(cup.axis, np.interp(height, cup.heights, cup.radii), height) for height in heights]
-    return surface.joined(Surface(loft(rings)))
+    return specimen.surface.joined(Surface(loft(rings)))
 
 
-def on_saucer(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True)
+def on_saucer(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Stand the cup on a saucer or a coaster."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     foot = surface.centres[surface.centres[:, 2] < surface.bounds[0, 2] + 0.1 * surface.size[2]]
     radius = max(float(cup.distances(foot).max()), float(np.median(cup.radii))) * rng.uniform(*SAUCER)
     rise = rng.uniform(0.0, 0.016)
@@ -58,11 +54,10 @@ def on_saucer(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return surface.joined(Surface(np.asarray(saucer.triangles) + lift))
 
 
-def held(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("cavity", triangles=True)
+def held(specimen: Specimen, cup: Cavity, rng: np.random.Generator) -> Surface:
     """Close a hand's fingers about the wall: four on one side, a thumb on the other."""
-    cup, surface = specimen.cavity, specimen.surface
-    if cup is None or surface.is_cloud:
-        return None
+    surface = specimen.surface
     start, count = rng.uniform(0, 2 * np.pi), 4
     low, high = 0.25 * surface.size[2], 0.75 * surface.size[2]
     heights = np.append(np.linspace(low, max(high, low + 0.01), count), (low + high) / 2)
@@ -85,19 +80,16 @@ HIGH = (0.04, 0.4)
 CHAIRS_HIGH = 0.55  # metres, a top under which chairs go
 
 
-def laid(specimen: Specimen, rng: np.random.Generator, least: int, most: int) -> Surface | None:
+@needs("level", triangles=True)
+def laid(specimen: Specimen, top: Level, rng: np.random.Generator, least: int, most: int) -> Surface | None:
     """Put so many objects on the top, as many as have room there."""
-    if specimen.level is None or specimen.surface.is_cloud:
-        return None
     objects = [small_object(rng) for _ in range(rng.integers(least, most + 1))]
-    return with_objects(specimen.surface, specimen.level, objects, rng)
+    return with_objects(specimen.surface, top, objects, rng)
 
 
-def full(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def full(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Cover the top with boxes of all heights, so that no hand's breadth of it is free."""
-    top = specimen.level
-    if top is None or specimen.surface.is_cloud:
-        return None
     (x, y), high = top.box
     boxes = []
     while y < high[1]:
@@ -114,10 +106,10 @@ def full(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
     return specimen.surface.joined(Surface(np.concatenate(boxes))) if boxes else None
 
 
-def chairs_under(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def chairs_under(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Push one to four chairs under the table, as far as they go."""
-    top, surface = specimen.level, specimen.surface
-    if top is None or surface.is_cloud or top.height < CHAIRS_HIGH:
+    if top.height < CHAIRS_HIGH:
         return None
     parts, sides = [], rng.permutation(4)[: rng.integers(1, 5)]
     for side in sides:
@@ -127,26 +119,24 @@ def chairs_under(specimen: Specimen, rng: np.random.Generator) -> Surface | None
         half = (top.box[1] - top.box[0]) / 2 @ np.abs(out[:2])
         middle = np.array([*top.box.mean(axis=0), 0]) + out * (half + reach * rng.uniform(-0.2, 0.8))
         parts.append(chair @ (away @ turn(np.array([0, 0, 1.0]), np.pi)).T + middle)
-    return surface.joined(Surface(np.concatenate(parts)))
+    return specimen.surface.joined(Surface(np.concatenate(parts)))
 
 
-def at_wall(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def at_wall(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Stand the table against a piece of wall, with something on it or not."""
-    if specimen.level is None or specimen.surface.is_cloud:
-        return None
     low, high = specimen.surface.bounds
     axis, side = int((high - low)[:2].argmin()), rng.choice([0, 1])
     start, end = low - [0.05, 0.05, 0], np.array([*(high[:2] + 0.05), high[2] + rng.uniform(0.2, 1.2)])
     start[axis], end[axis] = (high[axis], high[axis] + 0.05) if side else (low[axis] - 0.05, low[axis])
-    placed = Placed(specimen.surface, specimen.level, parts=[box(start, end)])
+    placed = Placed(specimen.surface, top, parts=[box(start, end)])
     for _ in range(rng.integers(0, 3)):
         placed.put(small_object(rng), rng)
     return placed.joined()
 
 
-def cloth(specimen: Specimen, rng: np.random.Generator) -> Surface | None:
+@needs("level", triangles=True)
+def cloth(specimen: Specimen, top: Level, rng: np.random.Generator) -> Surface | None:
     """Lay a cloth or a mat over a part of the top."""
-    if specimen.level is None or specimen.surface.is_cloud:
-        return None
-    size = (specimen.level.box[1] - specimen.level.box[0]) * rng.uniform(0.3, 0.8, 2)
-    return with_objects(specimen.surface, specimen.level, [upright_box(np.array([*size, 0.004]))], rng)
+    size = (top.box[1] - top.box[0]) * rng.uniform(0.3, 0.8, 2)
+    return with_objects(specimen.surface, top, [upright_box(np.array([*size, 0.004]))], rng)

@@ -6,15 +6,12 @@ parts that rise around it, and nobody can sit on it.
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...clouds.cloud import Cloud
 from ...errors import InputError
 from ..mechanics import LEVEL, Matter, StandSettings
+from .levelling import SAFE, reach_around
 
 FALLS_DEG = 20.0  # by which it would turn: no useful one of 382 models by other people does so (tests)
-SAFE = 0.01  # of the extent, within the polygon of its feet: how far sampled points may mistake where its weight acts
-DIRECTIONS = 64  # in which feet have to reach so far beyond it: a circle's chords are a thousandth short
 
 
 def falls_over(cloud: Cloud) -> bool:
@@ -38,6 +35,4 @@ def stands_safely(cloud: Cloud) -> bool:
     """Return whether an object's weight acts well within the polygon of its feet: most do, which is quickly seen."""
     vertices, extent = cloud.mesh.vertices, cloud.size.max()
     feet = vertices[vertices[:, 2] < vertices[:, 2].min() + LEVEL * extent, :2]
-    angles = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
-    reach = ((feet - cloud.points[:, :2].mean(axis=0)) @ np.stack([np.cos(angles), np.sin(angles)])).max(axis=0)
-    return bool(reach.min() > SAFE * extent)
+    return bool(reach_around(feet, cloud) > SAFE * extent)

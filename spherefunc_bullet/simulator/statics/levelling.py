@@ -14,7 +14,7 @@ from ...clouds.cloud import Cloud, Mesh, centre_on_ground
 ASKEW_DEG = 10.0  # at most
 LEVEL_DEG = 0.5  # below, it counts as level
 SAFE = 0.01  # of the extent: how far its weight acts within its feet
-DIRECTIONS = np.arange(64) * 2 * np.pi / 64
+DIRECTIONS = np.arange(64) * 2 * np.pi / 64  # in which feet reach beyond it: a circle's chords are a thousandth short
 COLUMNS = 64  # across the footprint, of each of which the lowest point may be a foot
 SOME = 4000  # points whose heights are looked at
 BINS = 100  # of the largest extent
@@ -35,8 +35,13 @@ def stands_on_feet(cloud: Cloud) -> bool:
     """Return whether points within half a degree of the ground surround an object's middle."""
     points, extent = cloud.points, float(cloud.size.max())
     feet = points[points[:, 2] < cloud.bounds[0, 2] + np.tan(np.radians(LEVEL_DEG)) * extent, :2]
+    return reach_around(feet, cloud) > SAFE * extent
+
+
+def reach_around(feet: np.ndarray, cloud: Cloud) -> float:
+    """Return how far feet (N, 2) reach beyond an object's middle where they reach least, metres."""
     around = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
-    return bool(((feet - points[:, :2].mean(axis=0)) @ around).max(axis=0).min() > SAFE * extent)
+    return float(((feet - cloud.points[:, :2].mean(axis=0)) @ around).max(axis=0).min())
 
 
 def upright_rotation(cloud: Cloud) -> np.ndarray | None:
@@ -79,9 +84,7 @@ def resting_direction(cloud: Cloud) -> np.ndarray | None:
 def surely_rests(heights: np.ndarray, cloud: Cloud, extent: float) -> bool:
     """Return whether enough points lie on the ground by their heights (N,), around an object's middle."""
     feet = cloud.points[heights < heights.min() + FEET[1] * extent, :2]
-    around = np.stack([np.cos(DIRECTIONS), np.sin(DIRECTIONS)])
-    reach = ((feet - cloud.points[:, :2].mean(axis=0)) @ around).max(axis=0).min()
-    return len(feet) >= FEET[0] and bool(reach > SAFE * extent)
+    return len(feet) >= FEET[0] and reach_around(feet, cloud) > SAFE * extent
 
 
 def lowest_of_columns(cloud: Cloud) -> np.ndarray:
