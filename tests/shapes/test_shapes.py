@@ -229,6 +229,18 @@ def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
 
 
+def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
+    from spherefunc_bullet.commands.shapes import objects_in
+
+    for name in ("cup.obj", "chair.ply", "README.txt", "scores.csv"):
+        (tmp_path / name).write_text("")
+    assert [path.name for path in objects_in([tmp_path])] == ["chair.ply", "cup.obj"]
+    (tmp_path / "mug.urdf").write_text("")
+    assert [path.name for path in objects_in([tmp_path])] == ["mug.urdf"]
+    (tmp_path / "manifest.csv").write_text("file,label\ncup.obj,cup\nchair.ply,sittable\n")
+    assert [path.name for path in objects_in([tmp_path])] == ["cup.obj", "chair.ply"]
+
+
 def test_what_is_kept_is_held_against_its_cost(tmp_path):
     from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
 
