@@ -17,7 +17,7 @@ COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_c
 
 
 def shapes(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, folders of them, or data sets.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, their folders, or data sets.")],
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
@@ -106,7 +106,7 @@ def print_library(results: list[dict[str, Any]]):
 
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
-    """Yield files; of data sets what the manifest names, of other folders the URDFs or, where there are none, meshes."""
+    """Yield files; of data sets what the manifest names, of other folders the URDFs or, where none is, meshes."""
     from ..datasets.dataset import SUFFIXES, open_dataset
 
     for file in files:

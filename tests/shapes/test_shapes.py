@@ -241,6 +241,16 @@ def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
     assert [path.name for path in objects_in([tmp_path])] == ["cup.obj", "chair.ply"]
 
 
+def test_a_handle_is_found_where_a_loop_is_open(subject):
+    from spherefunc_bullet.compare.bench.shape_pairs import handle_pairs
+
+    upright = trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0])
+    loop = trimesh.creation.torus(0.02, 0.004).apply_transform(upright)
+    mug = trimesh.util.concatenate([cup(), loop.apply_translation([RADIUS + 0.02, 0, HEIGHT / 2])])
+    found = list(handle_pairs(Subject(cloud_from_mesh(mug.vertices, mug.faces, "mug"))))
+    assert [kind for kind, *_ in found] == ["handle filled", "handle closed"] and not list(handle_pairs(subject))
+
+
 def test_what_is_kept_is_held_against_its_cost(tmp_path):
     from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
 
