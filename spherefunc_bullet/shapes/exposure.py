@@ -41,7 +41,8 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
     level = (outward[:, 2] > UPWARD) & rested_on(subject, places)
-    share[level | edge_of(places, level, EDGE * subject.radius)] = RESTED
+    thin = subject.is_vessel  # a sphere on a rim leans on both sides of it
+    share[level | edge_of(places, level & thin, EDGE * subject.radius)] = RESTED
     chosen = (share < OTHER) | (np.arange(len(share)) % FEWER == 0)
     places, outward, share, level = places[chosen], outward[chosen], share[chosen], level[chosen]
     room, grazed = free_places(subject), GRAZED * subject.extent
@@ -65,7 +66,7 @@ def rested_on(subject: Subject, places: np.ndarray) -> np.ndarray:
 
 
 def edge_of(places: np.ndarray, level: np.ndarray, reach: float) -> np.ndarray:
-    """Return which places (S, 3) lie beside a level (S,) bool, not above it, (S,) bool: spheres lean on its edge."""
+    """Return which places (S, 3) lie beside a level (S,) bool, not above it, (S,) bool."""
     if not level.any():
         return level
     gaps, nearest = cKDTree(places[level]).query(places, distance_upper_bound=reach)
