@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .comparison import Subject
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
-RESTED, HELD, OTHER = 0.0015, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
 EDGE = 1.0  # radii from what objects rest on, down its edge
 UNDER = 3.0  # radii around the middle of a sphere at rest
 GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
