@@ -182,6 +182,14 @@ def test_free_space_is_not_bridged_by_thin_pieces(subject):
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 
+def test_a_part_of_one_point_is_not_cut():
+    from spherefunc_bullet.shapes.fitting import Exposed, best_cut, part_of
+
+    one = np.ones(1)
+    exposed = Exposed(places=np.zeros((1, 3)), outward=np.zeros((1, 3)), tolerance=one, reach=one, clear=0 * one)
+    assert best_cut(part_of(np.zeros((2, 3, 3)), exposed), exposed) is None
+
+
 def test_fewer_corners_stay_within_the_hull():
     from spherefunc_bullet.shapes.solid import MOST_CORNERS, capped, hull_of
 
