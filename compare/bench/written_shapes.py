@@ -24,13 +24,16 @@ import pybullet as p
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.shapes.compared import compare_shapes
-from spherefunc_bullet.shapes.files import FIRM
-from spherefunc_bullet.shapes.solid import Solid
+from spherefunc_bullet.shapes.files import FIRM, write_shape
+from spherefunc_bullet.shapes.solid import Solid, of_pieces
+from spherefunc_bullet.simulator.mechanics import Matter
+from spherefunc_bullet.simulator.statics.body import body_of
 
 SIDE, STEP, SECONDS, NEAR = 14, 1 / 480, 1.5, 1.25  # spheres along a side, s, s of a fall, radii
 AIR = 1_000.0  # radii: how high spheres are that touch nothing
 BESIDE, THIN = 0.07, 0.01  # radii: how far along x and y spheres are let go beside, half the thickness of a flex
 CONTACTS, TIMED = 50, 30  # spheres and steps of a timing
+SAME_WAY, MARGIN = np.cos(np.deg2rad(20)), 0.001  # of directions; metres, that PyBullet adds to hulls
 MANY_FACES, ENOUGH = 5_000, 0.95
 
 
@@ -50,7 +53,7 @@ class Checked:
     bullet_itself: float  # what the mesh keeps of itself
     mujoco_itself: float
     cheaper: float  # times, what contacts cost
-    at_most: float  # times, were each sphere to lie on a plane
+    at_most: float  # times, were each sphere to lie on one box for each direction in which it is held
     seconds: float  # of the processor, to find the shape
 
 
@@ -90,11 +93,23 @@ class Plain:
             p.removeBody(body, **self.at)
         return ends
 
+    def supports(self, centers: np.ndarray) -> list[list[np.ndarray]]:
+        """Return for each sphere at rest the directions (3,) in which it is held, those that differ by 20 degrees."""
+        bodies, found = self.add(centers), []
+        p.stepSimulation(**self.at)
+        for body in bodies:
+            found.append([])
+            for contact in p.getContactPoints(bodyA=body, bodyB=self.object, **self.at):
+                if all(np.dot(contact[7], other) < SAME_WAY for other in found[-1]):
+                    found[-1].append(np.array(contact[7]))
+            p.removeBody(body, **self.at)
+        return found
+
     def steps(self, centers: np.ndarray):
         """Yield the seconds of steps with spheres held in contact."""
-        bodies = self.add(centers[np.arange(CONTACTS) % len(centers)])
+        bodies = self.add(centers)
         while True:
-            for body, center in zip(bodies, centers[np.arange(CONTACTS) % len(centers)], strict=True):
+            for body, center in zip(bodies, centers, strict=True):
                 p.resetBasePositionAndOrientation(body, center, [0, 0, 0, 1], **self.at)
             started = time.thread_time()
             p.stepSimulation(**self.at)
@@ -102,6 +117,19 @@ class Plain:
 
     def close(self):
         p.disconnect(**self.at)
+
+
+def ideal(supports: list[list[np.ndarray]], radius: float) -> tuple[Solid, np.ndarray]:
+    """Return a box for each direction in which a sphere is held, and centres (S, 3) on them: no pieces cost less."""
+    along = np.arange(len(supports))
+    centers, boxes = np.column_stack([along, 0 * along, 0 * along]) * 20 * radius + [0, 0, 100 * radius], []
+    for center, ways in zip(centers, supports, strict=True):
+        for way in ways:
+            sides = np.linalg.svd(way[None])[2][1:] * 1.5 * radius
+            touched = center - way * (radius + MARGIN)
+            ends = [touched + a * sides[0] + b * sides[1] for a in (-1, 1) for b in (-1, 1)]
+            boxes.append(np.vstack([ends, ends - radius * way]))
+    return of_pieces("ideal", boxes), centers
 
 
 def in_mujoco(path: Path | None, seen: Solid, starts: np.ndarray, radius: float) -> np.ndarray:
@@ -148,6 +176,11 @@ def starts_over(vertices: np.ndarray, radius: float, engine: Plain) -> np.ndarra
     return np.column_stack([grid[above], np.array(hit)[above] + 1.3 * radius])
 
 
+def spread(centers: np.ndarray) -> np.ndarray:
+    """Return as many of some centres (S, 3) as are timed, from all over; some of them twice where there are fewer."""
+    return centers[np.linspace(0, len(centers) - 1, CONTACTS).astype(int)] if len(centers) else centers
+
+
 def stay(mesh: np.ndarray, ends: np.ndarray, radius: float) -> float:
     """Return the share of the spheres on the mesh (S, 3) that end at the same height, of the same starts."""
     there = mesh[:, 2] > 1.3 * radius
@@ -162,23 +195,26 @@ def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     urdf, mjcf = best.write(folder / f"{path.stem}.urdf"), best.write(folder / f"{path.stem}.xml")
     seen, radius = shapes.subject.mesh, shapes.subject.radius
     visual = folder / f"{path.stem}_meshes" / "visual.obj"
-    mesh, other, empty, flat = engines = [Plain(file, visual, radius) for file in (None, urdf, None, None)]
+    mesh, other, empty = engines = [Plain(file, visual, radius) for file in (None, urdf, None)]
     starts = starts_over(seen.vertices, radius, mesh)
     beside = starts + BESIDE * radius * np.array([1, 1, 0])
     bullet = mesh.drop(starts), other.drop(starts), mesh.drop(beside)
     flex = [in_mujoco(*asked, radius) for asked in ((None, seen, starts), (mjcf, seen, starts), (None, seen, beside))]
-    on_mesh, rest = (ends[ends[:, 2] > 1.3 * radius] for ends in bullet[:2])
+    on_mesh, rest = (spread(ends[ends[:, 2] > 1.3 * radius]) for ends in bullet[:2])
     rest = rest if len(rest) else on_mesh
+    boxes, centers = ideal(mesh.supports(on_mesh), radius)
+    body = body_of(shapes.subject.cloud, Matter())
+    engines.append(Plain(write_shape(folder / f"{path.stem}_ideal.urdf", seen, boxes, body), visual, radius))
     away = on_mesh + [AIR * radius, 0, AIR * radius]
-    held = [mesh.steps(on_mesh), other.steps(rest), empty.steps(away), flat.steps(away * [1, 1, 0] + [0, 0, radius])]
+    held = [mesh.steps(on_mesh), other.steps(rest), empty.steps(away), engines[-1].steps(centers)]
     times = np.array([next(zip(*held, strict=True)) for _ in range(TIMED)])
     for engine in engines:
         engine.close()
-    seen_step, written, air, floor = np.median(times, axis=0)
+    seen_step, written, air, least = np.median(times, axis=0)
     return Checked(
         file=path.name, label=label, group=group, shape=best.name, keeps=best.row.keeps, pieces=best.solid.count,
         faces=len(seen.faces), cheaper=float((seen_step - air) / (written - air)), seconds=seconds,
-        at_most=float((seen_step - air) / (floor - air)),
+        at_most=float((seen_step - air) / (least - air)),
         bullet=stay(*bullet[:2], radius), bullet_itself=stay(*bullet[::2], radius),
         mujoco=stay(*flex[:2], radius), mujoco_itself=stay(*flex[::2], radius),
     )  # fmt: skip

@@ -18,7 +18,7 @@ COLUMNS += ["level_higher_mm", "settled_kept", "moved_mm", "deeper", "openings_c
 
 
 def shapes(
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, or folders of them.")],
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Meshes, URDFs, their folders, or data sets.")],
     collision: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Collision geometry: URDF, SDF, MJCF, or a mesh.")
     ] = None,
@@ -108,17 +108,21 @@ def print_library(results: list[dict[str, Any]]):
 
 
 def objects_in(files: list[Path]) -> Iterator[Path]:
-    """Yield files, and of folders and those in them the URDFs or, where there are none, meshes."""
-    from ..formats.reading import READERS
+    """Yield files; of data sets what the manifest names, of other folders the URDFs or, where none is, meshes."""
+    from ..datasets.dataset import SUFFIXES, open_dataset
 
     for file in files:
         if not file.is_dir():
             yield file
             continue
-        inside = sorted(path for path in file.rglob("*") if path.suffix.lower() in READERS and path.is_file())
-        found = [path for path in inside if path.suffix.lower() == ".urdf"] or inside
+        if (file / "manifest.csv").is_file():
+            yield from (item.path for item in open_dataset(file).objects)
+            continue
+        inside = sorted(path for path in file.rglob("*") if path.is_file())
+        found = [path for path in inside if path.suffix.lower() == ".urdf"]
+        found = found or [path for path in inside if path.suffix.lower() in SUFFIXES]
         if not found:
-            raise InputError(f"{file}: expected URDFs or meshes in the folder, found none")
+            raise InputError(f"{file}: expected a data set, URDFs or meshes in the folder, found none")
         yield from found
 
 

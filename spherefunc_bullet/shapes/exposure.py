@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 UPWARD = 0.5  # of the vertical: surfaces from 60 degrees on up are what objects rest on
 RESTED, HELD, OTHER = 0.003, 0.008, 0.012  # of the extent: tolerances where objects rest, in a vessel, elsewhere
+EDGE = 1.0  # radii from what objects rest on, down its edge
 UNDER = 3.0  # radii around the middle of a sphere at rest
 GRAZED = 0.004  # of the extent: how far from a piece the free space has to stay, so that thin pieces do not bridge it
 FINEST = 0.0005  # metres
@@ -39,9 +40,11 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
     shown = (free | held) & clear(subject.mesh, places, outward, way)
     places, outward, held = places[shown], outward[shown], held[shown]
     share = np.where(held, HELD, OTHER)
-    share[(outward[:, 2] > UPWARD) & rested_on(subject, places)] = RESTED
+    level = (outward[:, 2] > UPWARD) & rested_on(subject, places)
+    thin = subject.is_vessel  # a sphere on a rim leans on both sides of it
+    share[level | edge_of(places, level & thin, EDGE * subject.radius)] = RESTED
     chosen = (share < OTHER) | (np.arange(len(share)) % FEWER == 0)
-    places, outward, share = places[chosen], outward[chosen], share[chosen]
+    places, outward, share, level = places[chosen], outward[chosen], share[chosen], level[chosen]
     room, grazed = free_places(subject), GRAZED * subject.extent
     scales = np.where(share == RESTED, min(scale, 1.0), scale)  # a slope that differs lets a sphere roll
     followed = np.maximum(FINEST, scales * share * subject.extent)
@@ -49,7 +52,7 @@ def exposed_surface(subject: Subject, scale: float) -> Exposed:
         places=np.vstack([places, room]),
         outward=np.vstack([outward, np.zeros_like(room)]),
         tolerance=np.append(followed, np.full(len(room), grazed)),
-        clear=np.append(np.where(share == RESTED, way, 0.0), np.zeros(len(room))),
+        clear=np.append(np.where(level, way, 0.0), np.zeros(len(room))),
         reach=np.append(np.zeros(len(places)), np.full(len(room), 2 * grazed)),
     )
 
@@ -60,6 +63,16 @@ def rested_on(subject: Subject, places: np.ndarray) -> np.ndarray:
     if not len(centers):
         return np.zeros(len(places), bool)
     return cKDTree(centers).query(places)[0] < UNDER * subject.radius
+
+
+def edge_of(places: np.ndarray, level: np.ndarray, reach: float) -> np.ndarray:
+    """Return which places (S, 3) lie beside a level (S,) bool, not above it, (S,) bool."""
+    if not level.any():
+        return level
+    gaps, nearest = cKDTree(places[level]).query(places, distance_upper_bound=reach)
+    found = np.isfinite(gaps)
+    found[found] = places[found, 2] <= places[level][nearest[found], 2]
+    return found
 
 
 def free_places(subject: Subject) -> np.ndarray:

@@ -145,7 +145,7 @@ def cut(parts: Iterable[np.ndarray], exposed: Exposed, enough: Callable[[], bool
 
 def best_cut(part: Part, exposed: Exposed) -> tuple[Part, Part] | None:
     """Return the two parts that together take the least of the free space; None where no plane cuts."""
-    best, chosen, low = np.inf, None, np.ptp(part.hull.corners, axis=0).max() * 1e-4
+    best, chosen, low = np.inf, None, max(np.ptp(part.hull.corners, axis=0).max() * 1e-4, 1e-9)
     for normal, offset in planes_for(part, exposed):
         height = part.triangles @ normal - offset
         if height.min() > -low or height.max() < low:
@@ -182,7 +182,8 @@ def planes_for(part: Part, exposed: Exposed) -> Iterator[tuple[np.ndarray, float
     for axis in np.eye(3):
         yield axis, float(axis @ middle)
         yield axis, float(axis @ deep)
-    axes = np.linalg.eigh(np.cov(part.hull.corners.T))[1].T
+    away = part.hull.corners - part.hull.corners.mean(axis=0)
+    axes = np.linalg.eigh(away.T @ away)[1].T  # also of a single corner
     for axis in axes:
         yield axis, float(axis @ middle)
     for angle in np.pi * (np.arange(TURNS) + 0.5) / TURNS:

@@ -45,7 +45,8 @@ def kept(rooms, model, tmp_path_factory):
 
 
 def lesson(**how) -> Lesson:
-    record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: np.ones((1, 3)), settled={}, seconds={}, drops={})
+    voxels = np.ones((1, 3))
+    record = ObjectRecord(path=Path(), size=np.ones(3), occupied=lambda: voxels, settled={}, seconds={}, drops={})
     beside = np.zeros(len(NAMES))
     return Lesson(name="one", source="sofa", functions=frozenset({"sittable"}), record=record, beside=beside, **how)
 

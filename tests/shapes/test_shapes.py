@@ -182,6 +182,14 @@ def test_free_space_is_not_bridged_by_thin_pieces(subject):
     assert row.level_kept > 0.95 and row.openings_closed == 0, row.verdict
 
 
+def test_a_part_of_one_point_is_not_cut():
+    from spherefunc_bullet.shapes.fitting import Exposed, best_cut, part_of
+
+    one = np.ones(1)
+    exposed = Exposed(places=np.zeros((1, 3)), outward=np.zeros((1, 3)), tolerance=one, reach=one, clear=0 * one)
+    assert best_cut(part_of(np.zeros((2, 3, 3)), exposed), exposed) is None
+
+
 def test_fewer_corners_stay_within_the_hull():
     from spherefunc_bullet.shapes.solid import MOST_CORNERS, capped, hull_of
 
@@ -229,6 +237,28 @@ def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
 
 
+def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
+    from spherefunc_bullet.commands.shapes import objects_in
+
+    for name in ("cup.obj", "chair.ply", "README.txt", "scores.csv"):
+        (tmp_path / name).write_text("")
+    assert [path.name for path in objects_in([tmp_path])] == ["chair.ply", "cup.obj"]
+    (tmp_path / "mug.urdf").write_text("")
+    assert [path.name for path in objects_in([tmp_path])] == ["mug.urdf"]
+    (tmp_path / "manifest.csv").write_text("file,label\ncup.obj,cup\nchair.ply,sittable\n")
+    assert [path.name for path in objects_in([tmp_path])] == ["cup.obj", "chair.ply"]
+
+
+def test_a_handle_is_found_where_a_loop_is_open(subject):
+    from spherefunc_bullet.compare.bench.shape_pairs import handle_pairs
+
+    upright = trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0])
+    loop = trimesh.creation.torus(0.02, 0.004).apply_transform(upright)
+    mug = trimesh.util.concatenate([cup(), loop.apply_translation([RADIUS + 0.02, 0, HEIGHT / 2])])
+    found = list(handle_pairs(Subject(cloud_from_mesh(mug.vertices, mug.faces, "mug"))))
+    assert [kind for kind, *_ in found] == ["handle filled", "handle closed"] and not list(handle_pairs(subject))
+
+
 def test_what_is_kept_is_held_against_its_cost(tmp_path):
     from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
 
@@ -241,6 +271,7 @@ def test_what_is_kept_is_held_against_its_cost(tmp_path):
     result = {"file": "cup.ply", "shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
     (tmp_path / "objects" / "cup.json").write_text(json.dumps(result))
     kinds = measured(tmp_path)
-    assert {line[0]: line[-1] for line in kept_table(kinds)} == {"mesh": 0, "hull": 0, "vhacd 8": 0, "--best": 1}
+    wins = {line[0]: tuple(line[-2:]) for line in kept_table(kinds)}  # of all, and without --best
+    assert wins == {"mesh": (0, 0), "hull": (0, 0), "vhacd 8": (0, 1), "--best": (1, 0)}
     draw(kinds, tmp_path / "shapes.svg")
     assert (tmp_path / "shapes.svg").stat().st_size > 1_000

@@ -109,7 +109,8 @@ def source_object(item: DatasetObject) -> str:
 
 def record_of(path: Path, shape: dict[str, np.ndarray], settled: DropsByRadius) -> ObjectRecord:
     """Return what is kept of an object of a shape, see `shape_of`, on which spheres have fallen, or none have."""
-    return ObjectRecord(path=path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled, seconds={}, drops={})
+    occupied = partial(shape.get, "voxels")
+    return ObjectRecord(path=path, size=shape["size"], occupied=occupied, settled=settled, seconds={}, drops={})
 
 
 def model_lesson(item: DatasetObject, cloud: Cloud, model: FunctionClassifier) -> Lesson:
