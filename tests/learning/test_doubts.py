@@ -79,8 +79,8 @@ def test_quantities_of_several_objects_are_those_of_each(model):
 def test_the_nearest_are_named_and_no_copy_among_them(model):
     between = read(model, height=0.2 + 0.8 / 39 * 7)
     names = [near["name"] for near in nearest(between)]
-    beside = {"at 0.30", "at 0.32", "at 0.36", "at 0.38"}
-    assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside
+    beside = {f"at {height:.2f}" for height in np.linspace(0.2, 1.0, 40) if 0.25 < height < 0.43} - {"at 0.34"}
+    assert names[0] == "at 0.34" and len(names) == 3 and set(names[1:]) < beside  # their order hangs on a last digit
     kept = model.copy_groups_
     try:
         model.copy_groups_ = group_copies(
