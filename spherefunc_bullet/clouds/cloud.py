@@ -25,6 +25,7 @@ PITCH = 0.0035  # metres: median distance between a mesh's samples along its sur
 THINNED = 0.005  # metres: how dense meshes are sampled
 Derived = TypeVar("Derived")
 _SPACING_POINTS = 2_000  # neighbour distances looked at for the median: its error is about a per cent
+_ITSELF = object()  # what a cloud keeps of something derived from it that is the cloud itself
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +78,14 @@ class Cloud:
     def cached(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
         """Return what ``derive`` makes of this cloud, made once and kept until the cloud is gone.
 
-        It stays in this process: a cloud that is copied or sent to another process leaves it behind.
+        It stays in this process: a cloud that is copied or sent to another process leaves it behind. Where ``derive``
+        returns the cloud itself, that is noted instead: a cloud that held itself would outlive its last use.
         """
         if what not in self._derived:
-            self._derived[what] = derive()
-        return self._derived[what]
+            derived = derive()
+            self._derived[what] = _ITSELF if derived is self else derived
+        kept = self._derived[what]
+        return self if kept is _ITSELF else kept
 
     def once(self, what: Hashable, derive: Callable[[], Derived]) -> Derived:
         """Return `cached`, under its old name."""

@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.heading import headed
 from spherefunc_bullet.fast_sim import drop_run
+from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 SHORT, LONG = (DropSettings(radius=0.008, miss_limit=count, max_drops=count) for count in (40, 200))
@@ -31,6 +33,20 @@ def test_what_is_derived_is_made_once_and_goes_with_the_cloud():
     del item, cloud
     gc.collect()
     assert watched() is None
+
+
+def test_a_classified_cloud_goes_with_its_last_use_before_garbage_is_looked_for():
+    cloud = clouds.mug()
+    assert prepare(cloud) is cloud  # it stands level and has no gaps
+    headed(cloud)
+    make_simulator("fast").drop(cloud, SHORT, 0)
+    watched = weakref.ref(cloud)
+    gc.disable()
+    try:
+        del cloud
+        assert watched() is None
+    finally:
+        gc.enable()
 
 
 @pytest.mark.parametrize(
