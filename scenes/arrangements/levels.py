@@ -15,7 +15,7 @@ from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
 from .falls import Falls, surroundings
-from .placing import ArrangedObject
+from .placing import ArrangedObject, along_heading
 from .surfaces import cast, scene_of
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
@@ -51,6 +51,7 @@ def level_of(
     drops : int
         At least so many fall over its box; the error of areas falls with the root of their number.
     """
+    objects, _ = along_heading(objects, number)
     asked = objects[number]
     length = level_radius(asked) if radius is None else radius
     layer = layer_of(asked.own.size, length)

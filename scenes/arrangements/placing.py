@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
+from spherefunc_bullet.clouds.heading import headed, turned
 from spherefunc_bullet.errors import InputError
 
 from .surfaces import Surface, surface_of
@@ -121,3 +123,23 @@ class ArrangedObject:
     def at(self, height: float) -> ArrangedObject:
         """Return the object with its foot at another height, metres."""
         return replace(self, height=height)
+
+    def turned(self, angle: float) -> ArrangedObject:
+        """Return the object carried about the world's vertical axis by an angle, radians, counterclockwise."""
+        x, y = turned(self.shift[None, :2], angle)[0]
+        heading_deg = self.placement.heading_deg + math.degrees(angle)
+        return replace(self, placement=replace(self.placement, x=float(x), y=float(y), heading_deg=heading_deg))
+
+
+def along_heading(objects: Sequence[ArrangedObject], number: int) -> tuple[list[ArrangedObject], float]:
+    """Return objects turned together so that one of them lies along its heading, and by which angle it lay off it.
+
+    Spheres fall on the narrowest rectangle around that object then, as they do on it alone: see `clouds.heading`. Its
+    own frame is turned by the angle, radians.
+    """
+    asked = objects[number]
+    own, angle = headed(asked.own)
+    whole = angle - math.radians(asked.placement.heading_deg)
+    around = [item.turned(whole) if whole else item for item in objects]
+    around[number] = replace(around[number], own=own, placement=replace(around[number].placement, heading_deg=0.0))
+    return around, angle

@@ -7,9 +7,9 @@ its other points, such as those of a rim, by themselves: it is known at the spac
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,6 +35,9 @@ class Surface:
     vertices: np.ndarray  # (V, 3)
     faces: np.ndarray  # (F, 3) of vertices
     grain: float  # how far apart points are that alone tell of it; 0 where there is a mesh
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {part.name: getattr(self, part.name) for part in fields(self)}  # a ray caster goes to no other process
 
     @cached_property
     def edges(self) -> np.ndarray:

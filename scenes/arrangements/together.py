@@ -33,7 +33,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simul
 
 from .falls import Falls, drop_on, surroundings, within_boxes
 from .levels import Level, crossing, layer_of, level_of
-from .placing import ArrangedObject, Placement
+from .placing import ArrangedObject, Placement, along_heading
 from .supports import GROUND, Feet, require_carried, set_down, tips_by
 
 if TYPE_CHECKING:
@@ -48,10 +48,13 @@ def functions_alone(item: ArrangedObject, model: FunctionModel) -> dict[str, Mem
 def functions_among(objects: Sequence[ArrangedObject], number: int, model: FunctionModel) -> dict[str, Membership]:
     """Return what one of some objects is for where they stand together."""
     simulator = make_simulator(model.simulator)
+    around, angle = along_heading(objects, number)
 
     def drop(length: RunLimit) -> DropsByRadius:
-        radii = model.chosen_radii()
-        return {radius: drops_for(objects, number, simulator, radius, model.seed, length) for radius in radii}
+        runs = {
+            radius: drops_for(around, number, simulator, radius, model.seed, length) for radius in model.chosen_radii()
+        }
+        return {radius: drops.turned(-angle) for radius, drops in runs.items()}
 
     return model.memberships_by(model.read(drop).scores[None])[0]
 

@@ -72,7 +72,7 @@ def together(
     if json:
         print_json(as_json(found, [path for path, _ in placed]))
     else:
-        print_table(f"Spheres of {format_length(found.radius)} on all of them", head_of(found), rows_of(found))
+        print_table(f"Spheres of radius {format_length(found.radius)} on all of them", head_of(found), rows_of(found))
 
 
 def classify_files(

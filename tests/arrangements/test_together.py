@@ -214,6 +214,20 @@ def test_a_mug_on_a_table_stays_a_mug_and_the_table_a_table():
     assert mug.together["cup"].member and table_.together["table"].member and found.notes == ()
 
 
+@pytest.mark.parametrize("heading_deg", [0.0, 17.0, 45.0, 100.0])
+def test_no_heading_takes_a_table_its_function(heading_deg):
+    """Nor does the frame in which its file has it: spheres fall on its top, not on a box around its corners."""
+    own = cloud_of(slab_on_posts(*TOP, HEIGHT).apply_transform(rotation_about_z(heading_deg)), "table")
+    for placement in (Placement(), Placement(heading_deg=-heading_deg)):
+        found = sf.together([(own, placement), (household("mug_01"), Placement(x=0.1, y=0.2))])
+        assert found.objects[0].lost == () and found.objects[0].alone["table"].member
+        assert 0.92 * math.prod(TOP) < found.objects[0].level.alone < 1.01 * math.prod(TOP)
+
+
+def rotation_about_z(angle_deg: float) -> np.ndarray:
+    return trimesh.transformations.rotation_matrix(math.radians(angle_deg), [0, 0, 1])
+
+
 def test_the_same_seed_gives_the_same_bits(simulator):
     placed = box_on_table()
     first, again = (level_of(placed, 0, simulator, 0.03, 100, 0) for _ in range(2))
@@ -247,11 +261,12 @@ def run(monkeypatch, capsys):
     return call
 
 
-def test_the_command_prints_json_and_draws(tmp_path, run):
+def test_the_command_prints_json_and_draws(simulator, tmp_path, run):
     table_file, mug = household("cafe_table_01"), household("mug_02")
     picture, page = tmp_path / "both.png", tmp_path / "both.html"
     code, out, err = run(
-        "together", table_file, f"{mug}@0.1,0", "--drops", 100, "--json", "--picture", picture, "--page", page
+        *("together", table_file, f"{mug}@0.1,0", "--drops", 100, "--backend", simulator.name, "--json"),
+        *("--picture", picture, "--page", page),
     )
     found = json.loads(out)
     assert code == 0 and found["notes"] == []
