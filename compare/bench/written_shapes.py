@@ -21,6 +21,7 @@ import mujoco
 import numpy as np
 import pybullet as p
 
+from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_json, print_table, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.shapes.compared import compare_shapes
@@ -190,7 +191,7 @@ def stay(mesh: np.ndarray, ends: np.ndarray, radius: float) -> float:
 def checked(path: Path, label: str, group: str, folder: Path) -> Checked:
     """Return what becomes of one object."""
     started = time.process_time()
-    shapes = compare_shapes(path, shapes=False)
+    shapes = compare_shapes(load_cloud(path), shapes=False)  # a cloud is its own frame, in which spheres are set below
     best, seconds = shapes.best, time.process_time() - started
     urdf, mjcf = best.write(folder / f"{path.stem}.urdf"), best.write(folder / f"{path.stem}.xml")
     seen, radius = shapes.subject.mesh, shapes.subject.radius

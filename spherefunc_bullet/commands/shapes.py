@@ -149,4 +149,6 @@ def print_shapes(results: dict[str, Any]):
     seed = f"another seed keeps {results['seed_spread']:.2f}"
     title = f"{results['file']}: {', '.join(functions) or 'no function'}{holds}; {seed}"
     print_table(title, head, table)
-    show("\n".join(f"{row['name']}: {row['verdict']}" for row in rows))
+    show("\n".join(f"{row['name']}: {row['verdict']}" for row in results["shapes"]))
+    if "best" in results:
+        show(f"written to {results['best']['file']}: {results['best']['name']}, {results['best']['verdict']}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -45,10 +45,11 @@ class BestShape:
     def write(self, path: str | Path, form: str | None = None, matter: Matter | None = None) -> Path:
         """Write it as URDF, SDF or MJCF (.xml), with its meshes in a folder beside it; return the path.
 
-        In metres, z up, on the ground and centred, as a `Cloud` is.
+        In metres, z up, about the origin that the object's own file has, so that it takes the place of that file.
         """
-        body = body_of(self.subject.cloud, matter or Matter())
-        return write_shape(Path(path), self.subject.mesh, self.solid, body, form)
+        body, back = body_of(self.subject.cloud, matter or Matter()), -self.frame.shift
+        body = replace(body, center=body.center + back, corners=body.corners + back)
+        return write_shape(Path(path), self.subject.mesh.shifted(back), self.solid.shifted(back), body, form)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +76,8 @@ class Shapes:
 
     def best_for(self, still: bool = False) -> BestShape:
         """Return the cheapest that keeps everything; for what stands still that may be the concave mesh."""
-        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT, still)
+        compared = list(zip(self.solids, self.rows, strict=True))
+        solid, row = best_shape(self.subject, self.kept if self.keep else STRICT, still, compared)
         return BestShape(row=row, solid=solid, subject=self.subject, frame=self.frame)
 
     def as_dict(self, file: str) -> dict[str, Any]:

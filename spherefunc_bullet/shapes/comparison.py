@@ -15,7 +15,7 @@ from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
 from .rows import Functions, Kept, Row, Truth, judged
 from .solid import Solid, surface
-from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, space_of
+from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, is_filled, space_of
 from .spheres import Seen, at_rest, moved
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
@@ -107,10 +107,18 @@ class Subject:
         return functions_of(self.cloud)
 
 
-def functions_of(cloud: Cloud) -> Functions:
-    """Return what a cloud is for, by the model that ships."""
-    answer = classify(cloud, explain=False)
-    return {name: (name in answer.functions, round(score, 4)) for name, score in answer.scores.items()}
+def functions_of(cloud: Cloud, water: bool = True) -> Functions:
+    """Return what a cloud is for, by the model that ships.
+
+    Parameters
+    ----------
+    water : bool
+        Whether what water runs out of is no cup. A shape of voxels has gaps: whether it still holds what its object
+        does is measured for itself, with grains, and says more.
+    """
+    decision = classify(cloud, explain=False).decision
+    memberships = (decision if water else replace(decision, leaks=False)).memberships
+    return {name: (one.member, round(one.score, 4)) for name, one in memberships.items()}
 
 
 def row_of(subject: Subject, solid: Solid, kept: Kept, early: bool = False) -> Row:
@@ -126,6 +134,7 @@ def free_row(subject: Subject, solid: Solid) -> Row:
     heights = height_map(solid, subject.low, subject.high)
     share, higher = level_kept(subject.level, subject.heights, heights, subject.extent)
     held, leaks = held_share(subject.space, space, GRAIN * subject.radius / space.grid.cell)
+    reached = space.reached(NARROW)
     return Row(
         name=solid.name,
         pieces=solid.count,
@@ -134,9 +143,10 @@ def free_row(subject: Subject, solid: Solid) -> Row:
         build_seconds=solid.build_seconds,
         capacity_ml=space.capacity * 1e6,
         capacity_kept=held if subject.is_vessel else None,
+        filled=subject.is_vessel and is_filled(subject.space.basin, subject.space.reached(NARROW), reached),
         level_kept=share,
         level_higher_mm=1e3 * higher,
-        openings_closed=closed(subject.reached, space.reached(NARROW)),
+        openings_closed=closed(subject.reached, reached),
         notes=(LEAKS,) if leaks and subject.is_vessel else (),
     )
 
@@ -151,7 +161,7 @@ def used_row(subject: Subject, solid: Solid, row: Row) -> Row:
         settled_kept=subject.seen.kept(rest),
         moved_mm=1e3 * moved(subject.seen, rest, subject.tree(solid)),
         deeper=subject.seen.deeper(rest),
-        functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name)),
+        functions=functions_of(cloud_from_mesh(solid.vertices, solid.faces, solid.name), water=False),
     )
 
 

@@ -25,6 +25,7 @@ SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
 ELEVATION = 42.0  # degrees: into a vessel
 TIME = 600.0  # seconds of one object of a library
+USES = {"vessel": "vessels", "sittable": "seats", "table": "tables"}
 LOSSES = {"vessel": "hold nothing", "sittable": "cannot be sat on", "table": "do not carry at their level"}
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
@@ -116,17 +117,16 @@ def answers(files: Sequence[Path], asked: Asked, jobs: int = 1, kept: Path | Non
 
 
 def loses(result: Result, name: str) -> bool | None:
-    """Return whether an object's first shape loses what it holds or carries; None where the object has no such use.
+    """Return whether an object's first shape loses one of the `USES`; None where the object has no such use.
 
-    Parameters
-    ----------
-    name : str
-        ``vessel``: whether it holds nothing any more; a function: whether its level is elsewhere.
+    A vessel holds nothing any more; a seat is none by the model; the level of a table is elsewhere.
     """
     row = result["shapes"][0]
     if name == "vessel":
         return row["capacity_kept"] < NOTHING if result["capacity_ml"] else None
-    return row["level_kept"] < result["keep"] if result["functions"].get(name, {}).get("member") else None
+    if not result["functions"].get(name, {}).get("member"):
+        return None
+    return row["level_kept"] < result["keep"] if name == "table" else not row["functions"][name]["member"]
 
 
 def summary(results: Sequence[Result]) -> dict[str, int]:
@@ -136,7 +136,7 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
     counts["keep everything"] = sum(result["shapes"][0]["keeps"] for result in read)
     for name, loss in LOSSES.items():
         lost = [lost for result in read if (lost := loses(result, name)) is not None]
-        counts |= {f"{name}s": len(lost), f"{name}s that {loss}": sum(lost)}
+        counts |= {USES[name]: len(lost), f"{USES[name]} that {loss}": sum(lost)} if lost else {}
     return counts
 
 
@@ -148,7 +148,8 @@ def page(title: str, results: Sequence[Result]) -> str:
     template = environment.from_string(viewer_file("page.html", __package__))
     read = [result for result in results if result.get("shapes")]
     failed = [result for result in results if "error" in result]
-    body = template.render(title=title, results=read, failed=failed, counts=summary(results), said=said, short=short)
+    body = template.render(title=title, results=read, failed=failed, counts=summary(results), said=said, short=short,
+                           losses=[(USES[name], loss) for name, loss in LOSSES.items()])  # fmt: skip
     return page_html(title, [body], style="", kind="shapes")
 
 

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-NOTHING = 0.02  # of the capacity: what holds no more is solid
+NOTHING = 0.02  # of the capacity: what holds no more holds nothing
+SAME_COST = 0.05  # of the mesh's: a difference that timing does not tell
 Functions = dict[str, tuple[bool, float]]  # by name: whether it has it, and the score
 
 
@@ -29,6 +30,7 @@ class Row:
     build_seconds: float
     capacity_ml: float
     capacity_kept: float | None  # None: the object is no vessel
+    filled: bool = False  # of a shape that holds nothing: a sphere no longer goes where water stood
     level_kept: float
     level_higher_mm: float
     openings_closed: int
@@ -68,8 +70,9 @@ def judged(row: Row, truth: Truth, kept: Kept) -> Row:
 def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
     """Yield what a shape does not keep."""
     if row.capacity_kept is not None and row.capacity_kept < kept.share:
-        held = f"holds {row.capacity_kept * truth.capacity_ml:.3g} of {truth.capacity_ml:.3g} ml"
-        yield f"{held}: solid for the engine" if row.capacity_kept < NOTHING else held
+        held = f"holds {volume(row.capacity_kept * truth.capacity_ml)} of {volume(truth.capacity_ml)}"
+        why = "solid for the engine" if row.filled else "it runs out through gaps"
+        yield f"{held}: {why}" if row.capacity_kept < NOTHING else held
     if row.level_kept < kept.share:
         side = "higher" if row.level_higher_mm > 0 else "lower"
         by = abs(row.level_higher_mm)
@@ -78,12 +81,14 @@ def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
     if row.settled_kept is not None and row.settled_kept < kept.share:
         yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
     if row.openings_closed:
-        yield f"closes {row.openings_closed} opening{'s' if row.openings_closed > 1 else ''}"
+        yield "fills space that spheres went through" + (
+            f", in {row.openings_closed} places" if row.openings_closed > 1 else ""
+        )
     if kept.moved is not None and row.moved_mm > 1e3 * kept.moved:
         yield f"resting places moved by {row.moved_mm:.2g} mm"
     for name, (member, _) in truth.functions.items():
         if member and name in row.functions and not row.functions[name][0]:
-            yield f"is no {name} any more"
+            yield f"is no longer classified as {name}"
 
 
 def price(row: Row, truth: Truth) -> str:
@@ -91,4 +96,18 @@ def price(row: Row, truth: Truth) -> str:
     mesh = truth.step_us
     if not (math.isfinite(mesh) and math.isfinite(row.step_us)) or row.name == "mesh":
         return "keeps everything"
-    return f"keeps everything at {row.step_us / mesh:.2g} times the cost of the mesh"
+    times = row.step_us / mesh
+    if abs(times - 1) < SAME_COST:
+        return "keeps everything at the cost of the mesh"
+    return f"keeps everything at {times:.1f} times the cost of the mesh"
+
+
+def volume(millilitres: float) -> str:
+    """Return a volume as people write it.
+
+    Examples
+    --------
+    >>> volume(310.4), volume(19018.0)
+    ('310 ml', '19 l')
+    """
+    return f"{millilitres:.0f} ml" if millilitres < 1000 else f"{millilitres / 1000:.3g} l"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -27,6 +27,11 @@ class Solid:
     def bytes(self) -> int:
         """Its size as binary STL."""
         return STL_HEAD + STL_FACE * len(self.faces)
+
+    def shifted(self, by: np.ndarray) -> Solid:
+        """Return it moved by (3,), metres."""
+        pieces = None if self.pieces is None else tuple(piece + by for piece in self.pieces)
+        return replace(self, vertices=self.vertices + by, pieces=pieces)
 
     @property
     def count(self) -> int:

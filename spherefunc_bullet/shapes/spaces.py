@@ -128,6 +128,19 @@ def held_share(item: Space, shape: Space, reach: float) -> tuple[float, bool]:
     return (grains, True) if grains > water + LEAKY else (water, False)
 
 
+def is_filled(basin: np.ndarray, seen: np.ndarray, reached: np.ndarray) -> bool:
+    """Return whether a sphere no longer comes to most of where water stands in an object.
+
+    Parameters
+    ----------
+    basin : (X, Y, Z) bool
+        Where water stands.
+    seen, reached : (X, Y, Z) bool
+        Where the middle of a sphere comes to in the object, and in the shape.
+    """
+    return bool(2 * (basin & reached).sum() < (basin & seen).sum())
+
+
 def space_of(grid: Grid, solid: Solid) -> Space:
     """Return the free space around a shape."""
     return Space(grid=grid, points=grid.cells(solid))

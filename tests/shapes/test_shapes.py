@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -62,6 +63,51 @@ def test_a_cup_holds_what_its_geometry_says(subject):
 def test_its_hull_is_solid(subject):
     row = row_of(subject, of_pieces("hull", [subject.mesh.vertices]), Kept())
     assert row.capacity_kept == 0 and not row.keeps and row.settled_kept < 0.5
+    assert row.filled and "solid for the engine" in row.verdict
+
+
+def test_a_cup_with_a_slit_in_its_floor_runs_out_and_is_not_solid(subject):
+    """Its floor is two halves, 6 mm apart, through which the spheres of the test do not go."""
+    bottom, *sides = staves()
+    halves = [np.column_stack([np.maximum(side * bottom[:, 0], 0.003) * side, bottom[:, 1:]]) for side in (1, -1)]
+    row = row_of(subject, of_pieces("slit", [*halves, *sides]), Kept())
+    assert row.capacity_kept < 0.02 and not row.filled
+    assert "it runs out through gaps" in row.verdict and "solid" not in row.verdict
+
+
+def test_a_shape_of_voxels_is_still_a_cup(subject):
+    """Water finds a way between its faces; the spheres that it is made for do not."""
+    from spherefunc_bullet.shapes.candidates import of_cloud
+
+    row = row_of(subject, of_cloud(subject.cloud, subject.radius, "voxel", 0.001), Kept())
+    assert row.functions["cup"][0] and row.capacity_kept > 0.95, row.verdict
+
+
+def test_the_best_is_written_where_its_file_has_it(tmp_path):
+    pytest.importorskip("vhacdx")
+    mesh = cup().apply_translation([1.0, -2.0, 0.5])
+    mesh.export(tmp_path / "cup.obj")
+    shapes = sf.compare_shapes(tmp_path / "cup.obj", shapes=False)
+    path = shapes.best.write(tmp_path / "out" / "cup.urdf")
+    solid = next(loaded(path, Frame(up="z", units="m", shift=np.zeros(3))))
+    assert np.allclose(solid.vertices.min(axis=0), mesh.bounds[0], atol=1e-3)
+    assert np.allclose(solid.vertices.max(axis=0), mesh.bounds[1], atol=1e-3)
+    assert np.allclose(trimesh.load(tmp_path / "out" / "cup_meshes" / "visual.obj").bounds, mesh.bounds, atol=1e-6)
+    center = [float(number) for number in ElementTree.parse(path).find("link/inertial/origin").get("xyz").split()]
+    assert np.allclose(center[:2], [1.0, -2.0], atol=1e-3) and 0.5 < center[2] < 0.5 + HEIGHT
+
+
+def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
+    from dataclasses import replace
+
+    from spherefunc_bullet.shapes.best import STRICT, best_shape
+
+    solid, row = best_shape(subject, STRICT)
+    other = replace(solid, name="vhacd 32")
+    cheap, dear = (replace(row, name="vhacd 32", step_us=row.step_us * times) for times in (0.5, 2.0))
+    assert best_shape(subject, STRICT, compared=[(other, cheap)])[0] is other
+    assert best_shape(subject, STRICT, compared=[(other, dear)])[0] is not other
+    assert best_shape(subject, STRICT, compared=[(other, replace(cheap, level_kept=0.5))])[0] is not other
 
 
 def test_exact_pieces_keep_everything(subject):
