@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from spherefunc_bullet.simulator import Simulator
 
 Row = dict[str, Any]  # what the contract prints of one file
-HEAD = ("place to", "score", "position", "facing", "height", "")
+HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in the coordinates of the input
+SHOWN = 0.05  # the least score of a place that is printed: a level on a thing that is none of its function has 0
 
 
 def places(
@@ -50,7 +51,7 @@ def places(
     rows = [row_of(file, *found) for file, found in results]
     if results and (picture is not None or page is not None):
         draw([(file, found) for file, (found, _) in results], picture, page, up, units)
-    print_json(rows) if json else print_places(rows)
+    print_json(rows) if json else print_places(rows, units)
     failures.exit()
 
 
@@ -86,37 +87,63 @@ def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, pa
         write_places_page(shown, page)
 
 
-def print_places(rows: Sequence[Row]):
-    """Print every place of every object as a line."""
-    table = []
+def print_places(rows: Sequence[Row], units: str):
+    """Print every place of every object as a line, but those that are hardly worth anything."""
+    table, unit = [], "" if units == "auto" else units
     for row in rows:
-        for number, place in enumerate(row["places"]):
+        for number, place in enumerate(worth_showing(row["places"])):
             start = Path(row["file"]).name if number == 0 else ""
-            table.append([start, *place_columns(place), proof_text(place["proven"])])
-    print_table("Where objects can be used", ["file", *HEAD, "proof"], table)
+            table.append([start, *place_columns(place, unit), proof_text(place["proven"])])
+    lengths = "lengths as in the file" if units == "auto" else f"lengths in {unit}"
+    print_table(f"Where objects can be used; {lengths}", ["file", *HEAD, "proof"], table)
     for row in rows:
+        left = len(row["places"]) - len(worth_showing(row["places"]))
         if not row["places"]:
             show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
+        elif left:
+            which = "1 place" if left == 1 else f"{left} places"
+            show(f"{Path(row['file']).name}: {which} of a function that it has not, not shown; --json has all")
 
 
-def place_columns(place: Row) -> list[str]:
+def worth_showing(places: Sequence[Row]) -> list[Row]:
+    """Return the places that are printed."""
+    return [place for place in places if place["score"] >= SHOWN]
+
+
+def place_columns(place: Row, unit: str = "m") -> list[str]:
     """Return what a table says of a place, under `HEAD`."""
-    where = " ".join(f"{value:.2f}" for value in place["position"])
+    where = " ".join(f"{round(value, 2) + 0.0:.2f}" for value in place["position"])
     facing = "any" if place["heading_deg"] is None else f"{place['heading_deg']:.0f}°"
-    return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place)]
+    return [place["kind"], f"{place['score']:.2f}", where, facing, f"{place['height']:.3g}", details(place, unit)]
 
 
-def details(place: Row) -> str:
+def details(place: Row, unit: str = "m") -> str:
     """Return what matters of a kind of place, in a few words."""
+    from spherefunc_bullet.places.pouring import HOLE
+
+    unit = f" {unit}" if unit else ""
     if place["kind"] == "pour":
         spills = f", spills at {place['spill_tilt_deg']:.0f}°" if "spill_tilt_deg" in place else ""
-        return f"holds {place['capacity_ml']:.0f} ml{spills}"
+        hole = ", has a hole" if place.get("note") == HOLE else ""
+        return f"holds {place['capacity_ml']:.0f} ml{spills}{hole}"
     if place["kind"] == "put":
-        poses = f", {len(place['poses'])} poses" if place.get("poses") else ""
-        return f"{place['area']:.2g} free, a disc of {place['radius']:.2g}{poses}"
+        square, count = f"{unit}²" if unit else "", len(place.get("poses", ()))
+        poses = f", {count} pose{'s' * (count > 1)}" if count else ""
+        return f"{figures(place['area'])}{square} free, {figures(2 * place['radius'])}{unit} wide{poses}"
     has = [name for name in ("back", "arms") if place.get(name)]
-    deep = [f"{place['depth']:.2g} deep"] if "depth" in place else []
+    deep = [f"{figures(place['depth'])}{unit} deep"] if "depth" in place else []
     return ", ".join([*deep, *([f"with {' and '.join(has)}"] if has else [])])
+
+
+def figures(number: float) -> str:
+    """Return a number to two digits, as people write it.
+
+    Examples
+    --------
+    >>> figures(0.4231), figures(93456.0)
+    ('0.42', '93000')
+    """
+    return f"{float(f'{number:.2g}'):.10g}"
 
 
 def proof_text(proof: Row | None) -> str:

@@ -53,7 +53,12 @@ def places_of(
         *pour_places(cloud),
     ]
     weighed = [replace(place, score=weighed_score(place, known)) for place in found]
-    return sorted(weighed, key=lambda place: -place.score)
+    return sorted(weighed, key=worth)
+
+
+def worth(place: Place) -> tuple[float, float]:
+    """Return what places are sorted by: of those that are as good as each other, the largest is first."""
+    return -round(place.score, 2), -place.area
 
 
 def weighed_score(place: Place, scores: Mapping[str, float]) -> float:
@@ -122,7 +127,7 @@ def proven(
     for row, (place, proof) in enumerate(zip(places, proofs, strict=True)):
         failed = sum(not proofs[one].holds for one in {row, best[place.kind]})
         results.append(replace(place, proven=proof, score=place.score * LEFT**failed))
-    return sorted(results, key=lambda place: -place.score)
+    return sorted(results, key=worth)
 
 
 def proof_of(backend: str, verdicts: Sequence[Verdict]) -> Proof:

@@ -5,26 +5,28 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from ..clouds.cloud import Cloud
+from ..clouds.cloud import MAX_GAP, Cloud
 from ..clouds.water import SPILLED_AT, Water, waters_of
 from .place import FUNCTION, Place
-from .regions import Surface, rings_of
+from .regions import Surface, rings_of, surface_of
 
 LEAST_ML = 5.0
 LEAST_DEPTH = 0.01  # metres
 LEAST_STEEP = 0.12  # depth over the opening's width: a seat's hollow is flatter
 ABOVE = 0.03  # metres from the brim to where one pours from
 MAX_EXTENT = 1.2  # metres: what is larger is no vessel
+HIGHER = 0.2  # of the depth, and no less than `LEAST_DEPTH`: walls that are so much higher than the brim have a hole
+HOLE = "the walls are higher all around: what stands above this brim runs out through a hole"
 
 
 def pour_places(cloud: Cloud) -> list[Place]:
     """Return a place for each body of water that an object holds under an opening, the largest first."""
     if cloud.size.max() > MAX_EXTENT:
         return []
-    return [place for water in waters_of(cloud) if (place := pour_place(water)) is not None]
+    return [place for water in waters_of(cloud) if (place := pour_place(cloud, water)) is not None]
 
 
-def pour_place(water: Water) -> Place | None:
+def pour_place(cloud: Cloud, water: Water) -> Place | None:
     """Return where one pours into a vessel, or None where it is none."""
     if len(water.opening) < 4:
         return None
@@ -62,4 +64,18 @@ def pour_place(water: Water) -> Place | None:
             water.origin + water.cells.min(axis=0) * water.cell,
             water.origin + (water.cells.max(axis=0) + 1) * water.cell,
         ),
+        note=HOLE if walled(cloud, middle, water.brim_height + max(LEAST_DEPTH, HIGHER * depth)) else "",
     )
+
+
+def walled(cloud: Cloud, place: np.ndarray, height: float) -> bool:
+    """Return whether one that goes from a place (2,) to the outside, seen from above, has to climb over a height.
+
+    Never of points alone: water finds a way between those that are far apart, where there is no hole.
+    """
+    if cloud.mesh is None:
+        return False
+    surface = surface_of(cloud, MAX_GAP)
+    low, _ = ndimage.label(surface.heights < height)
+    start = tuple(np.floor((place - surface.origin) / surface.cell).astype(int))
+    return bool(low[start] != low[0, 0])

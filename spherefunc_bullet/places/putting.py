@@ -81,9 +81,7 @@ def put_place(surface: Surface, region: Region, footprint: Footprint | None) -> 
     poses, margins = ((), ()) if footprint is None else poses_on(surface, region, footprint)
     if footprint is not None and not poses:
         return None
-    best = np.array(np.unravel_index(region.room.argmax(), region.room.shape))
-    middle = poses[0][:2, 3] if poses else surface.middles(best)
-    room = float(region.room.max())
+    middle, room = poses[0][:2, 3] if poses else roomiest(surface, region), float(region.room.max())
     return Place(
         kind="put",
         function=FUNCTION["put"],
@@ -99,6 +97,13 @@ def put_place(surface: Surface, region: Region, footprint: Footprint | None) -> 
         poses=poses,
         margins=margins,
     )
+
+
+def roomiest(surface: Surface, region: Region) -> np.ndarray:
+    """Return the place (2,) with the most room; of those with as much, as along a long top, the middle one."""
+    alike = surface.middles(np.argwhere(region.room >= region.room.max() - surface.cell / 2))
+    middle = surface.middles(np.argwhere(region.cells)).mean(axis=0)
+    return alike[np.linalg.norm(alike - middle, axis=1).argmin()]
 
 
 def poses_on(surface: Surface, region: Region, footprint: Footprint) -> tuple[tuple[np.ndarray, ...], tuple]:

@@ -35,16 +35,19 @@ function slider(text, state, key, changed) {
   return element("label", {}, `${text} `, range);
 }
 
-// Switches for all panels of a display.
-function controlBar(state, radii, changed, reset) {
+// Switches for all panels of a display; those for spheres only where spheres were counted in cubes.
+function controlBar(state, radii, counted, changed, reset) {
   const bar = element("div", { className: "display-bar" });
   if (radii.length > 1) {
     const options = radii.map((each) => [each, radiusText(each)]);
     bar.append(choice("radius of spheres", options, state, "radius", changed));
   }
-  bar.append(tick("spheres", state, "spheres", changed));
-  bar.append(choice("coloured by", [["height", "height"], ["cube", "cube"]], state, "colour", changed));
-  bar.append(tick("cubes", state, "cubes", changed), slider("object", state, "opacity", changed));
+  if (counted) {
+    bar.append(tick("spheres", state, "spheres", changed));
+    bar.append(choice("coloured by", [["height", "height"], ["cube", "cube"]], state, "colour", changed));
+    bar.append(tick("cubes", state, "cubes", changed));
+  }
+  bar.append(slider("object", state, "opacity", changed));
   const button = element("button", { type: "button" }, "reset view");
   button.addEventListener("click", reset);
   bar.append(button);

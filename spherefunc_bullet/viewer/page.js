@@ -57,12 +57,18 @@ function showLayer(item, panel) {
   panel.details.innerHTML = layer ? layer.details : "";
 }
 
+// Whether spheres of a display were counted in cubes; outlines of places are not.
+function counted(item) {
+  return item.panels.some(({ layers }) => layers.some((each) => each.cubes.corners.length));
+}
+
 function legend(item) {
   const { state } = item;
   const words = (text) => element("span", { className: "display-key" }, text);
   const keys = [words(`squares on the ground: ${centimetres(groundSquare(item))}`)];
   const layers = layersOf(item, state.radius);
   const heights = () => heightLegend(item.height_colours, heightRange(item, state.radius));
+  if (!counted(item)) return keys;
   if (state.spheres) keys.push(state.colour === "height" ? heights() : words("spheres of one cube have one colour"));
   if (state.cubes && item.explains) keys.push(...evidenceLegend());
   const sides = [...new Set(layers.map((each) => each.cubes.side))];
@@ -99,7 +105,7 @@ function build(item) {
   };
   const reset = () => { Object.assign(item.camera, newCamera(item.low, item.high)); item.redraw(); };
   const panels = element("div", { className: "display-panels" }, ...item.panels.map((panel) => panelParts(item, panel)));
-  item.holder.append(controlBar(item.state, item.radii, refresh, reset), keys, panels);
+  item.holder.append(controlBar(item.state, item.radii, counted(item), refresh, reset), keys, panels);
   for (const panel of item.panels) {
     listen(panel.canvas, item.camera, item.redraw, (event) => hover(item, panel, event));
     panel.canvas.addEventListener("dblclick", reset);

@@ -13,6 +13,7 @@ from ..clouds.cloud import Cloud, corners_of
 from ..formats.writing import write_bytes, write_text
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d import Axes3D
 
     from ..places.place import Place
@@ -23,6 +24,12 @@ DRAWN = 0.25  # the least score of a place that is drawn
 POSES = 20  # that are drawn of a place
 BEAD = 0.008  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
+FAILED = "0.35"  # the grey of a place that did not hold when it was used
+WORDS = {"sit": "a place to sit", "put": "to put things", "pour": "to pour", FAILED: "did not hold when it was used"}
+EXPLAINED = (
+    "Pale: the object. Chains of dots: the outline of each place, a person who sits there, a stream that is poured; "
+    "single dots are poses at which the object stands that was to be put down. Drag to turn, scroll to zoom."
+)
 # Joints of a sitter 1.75 m tall, ahead and up from the seat, metres: head, neck, hip, knee, foot, toes.
 JOINTS = np.array([[-0.02, 0.86], [0.0, 0.60], [0.0, 0.08], [0.42, 0.10], [0.44, -0.36], [0.60, -0.38]])
 
@@ -43,12 +50,32 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> 
     for number, (name, points, places) in enumerate(shown):
         axes = figure.add_subplot(rows, columns, number + 1, projection="3d", computed_zorder=False)
         draw_object(axes, name, points, places)
-        for place in (one for one in places if one.score >= DRAWN):
+        for place in sorted((one for one in places if one.score >= DRAWN), key=did_not_hold, reverse=True):
             draw_place(axes, place)
-    figure.subplots_adjust(left=0, right=1, bottom=0, top=1 - 0.08 / rows, wspace=0)
+    figure.subplots_adjust(left=0, right=1, bottom=0.08 / rows, top=1 - 0.08 / rows, wspace=0)
+    add_legend(figure, [place for _, _, places in shown for place in places if place.score >= DRAWN])
     image = BytesIO()
     FigureCanvasAgg(figure).print_png(image)
     return image.getvalue()
+
+
+def add_legend(figure: Figure, places: Sequence[Place]):
+    """Write under the panels what each colour means that is in one of them."""
+    from matplotlib.patches import Patch
+
+    used = {(FAILED if did_not_hold(place) else place.kind) for place in places}
+    keys = [
+        Patch(facecolor=COLOURS.get(kind, FAILED), alpha=0.6, label=words)
+        for kind, words in WORDS.items()
+        if kind in used
+    ]
+    if keys:
+        figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False)
+
+
+def did_not_hold(place: Place) -> bool:
+    """Return whether a place was used, and failed."""
+    return place.proven is not None and not place.proven.holds
 
 
 def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Place]):
@@ -71,15 +98,16 @@ def draw_place(axes: Axes3D, place: Place):
     """Draw one place's region, and how it is used."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    colour = COLOURS[place.kind]
-    if place.region:
+    failed = did_not_hold(place)
+    colour, body = (FAILED, FAILED) if failed else (COLOURS[place.kind], "black")
+    if place.region and not failed:
         axes.add_collection3d(Poly3DCollection([place.region[0]], facecolor=colour, alpha=0.25, zorder=2))
     for ring in place.region:
-        axes.plot(*np.vstack([ring, ring[:1]]).T, c=colour, lw=1.5, zorder=3)
+        axes.plot(*np.vstack([ring, ring[:1]]).T, c=colour, lw=1.0 if failed else 1.5, zorder=2 if failed else 3)
     if place.kind == "sit":
         joints = joints_of(place)
-        axes.plot(*joints[1:].T, c="black", lw=4, solid_capstyle="round", zorder=5)
-        axes.scatter(*joints[0], c="black", s=160, zorder=5)
+        axes.plot(*joints[1:].T, c=body, lw=1.5 if failed else 4, ls=":" if failed else "-", zorder=5)
+        axes.scatter(*joints[0], c="none" if failed else body, edgecolors=body, s=160, zorder=5)
     elif place.kind == "pour":
         axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
     for pose in place.poses[:POSES]:
@@ -112,7 +140,7 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
     from .page import display_html, display_page
     from .still import still_picture
 
-    parts = []
+    parts = [f"<p>{EXPLAINED}</p>"]
     for cloud, places in shown:
         panels = [panel_of(cloud, kind, [one for one in places if one.kind == kind]) for kind in COLOURS]
         some = [panel for panel in panels if len(panel.layers[0].centers)]
@@ -141,7 +169,7 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
     none = Cubes(side=1.0, corners=np.empty((0, 3)), counts=np.empty(0))
     note = f"{len(drawn)} of {len(places)} places to {kind}"
     layer = Layer(radius=radius, centers=beads, cubes=none, note=note, details=table_html(head, rows))
-    return Panel(title=kind, layers=[layer])
+    return Panel(title=f"places to {kind}", layers=[layer])
 
 
 def lines_of(place: Place) -> list[np.ndarray]:

@@ -16,12 +16,14 @@ from checkout import ROOT
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
-from spherefunc_bullet.places.finding import places_of
-from spherefunc_bullet.places.pouring import pour_places
+from spherefunc_bullet.places.finding import places_of, uses_of
+from spherefunc_bullet.places.place import Proof
+from spherefunc_bullet.places.pouring import HOLE, pour_places
 from spherefunc_bullet.places.regions import Surface, seat_surface
 from spherefunc_bullet.places.sitting import sit_places
 from spherefunc_bullet.scenes.impairment.specimen import spike
 from spherefunc_bullet.simulator.proofs import ProofSettings, PutUse, SitUse
+from spherefunc_bullet.viewer.place_pictures import places_picture
 
 SIDES = 48
 
@@ -88,7 +90,8 @@ def test_a_hole_in_the_wall_lets_out_what_is_above_it():
     hole = (faces.min(axis=1) == 2 * SIDES) & (faces.max(axis=1) >= 3 * SIDES)
     assert hole.any()
     (place,) = pour_places(cloud_from_mesh(vertices, faces[~hole]))
-    assert place.capacity_ml == pytest.approx(PRISM * 80, rel=0.05)
+    assert place.capacity_ml == pytest.approx(PRISM * 80, rel=0.05) and place.note == HOLE
+    assert pour_places(cloud_from_mesh(*CUP))[0].note == ""
     assert not pour_places(cloud_from_mesh(CUP[0], CUP[1][2 * SIDES :]))
 
 
@@ -231,6 +234,45 @@ def test_a_proven_vessel_keeps_what_is_poured():
     places = sf.find_places(cloud_from_mesh(*CUP), prove=True, scores={})
     proof = next(place for place in places if place.kind == "pour").proven
     assert proof.holds and proof.backend == "bullet"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_seed_spills_what_is_poured_into_a_deep_vessel(seed):
+    """Spheres that overlapped where they left the spout threw each other out of a stein of 0.8 litres."""
+    pytest.importorskip("pybullet")
+    stein = cloud_from_mesh(*turned_shell((1e-6, 0), (0.039, 0), (0.039, 0.165)))
+    (place,) = pour_places(stein)
+    (verdict,) = sf.make_simulator("bullet").prove(stein, uses_of(place, None), ProofSettings(), seed)
+    assert verdict.held and verdict.moved < 0.04
+
+
+def test_the_middle_of_a_long_top_comes_before_its_ends_and_a_large_level_before_small_ones():
+    top = boxes((-1.0, -0.4, 0.70, 1.0, 0.4, 0.73), *[(-1.0, y, 0.4, 1.0, y + 0.25, 0.45) for y in (-0.9, 0.65)])
+    first, *benches = (place for place in places_of(cloud_from_mesh(*top)) if place.kind == "put")
+    assert len(benches) == 2 and first.height == pytest.approx(0.33, abs=0.002)  # the benches are its ground
+    assert np.allclose(first.position[:2], 0, atol=0.02)
+    assert all(abs(place.position[0]) < 0.02 for place in benches)
+
+
+def test_a_place_that_did_not_hold_is_drawn_and_printed_as_one():
+    from spherefunc_bullet.viewer.place_pictures import did_not_hold
+
+    places = [place for place in places_of(cloud_from_mesh(*CHAIR), scores=SEAT) if place.kind == "sit"]
+    failed = replace(places[0], proven=Proof(backend="bullet", trials=1, held=0, why=("tipped",)))
+    assert did_not_hold(failed) and not did_not_hold(places[0])
+    drawn = [places_picture([("chair", CHAIR[0], [one])]) for one in (places[0], failed)]
+    assert drawn[0] != drawn[1]
+
+
+def test_lengths_are_printed_with_their_unit_and_what_is_no_place_is_counted(capsys):
+    from spherefunc_bullet.scenes.commands.places import print_places
+
+    row = {"kind": "put", "heading_deg": None, "proven": None, "position": [-1e-4, 2.0, 450.0], "height": 450.0}
+    row |= {"area": 9e4, "radius": 150.0, "poses": [np.eye(4)]}
+    print_places([{"file": "top.ply", "places": [row | {"score": 0.9}, row | {"score": 0.0}]}], "mm")
+    said = capsys.readouterr().out
+    assert "lengths in mm" in said and "90000 mm² free, 300 mm wide, 1 pose " in said and "-0.00" not in said
+    assert said.count("put") == 1 and "1 place of a function that it has not" in said
 
 
 def test_fast_cannot_prove():

@@ -13,6 +13,7 @@ PACKED = 0.55  # share of a volume that poured spheres fill
 OPENING = 0.4  # of the opening's radius: the largest sphere
 WANDER = 0.3  # of the opening's radius: how far the spout moves to either side
 EVERY = 6  # steps between spheres
+CLEAR = 2.1  # radii that a sphere has come down when the next one leaves the spout
 CALM = 0.3  # seconds after the last one, and again after being carried
 SOLVED = 20, 50  # iterations of the engine's solver: light spheres in a low pile need few; and its own number
 CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
@@ -24,7 +25,9 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
     radius, count = sphere_size(use, settings.spheres)
     shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
     p.setPhysicsEngineParameter(numSolverIterations=SOLVED[0], **stage.engine)
-    rng, bodies = np.random.default_rng(seed), []
+    rng, bodies, pause = np.random.default_rng(seed), [], EVERY / RATE
+    # Each has left the spout when the next one comes: those that overlap would throw each other out.
+    leaving = max(0.0, (CLEAR * radius - G * pause**2 / 2) / pause)
     for number in range(count):
         aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
         jitter = rng.uniform(-0.1, 0.1, 2) * use.radius
@@ -33,7 +36,8 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
             p.createMultiBody(0.01, shape, stage.visual, place.tolist(), useMaximalCoordinates=1, **stage.engine)
         )
         p.changeDynamics(bodies[-1], -1, lateralFriction=0.3, linearDamping=0.3, **stage.engine)
-        stage.steps(EVERY / RATE, RATE)
+        p.resetBaseVelocity(bodies[-1], [0, 0, -leaving], **stage.engine)
+        stage.steps(pause, RATE)
     stage.steps(CALM, RATE)
     for side in (1, -1):
         p.setGravity(side * CARRIED[0] * G, 0, -G, **stage.engine)
