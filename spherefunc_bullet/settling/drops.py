@@ -43,6 +43,11 @@ class Drops:
         """Which drops settled, (D,) bool."""
         return self.outcomes == Outcome.SETTLED
 
+    @property
+    def room(self) -> float:
+        """How many spheres would lie side by side, in rows, where they were dropped; NaN where that is not kept."""
+        return float(np.prod(np.ptp(self.places, axis=0))) / (4 * self.radius**2) if len(self) else 0.0
+
     def first(self, count: int) -> Drops:
         """Return the first drops: what a run of so many would have been."""
         kept = np.count_nonzero(self.settled[:count])

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import trimesh
 
+from spherefunc_bullet.answer import classify
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
+from spherefunc_bullet.clouds.heading import turned_cloud
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.profiles.profile_model import hangs_on_few
 from spherefunc_bullet.settling.drops import Drops, RunLimit, drops_from_rows, first_drops
 
 RADIUS = 0.02
@@ -55,3 +60,38 @@ def test_all_drops_are_made_where_there_is_no_early_answer():
     model.early_ = None
     model.read(lambda length: asked.append(length) or drops_at(0.4, np.random.default_rng(2)))
     assert asked == [RunLimit(drops=DROPS)]
+
+
+@pytest.mark.parametrize(("stays", "apart", "few"), [(0, 2, False), (1, 2, True), (4, 2, True), (5, 2, False)])
+def test_few_spheres_where_there_is_room_for_many_decide_nothing(stays, apart, few):
+    assert hangs_on_few(spread(stays, apart)) == few
+
+
+def test_few_spheres_on_what_has_no_room_for_more_decide():
+    assert not hangs_on_few(spread(2, apart=0.5))
+
+
+def spread(stays: int, apart: float) -> Drops:
+    """Return 60 drops side by side, so many radii apart, of which the first few stay."""
+    x, y = (apart * RADIUS * part.ravel() for part in np.mgrid[:10, :6])
+    rows = np.column_stack([x, y, x, y, np.full(DROPS, 0.4), np.zeros(DROPS)])
+    rows[stays:, 2:] = np.nan
+    return drops_from_rows(RADIUS, rows)
+
+
+@pytest.mark.parametrize(("radius", "rise"), [(0.22, 0.04), (0.25, 0.04), (0.27, 0.04), (0.3, 0.06)])
+def test_no_heading_turns_a_sure_answer_about_a_domed_stool(radius, rise):
+    """Some 2 of the first 40 spheres stay on it: by lot they seemed to say surely that it was none."""
+    stool, functions = domed_stool(radius, rise), set()
+    for number in range(8):
+        answer = classify(turned_cloud(stool, 0.7 * number), explain=False)
+        functions |= set() if answer.unsure else {answer.functions}
+    assert len(functions) <= 1
+
+
+def domed_stool(radius: float, rise: float) -> Cloud:
+    """Return a round stool 42 cm high, whose seat falls off to its edge by a rise, metres."""
+    out = np.linspace(1e-3, radius, 30)
+    profile = np.vstack([[0, 0.42], np.column_stack([out, 0.42 - rise * (out / radius) ** 2]), [radius, 0], [0, 0]])
+    mesh = trimesh.creation.revolve(profile, sections=64)
+    return cloud_from_mesh(mesh.vertices, mesh.faces, "stool")

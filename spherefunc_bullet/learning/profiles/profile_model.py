@@ -10,7 +10,7 @@ import numpy as np
 
 from ...clouds.cloud import Cloud
 from ...function_model import FunctionModel, Membership, Reading
-from ...settling.drops import FEW, DropsByRadius, RunLimit, settled_count
+from ...settling.drops import FEW, Drops, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
 from .calibration import UNSURE, Band, CopyGroups, Line, calibrated
 from .forest import Forest, ForestBatch, forest_batch
@@ -23,7 +23,16 @@ if TYPE_CHECKING:
 FAMILIAR = 0.99  # of the training objects are no farther from the nearest other one
 PROFILE = "profile"  # the method's name
 COMPARED_COPIES = 5  # one in so many copies is compared with: thousands would take longer than to drop spheres
+ROOMY = 2  # times as many as are few: for so many there has to be room
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
+
+
+def hangs_on_few(drops: Drops) -> bool:
+    """Return whether few spheres of a radius settled where there is room for many, as on a dome.
+
+    How large a level is hangs on each of them then, and they on the heading and the seed.
+    """
+    return 0 < np.count_nonzero(drops.settled) < FEW and drops.room >= ROOMY * FEW
 
 
 class ProfileModel(FunctionModel):
@@ -116,6 +125,8 @@ class ProfileModel(FunctionModel):
     def sure_of(self, reading: Reading) -> bool:
         """Return whether every score of an object is next to 0 or 1, and nothing about it doubtful."""
         scores = reading.scores
+        if any(hangs_on_few(drops) for drops in reading.drops.values()):
+            return False
         return bool((np.minimum(scores, 1 - scores) < SURE).all()) and not self.doubts(reading)
 
     @property
