@@ -17,6 +17,7 @@ UNITS = (*METRES, "auto")
 MAX_EXTENT, MIN_EXTENT = 100.0, 0.005  # metres: beyond, the unit must be wrong
 ODD_EXTENTS = (0.02, 20.0)  # metres: outside, it may be
 _Y_UP = (".glb", ".gltf")  # by their standard
+STRAY, ALONE = 0.02, 100.0  # share of points at either end, and how many times wider these make it, if they are stray
 LIKELY = (0.05, 3.0)  # metres, the largest extent of most household objects
 _TRIED_UNITS = ("m", "mm", "cm", "in")  # the first that is likely wins
 # How much more safely an object must stand with y up for z to give way. On the 382 clear models of the
@@ -144,9 +145,20 @@ def require_size(points: np.ndarray, name: str, report: Report) -> None:
         extent = float(np.ptp(points, axis=0).max())
     if not MIN_EXTENT <= extent <= MAX_EXTENT:
         limits = f"between {_rounded(MIN_EXTENT)} and {_rounded(MAX_EXTENT)}"
-        raise InputError(f"{name}: expected an object {limits} wide, got {unit_question(extent)}")
+        raise InputError(f"{name}: expected an object {limits} wide, got {stray_points(points, extent)}")
     if not ODD_EXTENTS[0] <= extent <= ODD_EXTENTS[1]:
         report(f"{name}: odd for a household object: {unit_question(extent)}")
+
+
+def stray_points(points: np.ndarray, extent: float) -> str:
+    """Return how wide points (N, 3) are of an impossible size, and whether few of them make it so, or the unit."""
+    low, high = np.quantile(points, [STRAY, 1 - STRAY], axis=0)
+    most = float((high - low).max())
+    if not MIN_EXTENT <= most <= extent / ALONE:
+        return unit_question(extent)
+    beside = ((points < low - (high - low)) | (points > high + (high - low))).any(axis=1)
+    stray = "1 stray point" if beside.sum() == 1 else f"{int(beside.sum())} stray points"
+    return f"{_rounded(most)} and {stray} that make it {_rounded(extent)}; drop what is stray first"
 
 
 def unit_question(extent: float) -> str:

@@ -30,7 +30,7 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
         for row in done
     ]
     print_table("What objects are for (scores; positive if > 0.5)", columns, table)
-    if len(done) < len(rows):
+    if len(done) < len(rows) > 1:
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
     for row in done if explain else []:
         print_reasons(row)

@@ -90,6 +90,16 @@ def test_axes_turn_without_mirroring(save, up):
     assert_same_surface(load_cloud(path, up=up), cloud_from_mesh(vertices, faces))
 
 
+@pytest.mark.parametrize(("count", "said"), [(1, "1 stray point that"), (3, "3 stray points that")])
+def test_a_few_points_far_away_are_no_question_of_the_unit(count, said, tmp_path):
+    points = np.random.default_rng(0).uniform(0, 0.8, (500, 3))
+    points[:count] = 1e6
+    np.savetxt(tmp_path / "stray.xyz", points)
+    with pytest.raises(InputError, match=said) as caught:
+        load_cloud(tmp_path / "stray.xyz")
+    assert "millimetres" not in str(caught.value)
+
+
 @pytest.mark.parametrize(("units", "scale"), [("m", 1), ("cm", 100), ("mm", 1000), ("in", 1 / 0.0254)])
 def test_units_are_made_metres(save, units, scale):
     vertices, faces = mug()

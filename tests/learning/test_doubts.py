@@ -172,7 +172,7 @@ def test_spheres_that_stay_are_the_ones_spoken_of(model):
         drops = {radius: shelf(0.9, radius, stays=count) for radius, count in zip(radii, stays, strict=True)}
         profile = profiles_over([drops], radii)[0]
         said = met(SimpleNamespace(model=spoken, drops=drops, profile=profile), "high")
-        assert f"spheres of {largest * 100:g} cm" in said and "90 cm above" in said
+        assert f"spheres of radius {largest * 100:g} cm" in said and "90 cm above" in said
 
 
 @pytest.mark.parametrize(
@@ -186,3 +186,11 @@ def test_spheres_that_stay_are_the_ones_spoken_of(model):
 )
 def test_values_are_said_with_two_digits_and_a_unit(value, unit, words):
     assert with_unit(value, unit) == words
+
+
+def test_what_speaks_most_against_a_function_is_said_of_what_has_none(model):
+    (said,) = sentences(read(model, height=0.45))
+    assert said.startswith("high 0.0") and "what speaks most against it: height " in said
+    assert "instead of 8" in said  # the median of the high shelves, 60 cm to 1 m
+    (said,) = sentences(read(model, height=0.9))
+    assert said.startswith("high ") and "against" not in said

@@ -16,6 +16,7 @@ from ...settling.drops import settled_count
 from .quantities import QUANTITIES, Profile, Quantity
 
 DECIDING = 4  # quantities that are named
+TELLING = 0.05  # of a score: a quantity that would raise it by less does not tell why it is low
 NEAREST = 3  # training objects that are named
 
 
@@ -41,26 +42,60 @@ class Near(TypedDict):
 def sentences(reading: Reading) -> list[str]:
     """Return a sentence for each function that an object has, or for the likeliest where it has none."""
     functions, scores = reading.model.functions_, reading.rounded
-    names = [name for name, score in zip(functions, scores, strict=True) if score > THRESHOLD]
-    names = names or [functions[int(np.argmax(scores))]]
     score_of = dict(zip(functions, scores, strict=True))
-    return [f"{name} {score_of[name]:.2f}: {met(reading, name)}" for name in names]
+    names = [name for name in functions if score_of[name] > THRESHOLD]
+    if names:
+        return [f"{name} {score_of[name]:.2f}: {met(reading, name)}" for name in names]
+    likeliest = functions[int(np.argmax(scores))]
+    return [f"{likeliest} {score_of[likeliest]:.2f}: {met(reading, likeliest)}{against(reading, likeliest)}"]
 
 
 def met(reading: Reading, name: str) -> str:
     """Return what the spheres met that count most for a function, as a person would say it."""
-    model = reading.model
-    radii = [radius for radius in model.radii if settled_count(reading.drops, radius)]
-    if not radii:
+    radius = telling_radius(reading, name)
+    if radius is None:
         return "no sphere stays on it"
-    radius = model.radius_[name] if model.radius_[name] in radii else radii[-1]
     profile = profile_at(reading, radius)
     walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
     return (
         f"a level {said(profile, 'level_height')} above the ground, {said(profile, 'level_area')} large and "
-        f"{said(profile, 'level_width')} wide{walls}, on which spheres of {format_length(radius)} lie "
+        f"{said(profile, 'level_width')} wide{walls}, on which spheres of radius {format_length(radius)} lie "
         f"{said(profile, 'level_depth')} deep; {said(profile, 'stays')} of the drops within their outline stay"
     )
+
+
+def telling_radius(reading: Reading, name: str) -> float | None:
+    """Return the radius of the spheres that count most for a function, of those that stayed; None where none did."""
+    radii = [radius for radius in reading.model.radii if settled_count(reading.drops, radius)]
+    if not radii:
+        return None
+    return reading.model.radius_[name] if reading.model.radius_[name] in radii else radii[-1]
+
+
+def against(reading: Reading, name: str) -> str:
+    """Return what speaks most against a function: the quantity that would raise its score most.
+
+    Each is set, at all radii, to the median of the training objects that have the function.
+    """
+    radius = telling_radius(reading, name)
+    if radius is None:
+        return ""
+    model, profile = reading.model, reading.profile
+    column, count = model.functions_.index(name), len(model.quantities)
+    members = model.members_[:, column] & (model.copy_groups_.weights == 1)
+    if not members.any():
+        return ""
+    usual = np.median(model.profiles_[members], axis=0)
+    changed = np.tile(profile, (count, 1))
+    for number in range(count):
+        changed[number, number::count] = usual[number::count]
+    gains = model.score_profiles(changed)[:, column] - reading.scores[column]
+    best = int(gains.argmax())
+    if gains[best] < TELLING:
+        return ""
+    quantity, start = quantity_of(model.quantities, best), count * list(model.radii).index(radius)
+    here, there = (with_unit(float(row[start + best]), quantity.unit) for row in (profile, usual))
+    return f"; what speaks most against it: {quantity.meaning}, {here} instead of {there}"
 
 
 def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Deciding]:
