@@ -16,6 +16,7 @@ from scipy.spatial import Delaunay, cKDTree
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.datasets.dataset import joined_datasets, open_dataset
+from spherefunc_bullet.formats.sources import joined_meshes
 from spherefunc_bullet.shapes.comparison import Subject, row_of
 from spherefunc_bullet.shapes.dense import dense_points
 from spherefunc_bullet.shapes.rows import Kept
@@ -32,9 +33,7 @@ Pair = tuple[str, bool, Solid]  # kind, whether something is lost, the shape
 
 def joined(kind: str, subject: Subject, corners: np.ndarray) -> Solid:
     """Return an object's surface with the hull of some points added."""
-    points, faces = hull_of(corners)
-    mesh = subject.mesh
-    return surface(kind, np.vstack([mesh.vertices, points]), np.vstack([mesh.faces, faces + len(mesh.vertices)]))
+    return surface(kind, *joined_meshes([(subject.mesh.vertices, subject.mesh.faces), hull_of(corners)]))
 
 
 def box(low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -166,7 +166,7 @@ def impaired_copies(
 
 def with_originals(learnt: Simulated, simulated: Simulated, dataset: Dataset, copies: Mapping[Path, Copy]) -> Impaired:
     """Return whole objects with their copies behind them."""
-    both = Simulated(learnt.name, learnt.objects + simulated.objects, learnt.records + simulated.records)
+    both = learnt + simulated
     rows = {dataset.name_of(item.path): row for row, item in enumerate(learnt.objects)}
     kept = [copies[item.path] for item in simulated.objects]
     of = np.array([rows[copy.of] for copy in kept])

@@ -72,7 +72,7 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     unknown = set().union(*(item.functions for item in tested.objects)) - set(known)
     if unknown:
         say(f"{tested.name}: no training object is labelled {', '.join(sorted(unknown))}; those can't be found")
-    both = Simulated(learnt.name, learnt.objects + tested.objects, learnt.records + tested.records)
+    both = learnt + tested
     labels, count = labels_of(both), len(learnt.objects)
     splits = Splits(halves={count: [Split(np.arange(count), np.arange(count, len(labels)))]})
     evaluations = {name: read.evaluation(splits) for name, read in readings(both, radii, method).items()}

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
+from spherefunc_bullet.formats.sources import joined_meshes
 from spherefunc_bullet.places.finding import places_of
 from spherefunc_bullet.places.place import Place
 
@@ -115,15 +116,14 @@ def put_objects(folder: Path) -> dict[str, Cloud]:
 
 def laid(table: Cloud, objects: dict[str, Cloud], rng: np.random.Generator) -> Cloud | None:
     """Return a table with a mug, a bottle and a book on it, as one mesh; None where they find no place."""
-    vertices, faces = [table.mesh.vertices], [table.mesh.faces]
+    parts = [(table.mesh.vertices, table.mesh.faces)]
     for name in ("mug", "bottle", "book"):
         poses = [pose for place in put_on(table, objects[name]) for pose in place.poses]
         if not poses:
             return None
         pose, own = poses[rng.integers(len(poses))], objects[name].mesh
-        faces.append(own.faces + sum(map(len, vertices)))
-        vertices.append(own.vertices @ pose[:3, :3].T + pose[:3, 3])
-    return cloud_from_mesh(np.vstack(vertices), np.vstack(faces), f"laid {table.name}")
+        parts.append((own.vertices @ pose[:3, :3].T + pose[:3, 3], own.faces))
+    return cloud_from_mesh(*joined_meshes(parts), f"laid {table.name}")
 
 
 def put_on(cloud: Cloud, put: Cloud) -> list[Place]:

@@ -19,6 +19,7 @@ import typer
 
 from spherefunc_bullet.console import Failures, print_json, print_table, progress, run, show
 from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import inference_model, shipped_model
 from spherefunc_bullet.scenes.fusion.scene_fusion import FusedObject, SceneFusion
 from spherefunc_bullet.scenes.recognition.recognition import Room, recognise
@@ -89,7 +90,7 @@ def counted(truth: np.ndarray, found: Room, room: VirtualRoom, asked: list[int],
     return {name: function_counts(matches, given, labels, name) for name in names}
 
 
-def measure(room: VirtualRoom, model, noise: float, seed: int, tally: Tally):
+def measure(room: VirtualRoom, model: FunctionModel, noise: float, seed: int, tally: Tally):
     """Fuse a room's images, and count after some of them, and after an object was taken out."""
     number = int(room.name.rpartition("_")[2])
     kinect, surfaces = KINECT.noisy(noise), Surfaces(room.meshes())
@@ -102,14 +103,21 @@ def measure(room: VirtualRoom, model, noise: float, seed: int, tally: Tally):
         images.append(photograph(surfaces, pose, kinect, rng))
         fusion.add(images[-1].depth, camera_of(kinect), pose)
         if len(images) in COUNTS:
-            before = counted_after(room, surfaces, fusion, images, model, tally, before)
-    taken_out(room, surfaces, poses, kinect, model, rng, tally)
+            before = counted_after(room, surfaces, fusion, images, tally, before)
+    taken_out(SceneFusion(model), room, surfaces, poses, kinect, rng, tally)
 
 
-def counted_after(room, surfaces, fusion: SceneFusion, images, model, tally: Tally, before: dict[int, int]):
+def counted_after(
+    room: VirtualRoom,
+    surfaces: Surfaces,
+    fusion: SceneFusion,
+    images: list[DepthImage],
+    tally: Tally,
+    before: dict[int, int],
+) -> dict[int, int]:
     """Count one update, and the same images' points without fusion; return the id of each true object found."""
     scan, objects = seen_in(room, images), fusion.objects()
-    asked = scan.seen().tolist()
+    asked, model = scan.seen().tolist(), fusion.model
     truth = owners(surfaces, fusion.scan.points)
     tally.count(len(images), FUSED, counted(truth, fusion.room, room, asked, model.functions_))
     raw = recognise(Scan(name=room.name, points=scan.points), model)
@@ -126,9 +134,17 @@ def ids_of(truth: np.ndarray, found: Room, objects: list[FusedObject], asked: li
     return {true: objects[label].id for label, true in matches.items() if true is not None}
 
 
-def taken_out(room: VirtualRoom, surfaces: Surfaces, poses, kinect: Kinect, model, rng, tally: Tally):
+def taken_out(
+    fusion: SceneFusion,
+    room: VirtualRoom,
+    surfaces: Surfaces,
+    poses: list[np.ndarray],
+    kinect: Kinect,
+    rng: np.random.Generator,
+    tally: Tally,
+):
     """Take out of a room an object that was found and carries nothing, and count what is said to be gone."""
-    fusion, camera = SceneFusion(model), camera_of(kinect)
+    camera = camera_of(kinect)
     for pose in poses[:REMOVED_AFTER]:
         fusion.add(photograph(surfaces, pose, kinect, rng).depth, camera, pose)
     objects = fusion.objects()

@@ -28,7 +28,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_exam, source_of
 from .matching import Row, Score, Verdict, judged, judged_by_place, score_of
-from .proposals import RecognisedScan
+from .proposals import inferred_in, recognised_in
 from .truth import read_rows, true_objects
 
 Verdicts = Sequence[Verdict]
@@ -102,12 +102,11 @@ def measure(path: Path, model: FunctionModel, pictures: Path | None, measured: M
     room = recognise(scan, model)
     row = scan_row(path, scan, room, time.process_time() - started)
     if truth is not None:
-        seen = RecognisedScan(scan=scan, room=room)
-        recognised = seen.objects()
+        recognised = recognised_in(scan, room)
         verdicts = judged(truth, recognised)
         row |= known_row(verdicts)
         measured.verdicts += verdicts
-        measured.inferred += judged_by_place(truth, seen.inferred())
+        measured.inferred += judged_by_place(truth, inferred_in(scan, room))
         units = {OBJECT: verdicts, PLACE: judged_places(truth, scan, room, recognised)}
         measured.examined.append(ExaminedScan(source=source_of(path), verdicts=units))
     measured.rows.append(row)

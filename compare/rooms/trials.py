@@ -41,29 +41,23 @@ class Condition:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Recognition:
-    """How scans are segmented and classified."""
+class RoomTrial:
+    """Which rooms are made, how they are scanned, and how the scans are taken apart and classified."""
 
+    rooms: int = 12
+    conditions: tuple[Condition, ...] = ()
+    seed: int = 0
     settings: Segmentation = field(default_factory=Segmentation)
     completion: tuple[str, ...] = DEFAULT
     proposals: tuple[str, ...] = KINDS  # "clusters", "pools", or both
+    cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
+    lived_in: LivedIn = field(default_factory=LivedIn)
+    resolution: Resolution = AS_SEEN
 
     def recognised(self, scan: Scan, model: FunctionModel) -> Room:
         """Return what is recognised in a scan."""
         how = {"settings": self.settings, "completion": self.completion, "proposals": self.proposals}
         return recognise(scan, model, **how)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RoomTrial(Recognition):
-    """Which rooms are made, how they are scanned, and how the scans are taken apart."""
-
-    rooms: int = 12
-    conditions: tuple[Condition, ...] = ()
-    seed: int = 0
-    cut_out: bool = False  # whether to tell the functions of objects cut out by the truth as well
-    lived_in: LivedIn = field(default_factory=LivedIn)
-    resolution: Resolution = AS_SEEN
 
 
 @dataclass(frozen=True, kw_only=True)

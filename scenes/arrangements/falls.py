@@ -15,6 +15,7 @@ import trimesh
 
 from spherefunc_bullet.clouds.cloud import MIN_POINTS, Cloud, Mesh
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.sources import joined_meshes
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator
 
 from .owners import NO_OWNER, carriers_of
@@ -55,9 +56,7 @@ def united(clouds: Sequence[Cloud], name: str) -> Cloud:
     meshes = [cloud.mesh for cloud in clouds]
     if any(mesh is None for mesh in meshes):
         return Cloud(points, name)
-    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    faces = [mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]
-    return Cloud(points, name, Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces)))
+    return Cloud(points, name, Mesh(*joined_meshes([(mesh.vertices, mesh.faces) for mesh in meshes])))
 
 
 def cut_out(cloud: Cloud, low: np.ndarray, high: np.ndarray) -> Cloud | None:

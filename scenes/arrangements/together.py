@@ -51,10 +51,8 @@ def functions_among(objects: Sequence[ArrangedObject], number: int, model: Funct
     around, angle = along_heading(objects, number)
 
     def drop(length: RunLimit) -> DropsByRadius:
-        runs = {
-            radius: drops_for(around, number, simulator, radius, model.seed, length) for radius in model.chosen_radii()
-        }
-        return {radius: drops.turned(-angle) for radius, drops in runs.items()}
+        runs = [drops_for(around, number, simulator, radius, model.seed, length) for radius in model.chosen_radii()]
+        return {drops.radius: drops.turned(-angle) for drops in runs}
 
     return model.memberships_by(model.read(drop).scores[None])[0]
 

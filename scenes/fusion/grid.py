@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
 from ..scans.depth_image import Intrinsics
+
+if TYPE_CHECKING:
+    from open3d.core import Tensor
 
 POOL = 4  # pixels along the side of a window; what is narrower than one is no evidence
 LEAST_FILLED = 0.5  # of a window's pixels that have a depth
@@ -156,7 +160,7 @@ class DistanceGrid:
         there = np.any([view.verdicts(voxels) == PRESENT for view in views], axis=0)
         self.values("weight")[places[~there]] = 0.0
 
-    def forget_free(self, near, view: View):
+    def forget_free(self, near: Tensor, view: View):
         """Forget voxels in blocks (M, 3) where the map is free for sure and a view shows a surface."""
         voxels, places = self.voxels(near)
         if not len(places):
@@ -178,7 +182,7 @@ class DistanceGrid:
         row, _, depth = view.pixels((keys + 0.5) * BLOCK * self.settings.voxel_size)
         return keys[(row >= 0) & (depth < self.settings.farthest)]
 
-    def voxels(self, keys) -> tuple[np.ndarray, np.ndarray]:
+    def voxels(self, keys: Tensor) -> tuple[np.ndarray, np.ndarray]:
         """Return the voxels (N, 3) of those blocks (M, 3) that the map has, metres, and their places (N,)."""
         table = self.blocks.hashmap()
         places, known = table.find(keys)

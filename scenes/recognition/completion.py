@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from ..pools.tops import SPACING
 from ..pools.vessels import FINE
 from ..scans.cells import Near, advance, cells
 from ..segmentation.clusters import LARGE, bounding_box
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
 PASSES = 2
@@ -172,11 +176,16 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
     lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
     if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _CLOSED:
         return np.empty((0, 3))
-    x, y = (np.arange(low[k], high[k] + SPACING, SPACING) for k in range(2))
+    sheet = sheet_within(hull, low, high + SPACING, support)
+    return np.vstack([sheet, continued_down(points, support)])
+
+
+def sheet_within(hull: ConvexHull, low: np.ndarray, high: np.ndarray, height: float) -> np.ndarray:
+    """Return a level sheet (M, 3) within a hull in the plane, from one corner of a grid to another, metres."""
+    x, y = (np.arange(low[k], high[k], SPACING) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
-    sheet = np.column_stack([sheet[inside], np.full(inside.sum(), support)])
-    return np.vstack([sheet, continued_down(points, support)])
+    return np.column_stack([sheet[inside], np.full(inside.sum(), height)])
 
 
 def covered_share(outline: np.ndarray, points: np.ndarray) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
@@ -19,7 +20,7 @@ from ..scans.levelling import Levelling, level
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
-from .completion import DEFAULT, SPACING, smoothed
+from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
 from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
 from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, propose
@@ -67,10 +68,12 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     Spheres fall on the convex outline of what is seen, at its height over the floor, or at the usual one of tables
     where nothing tells it. ``number`` is its id.
     """
+    from scipy.spatial import ConvexHull
+
     own = points[top.members]
     height = USUAL_HEIGHT if top.height is None else top.height
     box = bounding_box(own)
-    sheet = sheet_within(own)
+    sheet = sheet_within(ConvexHull(own[:, :2]), *corners_of(own), 0.0)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
     alone = replace(context, completion=(), surroundings=None)
     functions = classify_parts([Part(proposal, sheet, bounding_box(sheet))], alone)[0]
@@ -84,18 +87,6 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
         made_from=TABLE_TOP,
         height=top.height,
     )
-
-
-def sheet_within(points: np.ndarray) -> np.ndarray:
-    """Return a level sheet (M, 3) at z = 0 over the convex outline of points (N, 3), metres."""
-    from scipy.spatial import ConvexHull
-
-    hull = ConvexHull(points[:, :2])
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    x, y = (np.arange(low[k], high[k], SPACING) for k in range(2))
-    sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
-    return np.column_stack([sheet[inside], np.zeros(inside.sum())])
 
 
 MANY = 2_000_000  # points: what has more is thinned before anything else

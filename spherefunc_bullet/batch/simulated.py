@@ -22,6 +22,10 @@ class Simulated:
     objects: tuple[DatasetObject, ...]
     records: tuple[ObjectRecord, ...]
 
+    def __add__(self, other: Simulated) -> Simulated:
+        """The objects of both, under this one's name."""
+        return Simulated(self.name, self.objects + other.objects, self.records + other.records)
+
     @property
     def settled(self) -> list[DropsByRadius]:
         return [record.settled for record in self.records]

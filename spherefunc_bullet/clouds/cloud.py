@@ -116,8 +116,7 @@ class Cloud:
     def spacing(self) -> float:
         """Median distance from a point to its nearest neighbour, metres, over evenly chosen points."""
         step = max(1, len(self.points) // _SPACING_POINTS)
-        distances, _ = self.tree.query(self.points[::step], k=2)
-        return float(np.median(distances[:, 1]))
+        return float(np.median(self.tree.query(self.points[::step], k=2)[0][:, 1]))
 
 
 def _require_points(points: ArrayLike, name: str) -> np.ndarray:
@@ -183,10 +182,9 @@ def _require_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[np.
     if not len(faces) or faces.min() < 0 or faces.max() >= len(vertices):
         raise InputError(f"{name}: expected faces that name its {len(vertices)} vertices, got others or none")
     used, faces = np.unique(faces, return_inverse=True)
-    vertices = vertices[used]
-    if not np.isfinite(vertices).all():
+    if not np.isfinite(vertices[used]).all():
         raise InputError(f"{name}: expected finite vertices, got NaN or infinity; repair the mesh")
-    return vertices, faces.reshape(-1, 3)
+    return vertices[used], faces.reshape(-1, 3)
 
 
 def cloud_from_mesh(vertices: ArrayLike, faces: ArrayLike, name: str = "mesh", *, max_gap: float = MAX_GAP) -> Cloud:
@@ -295,8 +293,7 @@ def cloud_of(
     require_choices(up, units)
     name = one_line(path.name)
     geometry = _clean(geometry, name, report)
-    turned = to_z_up(geometry, up, path, report)
-    vertices = to_metres(turned, units, name, report)
+    vertices = to_metres(to_z_up(geometry, up, path, report), units, name, report)
     require_size(vertices, name, report)
     if len(geometry.faces):
         return cloud_from_mesh(vertices, geometry.faces, name, max_gap=max_gap)

@@ -153,6 +153,13 @@ def _require_consistent(vertices: np.ndarray, faces: np.ndarray) -> None:
         raise FormatError(f"expected finite vertices, got NaN or infinity in {broken} of {len(vertices)}; repair it")
 
 
+def joined_meshes(parts: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices (N, 3) and faces (M, 3) of several parts together, in one frame, each with its own."""
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    faces = [faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
+
+
 def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Return the triangles of polygons, each a fan around its first corner (exact for convex ones).
 

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from . import FormatError
-from .sources import Geometry, Source
+from .sources import Geometry, Source, joined_meshes
 
 _MAIN, _OBJECT, _MESH, _VERTICES, _FACES = 0x4D4D, 0x4000, 0x4100, 0x4110, 0x4120
 _CONTAINERS = (_MAIN, 0x3D3D, _OBJECT)  # file, editor, object
@@ -74,9 +74,7 @@ def read_3ds(source: Source) -> Geometry:
     with TemporaryDirectory() as folder:  # assimp takes a path alone: it gets the bytes that were looked at
         (Path(folder) / "object.3ds").write_bytes(data)
         meshes = assimp_py.import_file(f"{folder}/object.3ds", flags).meshes
-    vertices = [np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3) for mesh in meshes]
-    starts = np.cumsum([0] + [len(part) for part in vertices])
-    faces = [np.array(mesh.indices, dtype=np.int64).reshape(-1, 3) for mesh in meshes]
-    joined = np.concatenate([part + start for part, start in zip(faces, starts[:-1], strict=True)])
-    x, z, y = np.concatenate(vertices).T  # assimp turns 3DS, which is z up, to y up
-    return Geometry(np.column_stack([x, -y, z]), joined)
+    parts = [(np.array(mesh.vertices, np.float64), np.array(mesh.indices, np.int64)) for mesh in meshes]
+    vertices, faces = joined_meshes([(points.reshape(-1, 3), faces.reshape(-1, 3)) for points, faces in parts])
+    x, z, y = vertices.T  # assimp turns 3DS, which is z up, to y up
+    return Geometry(np.column_stack([x, -y, z]), faces)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,6 +12,8 @@ import numpy as np
 
 from ..formats.npz import DAMAGE, read_arrays
 from ..formats.writing import cache_home, write_whole
+
+_ANSWER = "told"  # what entries call the answer of a check
 
 
 def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
@@ -50,3 +52,19 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
             raise KeyboardInterrupt from None
         raise
     return buffer.getvalue()
+
+
+def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
+    """Return what ``check``, which is known by a name, says of the object with this hash."""
+    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
+
+
+def computed_once(
+    entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
+) -> dict[str, np.ndarray]:
+    """Return the arrays of an entry, all or those of some names; where there is none they are computed and kept."""
+    arrays = read_entry(entry, names)
+    if arrays is None:
+        arrays = compute()
+        write_entry(entry, arrays)
+    return arrays

@@ -13,9 +13,9 @@ from ..clouds.cloud import Cloud
 from ..clouds.orientation import Report
 from ..errors import one_line
 from ..formats.sources import as_source
-from .cache import entry_path
+from .cache import computed_once, entry_path, kept_answer
 from .drops import DropsByRadius, RunLimit
-from .records import Dropping, cloud_hash, computed_once, kept_answer, kept_runs, settle_kept
+from .records import Dropping, cloud_hash, kept_runs, settle_kept
 from .settling import settle
 
 

@@ -24,11 +24,10 @@ from ..formats.sources import Source, as_source
 from ..formats.units import BY_FILE
 from ..processes.tasks import run_tasks
 from ..simulator import Simulator, isolated, make_simulator, provenance_of
-from .cache import entry_path, read_entry, write_entry
+from .cache import computed_once, entry_path, kept_answer
 from .drops import LIMITED, DropsByRadius, RunLimit, drops_from_rows
 from .settling import drop_settings, loses_water, measured_run
 
-_ANSWER = "told"  # what entries call the answer of a check
 FORMAT = 2  # of the cache; another number, other entries
 Runs = dict[float, dict[str, np.ndarray]]  # radius in metres -> what comes of its run
 VOXEL = 0.005  # metres: the cloud's own resolution, for the baselines that look at it alone
@@ -184,14 +183,6 @@ def simulate_by_several(
         yield first[place], [outcome] if isinstance(outcome, InputError) else outcome
 
 
-def size_of(path: Path) -> int:
-    """Return a file's size in bytes, 0 where there is none."""
-    try:
-        return path.stat().st_size
-    except (OSError, ValueError):
-        return 0
-
-
 def object_records(
     path: Path, droppings: Sequence[Dropping], home: Path | None = None
 ) -> list[ObjectRecord | InputError]:
@@ -285,20 +276,12 @@ def cloud_hash(cloud: Cloud) -> str:
     return digest.hexdigest()
 
 
-def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
-    """Return what ``check``, which is known by a name, says of the object with this hash."""
-    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
-
-
-def computed_once(
-    entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
-) -> dict[str, np.ndarray]:
-    """Return the arrays of an entry, all or those of some names; where there is none they are computed and kept."""
-    arrays = read_entry(entry, names)
-    if arrays is None:
-        arrays = compute()
-        write_entry(entry, arrays)
-    return arrays
+def size_of(path: Path) -> int:
+    """Return a file's size in bytes, 0 where there is none."""
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):
+        return 0
 
 
 def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:

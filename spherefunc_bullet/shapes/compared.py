@@ -14,7 +14,7 @@ from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_cloud, geometry_of
 from ..clouds.orientation import Report, to_metres, to_z_up
 from ..errors import InputError, one_line
-from ..formats.sources import Geometry
+from ..formats.sources import Geometry, joined_meshes
 from ..formats.units import BY_FILE
 from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of
@@ -176,9 +176,7 @@ def together(links: list[Solid]) -> Solid:
     """Return what several links hold; as a surface where one of them is one."""
     if all(link.pieces is not None for link in links):
         return of_pieces("all links", [piece for link in links for piece in link.pieces or ()])
-    starts = np.cumsum([0] + [len(link.vertices) for link in links])
-    faces = np.concatenate([link.faces + start for link, start in zip(links, starts, strict=False)])
-    return surface("all links", np.concatenate([link.vertices for link in links]), faces)
+    return surface("all links", *joined_meshes([(link.vertices, link.faces) for link in links]))
 
 
 def named_collision(anything: Anything, collision: str | Path | None) -> list[Path]:

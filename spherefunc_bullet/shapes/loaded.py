@@ -20,7 +20,7 @@ from ..formats.limits import refusing
 from ..formats.reading import READERS, read_geometry
 from ..formats.scenes.packages import find_mesh
 from ..formats.scenes.parts import plain_xml
-from ..formats.sources import Geometry, as_source
+from ..formats.sources import Geometry, as_source, joined_meshes
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000
@@ -67,9 +67,8 @@ def solid_of(name: str, parts: list[Placed], frame: Frame, path: Path) -> Solid:
         limit = f"expected at most {MOST_PIECES:,} collision pieces"
         raise InputError(f"{one_line(path.name)}: {limit}, got {len(parts):,}; join them")
     if any(concave for _, _, concave in parts):
-        starts = np.cumsum([0] + [len(vertices) for vertices, _, _ in parts])
-        faces = np.concatenate([faces + start for (_, faces, _), start in zip(parts, starts, strict=False)])
-        return surface(name, frame.of(np.concatenate([vertices for vertices, _, _ in parts]), path), faces)
+        vertices, faces = joined_meshes([(vertices, faces) for vertices, faces, _ in parts])
+        return surface(name, frame.of(vertices, path), faces)
     return of_pieces(name, [frame.of(vertices, path) for vertices, _, _ in parts])
 
 
@@ -231,7 +230,8 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[tuple[
     """Return the parts of one collision of an SDF in its own frame; none for planes."""
     if geometry is None:
         return []
-    sizes = {name: numbers_in(geometry, f".//{name}") for name in ("size", "radius", "length", "scale")}
+    names = ("size", "radius", "length", "scale")
+    sizes = {name: list(map(float, geometry.findtext(f".//{name}", "").split())) for name in names}
     if geometry.find("box") is not None:
         return [primitive("box", extents=sizes["size"])]
     if geometry.find("cylinder") is not None:
@@ -245,8 +245,3 @@ def sdf_parts(geometry: ElementTree.Element | None, folder: Path) -> list[tuple[
         raise InputError(f"collision mesh {name[:80]!r}: expected beside the file")
     scale = np.array(sizes["scale"] or [1.0])
     return [(vertices * scale, faces) for vertices, faces in groups_of(target)]
-
-
-def numbers_in(node: ElementTree.Element, name: str) -> list[float]:
-    """Return the numbers that an element's text is made of."""
-    return [float(word) for word in node.findtext(name, "").split()]

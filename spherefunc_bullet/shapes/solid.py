@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from ..formats.sources import joined_meshes
+
 THIN = 1e-4  # of the extent: how thick a flat piece is made, since an engine gives it a margin as well
 MOST_CORNERS = 64  # of a convex piece: an engine asks each of them in every contact, and fewer leave gaps
 STL_HEAD, STL_FACE = 84, 50  # bytes of a binary STL
@@ -47,13 +49,8 @@ def surface(name: str, vertices: np.ndarray, faces: np.ndarray) -> Solid:
 def of_pieces(name: str, pieces: Iterable[np.ndarray]) -> Solid:
     """Return convex pieces, given by points (K, 3) whose hulls they are."""
     hulls = [hull_of(piece) for piece in pieces]
-    starts = np.cumsum([0] + [len(corners) for corners, _ in hulls])
-    return Solid(
-        name=name,
-        vertices=np.concatenate([corners for corners, _ in hulls]),
-        faces=np.concatenate([faces + start for (_, faces), start in zip(hulls, starts, strict=False)]),
-        pieces=tuple(corners for corners, _ in hulls),
-    )
+    vertices, faces = joined_meshes(hulls)
+    return Solid(name=name, vertices=vertices, faces=faces, pieces=tuple(corners for corners, _ in hulls))
 
 
 def hull_of(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

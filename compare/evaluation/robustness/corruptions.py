@@ -106,11 +106,10 @@ def asked_of(
     learnt: Simulated, tested: Simulated | None, dropping: Dropping, copied: int | None, jobs: int, failed: Failed
 ) -> Asked:
     """Return whole objects, and their corrupted clouds with the spheres that fell on these."""
-    objects = learnt.objects + (() if tested is None else tested.objects)
-    records = learnt.records + (() if tested is None else tested.records)
+    whole = learnt if tested is None else learnt + tested
     first = 0 if tested is None else len(learnt.objects)
-    rows = {item.path: row for row, item in enumerate(objects) if row >= first}
-    some = chosen([item for item in objects[first:]], copied)
+    rows = {item.path: row for row, item in enumerate(whole.objects) if row >= first}
+    some = chosen(whole.objects[first:], copied)
     tasks = [(item, dropping) for item in some]
     outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
     made: list[tuple[int, str, str, ObjectRecord]] = []
@@ -120,14 +119,11 @@ def asked_of(
         else:
             made += [(rows[some[index].path], *one) for one in outcome]
     made.sort(key=lambda one: (one[0], one[1], one[2]))
-    both = Simulated(
-        learnt.name,
-        objects + tuple(objects[row] for row, *_ in made),
-        records + tuple(record for *_, record in made),
-    )
+    copies = [whole.objects[row] for row, *_ in made], [record for *_, record in made]
+    both = whole + Simulated(learnt.name, *map(tuple, copies))
     kinds = [(kind, severity) for _, kind, severity, _ in made]
     originals = np.array([row for row, *_ in made], int)
-    return Asked(simulated=both, whole=len(objects), originals=originals, kinds=kinds)
+    return Asked(simulated=both, whole=len(whole.objects), originals=originals, kinds=kinds)
 
 
 def chosen(objects: Sequence[DatasetObject], copied: int | None) -> list[DatasetObject]:

@@ -13,6 +13,8 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
+from spherefunc_bullet.formats.sources import joined_meshes
+
 from .outlines import at_height, circle, rectangle, rounded_rectangle
 
 
@@ -244,10 +246,7 @@ def mirror(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
 
 def join(*parts) -> trimesh.Trimesh:
     """Return one mesh of all parts; a part is a mesh or a list of parts."""
-    meshes = list(_flat(parts))
-    offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])[:-1]
-    vertices = np.concatenate([mesh.vertices for mesh in meshes])
-    faces = np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, offsets, strict=True)])
+    vertices, faces = joined_meshes([(mesh.vertices, mesh.faces) for mesh in _flat(parts)])
     return trimesh.Trimesh(vertices, faces, process=False)
 
 

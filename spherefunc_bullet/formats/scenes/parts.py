@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import FormatError
 from ..limits import require_text_size
-from ..sources import Geometry
+from ..sources import Geometry, joined_meshes
 
 if TYPE_CHECKING:
     import trimesh
@@ -32,9 +32,7 @@ def joined(parts: Sequence[Part]) -> Geometry:
     """
     if not parts:
         raise FormatError("expected a mesh or points in its scene, found none; is it empty?")
-    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
-    faces = np.concatenate([faces + start for (_, faces), start in zip(parts, starts[:-1], strict=True)])
-    return Geometry(np.concatenate([vertices for vertices, _ in parts]), faces)
+    return Geometry(*joined_meshes(parts))
 
 
 def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
