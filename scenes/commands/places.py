@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]  # what the contract prints of one file
 HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in the coordinates of the input
-SHOWN = 0.05  # the least score of a place that is printed: a level on a thing that is none of its function has 0
+SHOWN = 0.05  # the least score of a place that is printed: a level on an object without that function has 0
 
 
 def places(

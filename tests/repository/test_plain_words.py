@@ -28,7 +28,7 @@ KEPT = {
     "compare/comparison/tables.py": {"things"},
     "compare/documents/*": {"told"},
     "compare/rooms/lessons/files.py": {"thing"},
-    "spherefunc_bullet/settling/records.py": {"told"},
+    "spherefunc_bullet/settling/cache.py": {"told"},
     "scenes/report/*.js": {"thing", "things"},
 }
 
