@@ -13,6 +13,7 @@ import numpy as np
 
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
+from .clouds.orientation import stands_with_y_up
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
@@ -29,6 +30,7 @@ NOTHING = (
     "whose far side and bottom the sensor did not see"
 )
 UNSEEN = "this looks like a single view of an object; once completed, it may be classified as {functions}"
+LIES = 'as it stands it would fall over, and would not with y up: is its up axis right? up="y" says so'
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
 
 
@@ -61,6 +63,7 @@ class Decision:
     fails_stability_check: bool = False
     leaks: bool = False  # and has the look of a cup, but none's function
     objects_on_top: int = 0  # that stand on a table
+    lies: bool = False  # and has no function, as a file does whose up axis is y and is taken for z
     more_doubts: tuple[str, ...] = ()
 
     @property
@@ -83,6 +86,7 @@ class Decision:
         said = self.reading.model.sentences(self.reading) if explain else []
         if explain and self.objects_on_top:
             said.append(ON_TOP.format(objects=f"{self.objects_on_top} object{'s' * (self.objects_on_top > 1)}"))
+        said = [*said, LIES] if self.lies else said
         return [FALLS, *said] if self.fails_stability_check else said
 
     def doubts(self) -> list[str]:
@@ -115,8 +119,10 @@ def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], Fun
     decision = decide(item, model)
     if TABLE in decision.functions:
         return with_objects_on_top(decision, item)
-    if decision.functions or not item.check("one_view", looks_like_one_view):
+    if decision.functions:
         return decision
+    if not item.check("one_view", looks_like_one_view):
+        return replace(decision, lies=item.check("lies", stands_with_y_up))
     return reclassify_completed(item.cloud(), decision, view_model())
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ..classification import LIES
 from ..console import print_table, say, show
 from ..formats.units import format_length
 
@@ -32,6 +33,9 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
     print_table("What objects are for (scores; positive if > 0.5)", columns, table)
     if len(done) < len(rows) > 1:
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
+    for row in done:
+        if LIES in row["reasons"] and not explain:
+            show(f"{Path(row['file']).name}: {LIES}")
     for row in done if explain else []:
         print_reasons(row)
         for name in functions:

@@ -25,7 +25,7 @@ POSES = 20  # that are drawn of a place
 BEAD = 0.008  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
 FAILED = "0.35"  # the grey of a place that did not hold when it was used
-WORDS = {"sit": "a place to sit", "put": "to put something down", "pour": "to pour", FAILED: "did not hold when it was used"}
+WORDS = {"sit": "a place to sit", "put": "to put something", "pour": "to pour", FAILED: "did not hold when it was used"}
 EXPLAINED = (
     "Pale: the object. Chains of dots: the outline of each place, a person who sits there, a stream that is poured; "
     "single dots are poses at which the object stands that was to be put down. Drag to turn, scroll to zoom."

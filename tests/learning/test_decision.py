@@ -13,6 +13,7 @@ from spherefunc_bullet.classification import (
     COMPLETED,
     FALLS,
     LEAKS,
+    LIES,
     NOTHING,
     ON_TOP,
     POSSIBLE,
@@ -88,17 +89,24 @@ def decided(model: Model, *true: str, views: Model | None = None):
     return classify(item, model, lambda: views), item.asked
 
 
+@pytest.mark.parametrize(("true", "said"), [(["lies"], True), ([], False), (["one_view", "lies"], False)])
+def test_what_would_stand_with_y_up_is_said_of_what_has_no_function(true, said):
+    decision, _ = decided(Model(cup=0.1), *true, views=Model(cup=0.1))
+    assert (LIES in decision.reasons(explain=False)) == said and LIES not in decision.doubts()
+    assert LIES not in decided(Model(cup=0.9), *true)[0].reasons()
+
+
 @pytest.mark.parametrize(
     ("scores", "true", "functions", "asked"),
     [
         ({"cup": 0.9, "seat": 0.9}, [], {"cup", "seat"}, ["falls_over", "leaks"]),
         ({"cup": 0.9, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over", "leaks"]),
-        ({"cup": 0.9, "seat": 0.9}, ["falls_over", "leaks"], set(), ["falls_over", "one_view"]),
+        ({"cup": 0.9, "seat": 0.9}, ["falls_over", "leaks"], set(), ["falls_over", "one_view", "lies"]),
         ({"cup": 0.1, "seat": 0.9}, ["leaks"], {"seat"}, ["falls_over"]),
-        ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view"]),
+        ({"cup": THRESHOLD, "seat": THRESHOLD}, ["falls_over"], set(), ["one_view", "lies"]),
         ({"cup": THRESHOLD + A_LITTLE}, [], {"cup"}, ["falls_over", "leaks"]),
         ({"table": 0.9}, [], {"table"}, ["falls_over", "count"]),
-        ({"table": THRESHOLD}, [], set(), ["one_view"]),
+        ({"table": THRESHOLD}, [], set(), ["one_view", "lies"]),
     ],
 )
 def test_what_an_object_must_not_do_is_asked_where_it_has_a_function_alone(scores, true, functions, asked):
