@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..classification import LIES
 from ..console import print_table, say, show
 from ..formats.units import format_length
 
@@ -31,11 +30,10 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
         for row in done
     ]
     print_table("What objects are for (scores; positive if > 0.5)", columns, table)
+    if not explain:
+        print_lying(done)
     if len(done) < len(rows) > 1:
         say(f"{len(rows) - len(done)} of {len(rows)} files could not be classified, as said above")
-    for row in done:
-        if LIES in row["reasons"] and not explain:
-            show(f"{Path(row['file']).name}: {LIES}")
     for row in done if explain else []:
         print_reasons(row)
         for name in functions:
@@ -44,6 +42,15 @@ def print_functions(rows: Sequence[Row], functions: Sequence[str], explain: bool
             else:
                 print_neighbors(row, name)
                 print_cubes(row, name)
+
+
+def print_lying(rows: Sequence[Row]):
+    """Print which objects lie as a file does whose y axis points up."""
+    from ..classification import LIES
+
+    for row in rows:
+        if LIES in row.get("reasons", ()):
+            show(f"{Path(row['file']).name}: {LIES}")
 
 
 def answer_text(row: Row) -> str:
