@@ -30,7 +30,7 @@ from .related.examiner import related
 POINTS = "points"  # by the same quantities
 ACROSS = "leave_one_group_out"
 PARTS = 10  # where one object each is left out: a forest takes seconds to learn, and nine tenths are hardly fewer
-WORTH_CORES = 1000  # objects to be learnt in all, in some seconds: for fewer, other processes take longer to start
+WORTH_CORES = 400  # objects to be learnt in all, in a second: for fewer, other processes take longer to start
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -70,7 +70,7 @@ def judged(row: Row, truth: Truth, kept: Kept) -> Row:
 def losses(row: Row, truth: Truth, kept: Kept) -> Iterator[str]:
     """Yield what a shape does not keep."""
     if row.capacity_kept is not None and row.capacity_kept < kept.share:
-        held = f"holds {volume(row.capacity_kept * truth.capacity_ml)} of {volume(truth.capacity_ml)}"
+        held = f"holds {part_of(row.capacity_kept, truth.capacity_ml)}"
         why = "solid for the engine" if row.filled else "it runs out through gaps"
         yield f"{held}: {why}" if row.capacity_kept < NOTHING else held
     if row.level_kept < kept.share:
@@ -102,12 +102,14 @@ def price(row: Row, truth: Truth) -> str:
     return f"keeps everything at {times:.1f} times the cost of the mesh"
 
 
-def volume(millilitres: float) -> str:
-    """Return a volume as people write it.
+def part_of(share: float, millilitres: float) -> str:
+    """Return a share of a volume, and the volume, as people write them.
 
     Examples
     --------
-    >>> volume(310.4), volume(19018.0)
-    ('310 ml', '19 l')
+    >>> part_of(0.5, 310.4), part_of(0.9, 19018.0)
+    ('155 of 310 ml', '17.1 of 19.0 l')
     """
-    return f"{millilitres:.0f} ml" if millilitres < 1000 else f"{millilitres / 1000:.3g} l"
+    if millilitres < 1000:
+        return f"{share * millilitres:.0f} of {millilitres:.0f} ml"
+    return f"{share * millilitres / 1000:.1f} of {millilitres / 1000:.1f} l"
