@@ -13,7 +13,8 @@ import numpy as np
 
 from .clouds.cloud import Cloud
 from .clouds.one_view import completed_clouds, looks_like_one_view
-from .clouds.orientation import stands_with_y_up
+from .clouds.orientation import likely_up, standing_margin
+from .formats.sources import Geometry
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
 from .settling.kept_object import CloudObject
@@ -124,6 +125,14 @@ def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], Fun
     if not item.check("one_view", looks_like_one_view):
         return replace(decision, lies=item.check("lies", stands_with_y_up))
     return reclassify_completed(item.cloud(), decision, view_model())
+
+
+def stands_with_y_up(cloud: Cloud) -> bool:
+    """Return whether a cloud's object would fall over with z up, and stand safely with y up; never of points alone."""
+    if cloud.mesh is None:
+        return False
+    geometry = Geometry(cloud.mesh.vertices, cloud.mesh.faces)
+    return standing_margin(geometry.vertices, geometry.faces) <= 0 and likely_up(geometry)[0] == "y"
 
 
 def decide(item: DroppedOn, model: FunctionModel) -> Decision:

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError, one_line
 from ..formats.sources import Geometry
 from ..formats.units import BY_FILE, METRES, format_length
-
-if TYPE_CHECKING:
-    from .cloud import Cloud
 
 Report = Callable[[str], None]
 UPS = ("z", "-z", "y", "-y", "x", "-x", "auto", BY_FILE)
@@ -71,14 +67,6 @@ def likely_up(geometry: Geometry) -> tuple[str, str]:
     if margins["y"] > max(margins["z"], 0.0) + _CLEARLY:
         return "y", "it stands more safely that way"
     return "z", "it stands safely that way" if margins["z"] > 0 else "no other axis lets it stand more safely"
-
-
-def stands_with_y_up(cloud: Cloud) -> bool:
-    """Return whether a cloud's object would fall over with z up, and stand safely with y up; never of points alone."""
-    if cloud.mesh is None:
-        return False
-    vertices, faces = cloud.mesh.vertices, cloud.mesh.faces
-    return standing_margin(vertices, faces) <= 0 and standing_margin(turned_up(vertices, "y"), faces) > _CLEARLY
 
 
 def promised_up(path: Path) -> str:

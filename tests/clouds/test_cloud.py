@@ -11,7 +11,7 @@ from cloud_files import CLOUD_ENDINGS, MESH_ENDINGS, cloud_bytes, mesh_bytes, mu
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, cloud_from_mesh, cloud_from_points, load_cloud
-from spherefunc_bullet.clouds.orientation import likely_unit, stands_with_y_up, turned_up
+from spherefunc_bullet.clouds.orientation import likely_unit, turned_up
 from spherefunc_bullet.errors import InputError
 
 MODELS = DATA / "models"
@@ -238,11 +238,3 @@ def covers_random_locations(cloud, path, rng):
     locations = np.asarray(locations) - [*(used.min(axis=0) + used.max(axis=0))[:2] / 2, used[:, 2].min()]
     # the sampled points are placed anew: their box may be smaller than the mesh's by the gap
     return cKDTree(cloud.points).query(locations)[0].max() <= 2 * MAX_GAP
-
-
-def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
-    vertices, faces = mug()
-    standing = cloud_from_mesh(vertices, faces)
-    lying = cloud_from_mesh(vertices[:, [0, 2, 1]] * [1, 1, -1], faces)
-    assert stands_with_y_up(lying) and not stands_with_y_up(standing)
-    assert not stands_with_y_up(Cloud(lying.points))

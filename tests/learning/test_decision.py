@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from cloud_files import mug
 from test_doubts import shelf
 
 from spherefunc_bullet import classification
@@ -19,8 +20,9 @@ from spherefunc_bullet.classification import (
     POSSIBLE,
     classify,
     nothing_settled,
+    stands_with_y_up,
 )
-from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.function_model import THRESHOLD, FunctionModel, Reading
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.settling.drops import FEW, RunLimit
@@ -94,6 +96,13 @@ def test_what_would_stand_with_y_up_is_said_of_what_has_no_function(true, said):
     decision, _ = decided(Model(cup=0.1), *true, views=Model(cup=0.1))
     assert (LIES in decision.reasons(explain=False)) == said and LIES not in decision.doubts()
     assert LIES not in decided(Model(cup=0.9), *true)[0].reasons()
+
+
+def test_a_mesh_with_y_up_is_seen_to_lie_and_points_are_not_asked():
+    vertices, faces = mug()
+    lying = cloud_from_mesh(vertices[:, [0, 2, 1]] * [1, 1, -1], faces)
+    assert stands_with_y_up(lying) and not stands_with_y_up(cloud_from_mesh(vertices, faces))
+    assert not stands_with_y_up(Cloud(lying.points))
 
 
 @pytest.mark.parametrize(
