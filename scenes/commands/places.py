@@ -102,7 +102,7 @@ def print_places(rows: Sequence[Row], units: str):
             show(f"{Path(row['file']).name}: no place to sit, to put or to pour")
         elif left:
             which = "1 place" if left == 1 else f"{left} places"
-            show(f"{Path(row['file']).name}: {which} of a function that it has not, not shown; --json has all")
+            show(f"{Path(row['file']).name}: not shown, {which} of functions that it does not have; --json has all")
 
 
 def worth_showing(places: Sequence[Row]) -> list[Row]:
