@@ -321,3 +321,17 @@ def test_what_is_kept_is_held_against_its_cost(tmp_path):
     assert wins == {"mesh": (0, 0), "hull": (0, 0), "vhacd 8": (0, 1), "--best": (1, 0)}
     draw(kinds, tmp_path / "shapes.svg")
     assert (tmp_path / "shapes.svg").stat().st_size > 1_000
+
+
+def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
+    """A seat whose level is a little higher, and which is still one, is not lost; a table is, by its level."""
+    from spherefunc_bullet.shapes.library import summary
+
+    def result(name, seat, level_kept):
+        functions = {name: {"member": True}}
+        row = {"capacity_kept": None, "level_kept": level_kept, "keeps": False, "functions": {name: {"member": seat}}}
+        return {"capacity_ml": 0.0, "keep": 0.9, "functions": functions, "shapes": [row]}
+
+    counts = summary([result("sittable", True, 0.5), result("sittable", False, 1.0), result("table", True, 0.5)])
+    assert counts["seats that are no longer classified as seats"] == 1 and counts["seats"] == 2
+    assert counts["tables that do not carry at their level"] == 1 and "vessels" not in counts
