@@ -26,7 +26,11 @@ PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB a
 ELEVATION = 42.0  # degrees: into a vessel
 TIME = 600.0  # seconds of one object of a library
 USES = {"vessel": "vessels", "sittable": "seats", "table": "tables"}
-LOSSES = {"vessel": "hold nothing", "sittable": "are no longer classified as seats", "table": "do not carry at their level"}
+LOSSES = {
+    "vessel": "hold nothing",
+    "sittable": "are no longer classified as seats",
+    "table": "do not carry at their level",
+}
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
 
