@@ -84,14 +84,14 @@ class Answer:
         return row | evidence(self.decision) if explain else row
 
     def plot(self) -> Figure:
-        """Return a Matplotlib figure of the object and the spheres that settled on it."""
-        from .viewer.still import still_figure
+        """Return a Matplotlib figure of the object and the spheres that settled on it, and what its colours mean."""
+        from .viewer.still import explained_figure
 
         drops, radii = self.decision.reading.drops, self.decision.model.radius_
-        counting = drops.get(radii[max(self.scores, key=self.scores.get)])
-        shown = max(drops.values(), key=lambda one: len(one.rests)) if counting is None else counting
+        counting = radii[max(self.scores, key=self.scores.get)]
+        radius = counting if counting in drops else max(drops, key=lambda one: len(drops[one].rests))
         title = (", ".join(sorted(self.functions)) or "none") + ", unsure" * self.unsure
-        return still_figure(self.cloud, [(title, shown.rests)])
+        return explained_figure(self.cloud, title, drops[radius].rests, radius)
 
     def _repr_html_(self) -> str:
         """Return the picture, the scores and the reasons, for notebooks."""

@@ -113,8 +113,8 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
         cells = [cell.replace("\n", " ") if isinstance(cell, str) else f"{cell:g}" for cell in row]
         table.add_row(*[Text(printable(cell)) for cell in cells])  # no markup: a name may hold brackets
     console = Console()
-    if not console.is_terminal:
-        console = Console(width=200)  # a pipe has no width to fit
+    if not console.is_terminal:  # a pipe has no width to fit
+        console = Console(width=max(200, Console(width=10_000).measure(table).maximum))
     console.print(Text(printable(title)), soft_wrap=True)  # as the table's own title it would wrap at its width
     console.print(table)
 

@@ -106,7 +106,8 @@ def print_keep_scores(scores: list[KeepScore]):
         print_table(f"\nKeeping, {one.score.backend}, {one.score.asked} objects", head, rows)
         for holed in one.holed:
             words = holed.kind.replace("_", " ")
-            show(f"{words} % of the depth: {holed.classified:.2f} of {holed.asked} still classified as vessels")
+            still = f"{round(holed.classified * holed.asked)} of {holed.asked}"
+            show(f"{words} % of the depth: {still} still classified as vessels")
         quality = f"F {one.score.f_measure:.3f}, precision {one.score.precision:.3f}, recall {one.score.recall:.3f}"
         show(
             f"half kept at {one.angles_deg[-1]:g}° is a vessel: {quality}; {one.score.cpu_seconds:.2f} processor s each"

@@ -9,7 +9,7 @@ from spherefunc_bullet.formats.units import format_duration, format_length
 
 from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.impaired import share_rows
-from ..evaluation.protocol import PAPER
+from ..evaluation.protocol import FAIR, PAPER
 from .report import Report
 
 
@@ -55,7 +55,7 @@ def quality_table(report: Report) -> Table:
     trials = report["experiment"]["trials"]
     title = f"{report['data']}, {report['objects']} objects, {report['train_size']} learnt, trials: {trials}"
     head = ["features", "function", "F", "precision", "recall", "accuracy", "F fair", "F leave-one-out", "radius"]
-    return Table(title=f"{title}; F fair: without those true as well", columns=head, rows=rows)
+    return Table(title=f"{title}; {FAIR}", columns=head, rows=rows)
 
 
 def copies_table(report: Report) -> Table:

@@ -248,7 +248,7 @@ def shares_of(impaired: Impaired, splits: Sequence[Split], said: Mapping[str, Se
 
 def print_shares(shares: Shares):
     """Print a row for each kind and a column for each feature set."""
-    title = "\nimpaired copies of objects from sources not learnt: share still called by the function"
+    title = "\nimpaired copies of objects that were not learnt: share still called by the function"
     print_table(title, *share_rows(shares))
 
 

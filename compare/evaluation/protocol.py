@@ -13,6 +13,7 @@ from spherefunc_bullet.learning.labels import memberships
 
 from . import TRAIN_SIZES
 
+FAIR = "F fair: objects whose column `also` names the function do not count"
 PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures on its authors' own 200 models
 
 
@@ -172,6 +173,8 @@ def wanted_sizes(text: str, count: int) -> list[int]:
         If a size is no number, or one that was asked for is larger than half of the objects.
     """
     half, sizes = count // 2, parse_sizes(text, count)
+    if half < 2:
+        raise InputError(f"expected at least 4 objects, half of which are learnt, got {count}")
     if text == TRAIN_SIZES:
         sizes = [size for size in sizes if size <= half]
     if not sizes or sizes[0] < 2 or sizes[-1] > half:

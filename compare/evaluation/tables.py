@@ -15,7 +15,7 @@ from spherefunc_bullet.learning.method import AnyMethod
 from .evaluation import Evaluation, FunctionQuality, Said, confusion_report
 from .features import SPHERES
 from .impaired import Shares, print_shares
-from .protocol import Protocol, Split, Splits, labels_of
+from .protocol import FAIR, Protocol, Split, Splits, labels_of
 from .readings import readings
 from .robustness.corruptions import Corruptions, print_corruptions
 
@@ -111,7 +111,7 @@ def print_results(
         return
     print_table(
         f"{about['data']}, {about['objects']} objects, backend {about['backend']}, method {about['method']}; "
-        "F fair: without objects of which it is true as well",
+        + FAIR,
         ["protocol", "train", "function", "F", "spread", "F fair", "precision", "recall", "accuracy", "radius"],
         [row for result in results for row in result_rows(result)],
     )

@@ -154,10 +154,10 @@ def block_tops(shares: Shares) -> dict[bool, float]:
 def headline(shares: Shares, columns: Mapping[str, str]) -> list[str]:
     """Return what comes of it in two sentences, each a mean over functions."""
     sentences, means = [], mean_shares(shares, list(columns))
-    for name, words in ((USELESS, "useless objects"), (HARMLESS, "objects changed harmlessly")):
+    for name, words in ((USELESS, "useless copies"), (HARMLESS, "harmless copies")):
         if not np.isnan(list(means[name].values())).all():
             said = ", ".join(f"{column} {per_cent(means[name][key])} %" for key, column in columns.items())
-            sentences.append(f"Of {words} are still called useful by {said}.")
+            sentences.append(f"Share of {words} that are still called useful: {said}.")
     return sentences
 
 
@@ -194,7 +194,7 @@ def draw_block(
         axes.text(-0.15, top + line + 0.5, kind_words(function, kind), ha="right", color=INK, **at)
         for place, name in enumerate(columns):
             share = row["share"][name]
-            right = share if works else 1 - share
+            right = float(share if works else 1 - share)  # of a whole number Matplotlib takes a colour by its index
             colour = colours()(right)
             axes.add_patch(Rectangle((place, top + line), 1, 1, facecolor=colour, edgecolor="white", linewidth=1))
             ink = "white" if abs(right - 0.5) > 0.35 else INK

@@ -122,7 +122,7 @@ def benefit_sentence(task: str, outcomes: Sequence[Outcome], unable: Sequence[st
         return f"{task}: {said} ({words})."
     better, chance = beside(quick, slow)
     verdict = "level with" if chance > CHANCE else "better than" if better else "worse than"
-    buys = "buys nothing that shows" if chance > CHANCE else "buys that" if better else "costs that"
+    buys = "gains nothing measurable" if chance > CHANCE else "buys that" if better else "costs that"
     times = f"{slow.seconds / max(quick.seconds, 1e-9):.1f} times the time"
     price = f"{times} ({format_duration(slow.seconds)} against {format_duration(quick.seconds)} each)"
     values = f"{slow.measure} {slow.value:.2f} against {quick.value:.2f} of {slow.asked}"

@@ -9,6 +9,8 @@ the cloud is turned into that, whose z is taken as up; else gravity is found in 
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 
 import spherefunc_bullet as sf
@@ -44,7 +46,10 @@ def markers_of(points: np.ndarray, up: str, header: object, new_marker: type) ->
 
 def main():
     """Run the node until it is stopped."""
-    import rclpy
+    try:
+        import rclpy
+    except ImportError:
+        sys.exit("functional_objects.py: expected the Python of a ROS 2 installation, found no rclpy in this one")
     from rclpy.node import Node
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from sensor_msgs.msg import PointCloud2 as Cloud

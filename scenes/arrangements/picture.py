@@ -62,8 +62,8 @@ def function_words(item: ArrangedResult) -> str:
     alone, among = (
         [name for name, membership in one.items() if membership.member] for one in (item.alone, item.together)
     )
-    now = ", ".join(among) or "nothing"
-    return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'nothing'})"
+    now = ", ".join(among) or "none"
+    return f"for {now}" if alone == among else f"for {now} (alone: {', '.join(alone) or 'none'})"
 
 
 def write_together_page(

@@ -146,6 +146,8 @@ def bag_scan(file: Path, topic: str | None, time: float | None, others: tuple[Pa
             raise InputError(f"--intrinsics, --color: expected with a depth image, got the bag {file.name}")
         return load_bag(file, topic=topic, time=time or 0.0, report=say)
     for option, value in (("--topic", topic), ("--time", time)):
+        if value is not None and not file.exists():
+            raise InputError(f"{file}: expected a bag of ROS 1 or 2, found nothing of that name")
         if value is not None:
             raise InputError(f"{option}: expected with a bag of ROS 1 or 2, got {file.name}")
     return None
@@ -188,7 +190,7 @@ def say_remarks(scan: Scan, room: Room):
 
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
-        "assumed": "neither floor nor one table top carries the scene; the lowest point serves as ground",
+        "assumed": "neither a floor nor a table top was found under the scene; its lowest point serves as ground",
         "given": "no floor is seen; the lowest point along --up serves as ground",
     }
     if len(scan) > MANY:

@@ -16,11 +16,17 @@ from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file
 
+from ..recognition.proposals import CLUSTERS, POOLS
 from ..recognition.room import Inferred, Room, SceneObject
 from ..scans.scan import Scan
 from .picture import best_azimuth, function_colour, point_colours
 
 MAX_POINTS = 250_000  # that a page carries, 9 bytes each
+PROPOSED = {CLUSTERS: "separate clusters of points", POOLS: "parts on which pools of spheres rest"}
+WHY_LOW = (
+    "The bars were chosen in rooms whose objects the model had not learnt. That of seats is low because most clusters "
+    "with an unsure score for it were seats."
+)
 SCRIPTS = ("shaders.js", "camera.js", "drawing.js", "controls.js")
 
 
@@ -33,7 +39,7 @@ def room_page(scan: Scan, room: Room) -> str:
         f"<h1>{escape(scan.name)}</h1>",
         lead_html(scan, room),
         f'<div class="room-display"><script type="application/json">{data}</script></div>',
-        f'<div class="display display-details">{objects_table(room)}</div>',
+        objects_html(room),
         *(f"<p>Inferred, and not counted: {one.function}, since {escape(one.reason)}.</p>" for one in room.inferred),
     ]
     return page_html(scan.name, parts, style=style, script=script, kind="display-page")
@@ -45,7 +51,7 @@ def lead_html(scan: Scan, room: Room) -> str:
     return (
         f"<p class='lead'>{len(scan):,} points, {len(room.objects)} objects, {functional} of them with a function; "
         f"levelled by: {escape(room.levelling.source)}. Drag to turn, right-drag to move, wheel to zoom (click first), "
-        "double-click to reset. In brackets is the bar that a score has to pass: the object then has the function.</p>"
+        "double-click to reset.</p>"
     )
 
 
@@ -80,14 +86,41 @@ def score_text(room: Room, item: SceneObject, function: str) -> str:
     return f"{item.functions[function].score:.2f} ({room.bar(item, function):.2f})"
 
 
-def objects_table(room: Room) -> str:
-    """Return the objects as a table, those with a function first."""
+def objects_html(room: Room) -> str:
+    """Return the tables of the objects: those with a function, and folded those without."""
+    having = [item for item in room.objects if item.main_function is not None]
+    others = [item for item in room.objects if item.main_function is None]
+    parts = [f"<p>{escape(bars_text(room))}</p>"] if room.objects else []
+    parts += [objects_table(room, having)] if having else []
+    if others:
+        count = f"{len(others)} {'others' if having else 'objects'} without a function"
+        parts.append(f"<details><summary>{count}</summary>{objects_table(room, others)}</details>")
+    return f'<div class="display display-details">{"".join(parts)}</div>'
+
+
+def bars_text(room: Room) -> str:
+    """Return from which score on an object has a function, and that this depends on the function."""
+    proposed = {item.proposed_by: item for item in room.objects}
+    said = {
+        by: ", ".join(f"{name} {room.bar(proposed[by], name):.2f}" for name in room.function_names)
+        for by in sorted(proposed)
+    }
+    if len(set(said.values())) == 1:
+        bars = next(iter(said.values()))
+    else:
+        bars = "; ".join(f"{bars} of {PROPOSED.get(by, by)}" for by, bars in said.items())
+    text = f"A score counts as yes if it is above the bar of its function, in brackets: {bars}."
+    return text if room.bars is None else f"{text} {WHY_LOW}"
+
+
+def objects_table(room: Room, objects: Sequence[SceneObject]) -> str:
+    """Return some of the objects as a table, in the order of their numbers."""
     head = ["object", "for", *room.function_names, "size, cm", "points"]
     rows = [
         [str(item.id), item.main_function or "none"]
         + [score_text(room, item, name) for name in item.functions]
         + [" × ".join(f"{100 * side:.0f}" for side in item.box.size), f"{len(item.points):,}"]
-        for item in sorted(room.objects, key=lambda item: (item.main_function is None, item.id))
+        for item in sorted(objects, key=lambda item: item.id)
     ]
     return table_html(head, rows, texts=2)
 

@@ -169,6 +169,8 @@ def unit_question(extent: float) -> str:
     >>> unit_question(300.0), unit_question(0.0003)
     ('300 m wide; in millimetres? units="mm"', '0.3 mm wide; in metres? units="m"')
     """
+    if extent == 0:
+        return "all points at one place"
     if extent < LIKELY[0]:
         return f'{_rounded(extent)} wide; in metres? units="m"'
     unit = likely_unit(extent)

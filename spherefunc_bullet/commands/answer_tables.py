@@ -89,7 +89,9 @@ def print_reasons(row: Row):
     if not row["reasons"]:
         return
     show(f"\n{Path(row['file']).name}")
-    for reason in row["reasons"]:
+    first, *others = row["reasons"]
+    show(f"  {first}" if members_of(row) else f"  likeliest: {first}")
+    for reason in others:
         show(f"  {reason}")
     if rejected := [f"{name} {one['score']:.2f}" for name, one in row["functions"].items() if not one["member"]]:
         show(f"  not {', '.join(rejected)}")
@@ -112,7 +114,7 @@ def print_quantities(row: Row, name: str):
 
     table = [cells_of(decided) for decided in row["quantities"][name]]
     title = f"\n{Path(row['file']).name}: why {name} {row['functions'][name]['score']:.2f}"
-    print_table(title, ["quantity", "spheres", "here", "median learnt", "score without it"], table)
+    print_table(title, ["quantity", "spheres", "here", "median learnt", "change without it"], table)
 
 
 def print_neighbors(row: Row, name: str):

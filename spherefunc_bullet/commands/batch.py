@@ -134,7 +134,7 @@ def show_status(folder: Path, json: bool):
         print_json(about)
         return
     if about["waiting"] and about["running"] is False:
-        left = "none: nothing runs, it ended or was killed; the same call goes on"
+        left = "none: nothing runs, it ended or was killed; run the same command to go on"
     else:
         left = "unknown" if about["seconds_left"] is None else format_duration(about["seconds_left"])
     rate = "unknown" if about["rate"] is None else f"{about['rate']:.3g} runs/s"

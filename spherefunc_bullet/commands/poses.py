@@ -1,4 +1,4 @@
-"""``spherefunc poses``: how objects can lie, how likely, and what they are for so, or in the best for each function."""
+"""``spherefunc poses``: how objects can lie, how likely, and what they are for in each pose or the best."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
             scores = [f"{answers[name]['score']:.2f}" for name in functions]
             table.append([*start, *shares, ", ".join(members) or "none", *scores])
     head = ["file", "turned by", "probability", "by statics", "for", *functions]
-    print_table("How objects can lie, and what they are for so (positive if > 0.5)", head, table)
+    print_table("How objects can lie, and what they are for in each pose (positive if > 0.5)", head, table)
 
 
 def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):

@@ -59,8 +59,8 @@ def shapes(
         best=form if best else None, still=still, out=out, picture=report is not None,
     )  # fmt: skip
     chosen, failures, results = list(objects_in(files)), Failures(), []
-    if best and len({file.stem for file in chosen}) < len(chosen):
-        raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
+    if best:
+        require_other_folder(chosen, out)
     kept = None if report is None else report / "objects"
     for result in progress(answers(chosen, asked, jobs, kept), len(chosen), "asking"):
         if "error" in result:
@@ -80,6 +80,15 @@ def shapes(
             if "error" not in row:
                 print_shapes(row)
     failures.exit()
+
+
+def require_other_folder(files: list[Path], out: Path):
+    """Refuse to write the best shapes over one another, or among the files that are asked about."""
+    if len({file.stem for file in files}) < len(files):
+        raise InputError(f"--best: expected files of different names, since each is written to {out} under its own")
+    for file in files:
+        if file.resolve().parent == out.resolve():
+            raise InputError(f"--best: expected --out of another folder than that of {file}, which it might write over")
 
 
 def write_report(report: Path, results: list[dict[str, Any]], table: Path | None) -> Path:

@@ -112,7 +112,7 @@ def label_remarks(dataset: Dataset) -> list[str]:
         only = label_text(counts)
         raise InputError(f"{dataset.name}: all {total} objects are {only}: expected others too; add some labelled none")
     few = [
-        f"{dataset.name}: {name} has {count} example{'s' * (count > 1)}; expected {FEW} at least, is it a typo?"
+        f"{dataset.name}: {name} has {count} example{'s' * (count > 1)}; expected {FEW} at least; is its name misspelt?"
         for name, count in sorted(counts.items())
         if count < FEW
     ]

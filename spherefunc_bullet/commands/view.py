@@ -87,7 +87,7 @@ def view(
     if json:
         print_json([str(page) for page in pages])
     else:
-        say("\n".join(f"wrote {page}" for page in pages) if pages else "nothing to show")
+        say("\n".join(f"wrote {page}" for page in pages) if pages else "no page was written")
     if pages and wants_browser(open):
         open_browser(pages[0])
     failures.exit()

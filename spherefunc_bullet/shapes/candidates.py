@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
+from importlib.util import find_spec
 
 import numpy as np
 
@@ -41,6 +42,8 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
         makes[f"voxel {format_length(size)}"] = partial(of_cloud, cloud, radius, "voxel", size)
     makes["compound"] = partial(of_cloud, cloud, radius, "compound", None)
     makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
+    if coacd and find_spec("coacd") is None:  # said before what takes long
+        raise InputError(MISSING.format("coacd", "coacd"))
     makes |= {f"coacd {threshold:g}": partial(of_coacd, cloud, threshold) for threshold in coacd}
     makes["hull"] = partial(of_hull, cloud)
     return makes
@@ -89,10 +92,8 @@ def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
 
 def of_coacd(cloud: Cloud, threshold: float) -> Solid:
     """Return CoACD's pieces (Wei et al., "Approximate Convex Decomposition for 3D Meshes", 2022)."""
-    try:
-        import coacd
-    except ImportError as error:
-        raise InputError(MISSING.format("coacd", "coacd")) from error
+    import coacd
+
     mesh = of_mesh(cloud)
     coacd.set_log_level("off")
     pieces = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), threshold=threshold)

@@ -31,6 +31,11 @@ LOSSES = {
     "sittable": "are no longer classified as seats",
     "table": "do not carry at their level",
 }
+KEPT = {
+    "vessel": "still hold something",
+    "sittable": "are still classified as seats",
+    "table": "still carry at their level",
+}
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
 
@@ -144,6 +149,16 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
     return counts
 
 
+def kept_counts(results: Sequence[Result]) -> list[tuple[int, int, str]]:
+    """Return of each use that there is how many objects keep it, how many there are, and what they do."""
+    counts = summary(results)
+    return [
+        (counts[USES[name]] - counts[f"{USES[name]} that {loss}"], counts[USES[name]], f"{USES[name]} {KEPT[name]}")
+        for name, loss in LOSSES.items()
+        if USES[name] in counts
+    ]
+
+
 def page(title: str, results: Sequence[Result]) -> str:
     """Return the page of a library."""
     from jinja2 import Environment, StrictUndefined
@@ -153,7 +168,7 @@ def page(title: str, results: Sequence[Result]) -> str:
     read = [result for result in results if result.get("shapes")]
     failed = [result for result in results if "error" in result]
     body = template.render(title=title, results=read, failed=failed, counts=summary(results), said=said, short=short,
-                           losses=[(USES[name], loss) for name, loss in LOSSES.items()])  # fmt: skip
+                           kept=kept_counts(results))  # fmt: skip
     return page_html(title, [body], style="", kind="shapes")
 
 

@@ -80,7 +80,7 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRad
 
 def deciding_html(rows: Sequence[Deciding], name: str) -> str:
     """Return a table of the quantities that decided about one function."""
-    head = ["quantity", "spheres", "here", "median of training objects", "score without it"]
+    head = ["quantity", "spheres", "here", "median of training objects", "change without it"]
     return table_html(head, map(cells_of, rows), texts=2, label=f"What decided, {name}")
 
 

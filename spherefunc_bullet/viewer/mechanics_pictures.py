@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..formats.writing import write_bytes, write_text
-from ..learning.any_pose import PoseFunctions, turned_cloud
+from ..learning.any_pose import PoseFunctions, best_poses, turned_cloud
 from ..simulator.mechanics import CarryResult, StandResult
 from .page import image_html, page_html, table_html
 from .pictures import GROUND_COLOUR, View, object_picture
@@ -29,7 +29,8 @@ STYLE = "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:72re
 img{max-width:100%;height:auto}table{border-collapse:collapse;margin:.5rem 0 2rem}\
 td,th{padding:.2rem .8rem;text-align:right;border-bottom:1px solid #ddd}"
 CARRIES, TIPS = np.array([0.0, 0.45, 0.70]), np.array([0.84, 0.37, 0.0])
-NOTHING = "nothing"
+NOTHING = "no function"
+FRAMED = "Green frame: the best pose for a function that the object has. In %: how often it lies so after a fall."
 NO_SPHERES = np.empty((0, 3))
 
 
@@ -44,24 +45,32 @@ class ObjectPoses:
 def pose_words(one: PoseFunctions) -> tuple[str, str]:
     """Return how likely a pose is, and what the object is for in it, as words."""
     members = [f"{name} {answer.score:.2f}" for name, answer in one.functions.items() if answer.member]
-    return f"{100 * one.pose.probability:.0f} %", ", ".join(members) or NOTHING
+    share = one.pose.probability
+    return f"{100 * share:.0f} %" if share >= 0.005 else "less than 1 %", ", ".join(members) or NOTHING
+
+
+def framed_poses(answers: Sequence[PoseFunctions]) -> set[int]:
+    """Return the poses that are framed: for each function that the object has in one, that of the highest score."""
+    return {number for name, number in best_poses(answers).items() if answers[number].functions[name].member}
 
 
 def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
     """Return each object as it lies in its likeliest poses, a row or more for each, its name before them."""
     rows: list[Image.Image] = []
     for one in objects:
+        framed = framed_poses(one.answers)
         tiles = [
-            tile(turned_cloud(one.cloud, answer.pose.rotation), *pose_words(answer)) for answer in one.answers[:MOST]
+            tile(turned_cloud(one.cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
+            for number, answer in enumerate(one.answers[:MOST])
         ]
         lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]
-        rows.append(titled(stacked(lines), f"{one.cloud.name}: how it can lie, and what it is for so"))
-    return stacked(rows)
+        rows.append(titled(stacked(lines), f"{one.cloud.name}: how it can lie, and what it is for in each pose"))
+    return noted(stacked(rows), FRAMED)
 
 
-def tile(cloud: Cloud, title: str, detail: str) -> Image.Image:
-    """Return an object as it is, with two lines of words below, framed where it is for something."""
-    return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail, framed=detail != NOTHING)
+def tile(cloud: Cloud, title: str, detail: str, framed: bool) -> Image.Image:
+    """Return an object as it is, with two lines of words below."""
+    return captioned(object_picture(cloud, NO_SPHERES, 0.01, TILE), title, detail, framed=framed)
 
 
 def captioned(image: Image.Image, title: str, detail: str, framed: bool = False) -> Image.Image:
@@ -80,6 +89,19 @@ def titled(image: Image.Image, title: str) -> Image.Image:
     """Return an image with a line above it."""
     canvas = ImageOps.expand(image, (0, 50, 0, 0), PAPER)
     ImageDraw.Draw(canvas).text((16, 28), title, INK, ImageFont.load_default(26), anchor="lm")
+    return canvas
+
+
+def noted(image: Image.Image, note: str) -> Image.Image:
+    """Return an image with a note below it, over as many lines as it needs."""
+    font, lines = ImageFont.load_default(22), [""]
+    for word in note.split():
+        longer = f"{lines[-1]} {word}".strip()
+        lines = [*lines[:-1], longer] if font.getlength(longer) < image.width - 32 else [*lines, word]
+    canvas = ImageOps.expand(image, (0, 0, 0, 28 * len(lines) + 16), PAPER)
+    pen = ImageDraw.Draw(canvas)
+    for number, line in enumerate(lines):
+        pen.text((16, image.height + 20 + 28 * number), line, GREY, font, anchor="lm")
     return canvas
 
 
@@ -121,7 +143,7 @@ def require_png(path: Path | None):
 
 def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
     """Write a page that stands alone: each object's poses as a picture and as a table."""
-    parts = ["<h1>How objects can lie, and what they are for so</h1>"]
+    parts = ["<h1>How objects can lie, and what they are for in each pose</h1>"]
     for one in objects:
         parts.append(f"<h2>{escape(one.cloud.name)}</h2>")
         parts.append(image_html(f"{one.cloud.name} in its poses", png_of(poses_picture([one]))))

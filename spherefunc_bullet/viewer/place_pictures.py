@@ -11,6 +11,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
 from ..formats.writing import write_bytes, write_text
+from .seated_person import TALL, person_faces, person_points, seated_person
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,17 +22,18 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 6000
 DRAWN = 0.25  # the least score of a place that is drawn
+LEAST = 0.05  # a place with a lower score belongs to a function that the object does not have: the page leaves it out
 POSES = 20  # that are drawn of a place
-BEAD = 0.008  # of the object's largest extent: the radius of the spheres that lines are made of
+BEAD = 0.01  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
+BODY = "0.45"  # the grey of a person
 FAILED = "0.35"  # the grey of a place that did not hold when it was used
 WORDS = {"sit": "a place to sit", "put": "to put something", "pour": "to pour", FAILED: "did not hold when it was used"}
 EXPLAINED = (
-    "Pale: the object. Chains of dots: the outline of each place, a person who sits there, a stream that is poured; "
-    "single dots are poses at which the object stands that was to be put down. Drag to turn, scroll to zoom."
+    "Pale: the object. Drawn with small spheres, coloured by height: the outline of each place, a person "
+    f"{TALL} m tall who sits there, a stream that is poured; single spheres are poses at which the object stands that "
+    "was to be put down. Drag to turn, scroll to zoom."
 )
-# Joints of a sitter 1.75 m tall, ahead and up from the seat, metres: head, neck, hip, knee, foot, toes.
-JOINTS = np.array([[-0.02, 0.86], [0.0, 0.60], [0.0, 0.08], [0.42, 0.10], [0.44, -0.36], [0.60, -0.38]])
 
 
 def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> bytes:
@@ -69,6 +71,8 @@ def add_legend(figure: Figure, places: Sequence[Place]):
         for kind, words in WORDS.items()
         if kind in used
     ]
+    if "sit" in used:
+        keys.append(Patch(facecolor=BODY, label=f"a person {TALL} m tall who sits there"))
     if keys:
         figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False)
 
@@ -83,7 +87,7 @@ def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Pl
     some = points[:: max(1, len(points) // MOST_POINTS)]
     axes.scatter(*some.T, s=1.5, c="0.6", linewidths=0, depthshade=False)
     low, high = corners_of(points)
-    tall = max([high[2], *(place.position[2] + 0.9 for place in places if place.kind == "sit")])
+    tall = max([high[2], *(place.position[2] + 0.95 for place in places if place.kind == "sit")])
     side = max(float((high - low).max()), float(tall - low[2])) / 2
     middle = (low + high) / 2
     axes.set(xlim=(middle[0] - side, middle[0] + side), ylim=(middle[1] - side, middle[1] + side))
@@ -99,26 +103,19 @@ def draw_place(axes: Axes3D, place: Place):
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     failed = did_not_hold(place)
-    colour, body = (FAILED, FAILED) if failed else (COLOURS[place.kind], "black")
+    colour = FAILED if failed else COLOURS[place.kind]
     if place.region and not failed:
         axes.add_collection3d(Poly3DCollection([place.region[0]], facecolor=colour, alpha=0.25, zorder=2))
     for ring in place.region:
         axes.plot(*np.vstack([ring, ring[:1]]).T, c=colour, lw=1.0 if failed else 1.5, zorder=2 if failed else 3)
     if place.kind == "sit":
-        joints = joints_of(place)
-        axes.plot(*joints[1:].T, c=body, lw=1.5 if failed else 4, ls=":" if failed else "-", zorder=5)
-        axes.scatter(*joints[0], c="none" if failed else body, edgecolors=body, s=160, zorder=5)
+        faces = person_faces(seated_person(place))
+        look = {"facecolors": FAILED, "alpha": 0.12} if failed else {"facecolors": BODY, "shade": True}
+        axes.add_collection3d(Poly3DCollection(faces, **look, zorder=5))
     elif place.kind == "pour":
         axes.plot(*stream_of(place).T, c=colour, lw=4, zorder=4)
     for pose in place.poses[:POSES]:
         axes.scatter(*pose[:3, 3], c=colour, s=12, marker="x", zorder=4)
-
-
-def joints_of(place: Place) -> np.ndarray:
-    """Return the joints (6, 3) of a person who sits there."""
-    angle = np.radians(0.0 if place.heading_deg is None else place.heading_deg)
-    ahead = np.array([np.cos(angle), np.sin(angle), 0.0])
-    return place.position + JOINTS[:, :1] * ahead + JOINTS[:, 1:] * [0, 0, 1]
 
 
 def stream_of(place: Place) -> np.ndarray:
@@ -134,7 +131,8 @@ def write_places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]
 def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path):
     """Write an interactive page of objects and their places, which are in the frames of the clouds, metres.
 
-    Outlines, persons and streams are chains of small spheres, each kind of place in a panel of its own.
+    Outlines, persons and streams are made of small spheres, each kind of place in a panel of its own. Places of
+    functions that an object does not have are left out.
     """
     from .data import display
     from .page import display_html, display_page
@@ -142,11 +140,19 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
 
     parts = [f"<p>{EXPLAINED}</p>"]
     for cloud, places in shown:
-        panels = [panel_of(cloud, kind, [one for one in places if one.kind == kind]) for kind in COLOURS]
+        drawn = [one for one in places if one.score >= LEAST]
+        panels = [panel_of(cloud, kind, [one for one in drawn if one.kind == kind]) for kind in COLOURS]
         some = [panel for panel in panels if len(panel.layers[0].centers)]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
         parts.append(display_html(display(cloud, some), still_picture(cloud, some)) if some else "<p>No place.</p>")
+        if len(drawn) < len(places):
+            parts.append(f"<p>{left_out_text(len(places) - len(drawn))}</p>")
     write_text(path, display_page("Places", parts))
+
+
+def left_out_text(count: int) -> str:
+    """Return how many places are not on the page, and why."""
+    return f"Not shown: {count} {'place' if count == 1 else 'places'} of functions that the object does not have."
 
 
 def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
@@ -159,8 +165,9 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
     bar = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf is no table, and yet has places
     drawn = [one for one in places if one.score >= bar]
     lines = [line for place in drawn for line in lines_of(place)]
+    persons = [person_points(seated_person(place), 1.3 * radius) for place in drawn if kind == "sit"]
     poses = [pose[None, :3, 3] for place in drawn for pose in place.poses[:POSES]]
-    beads = np.vstack([*(beads_on(line, radius) for line in lines), *poses, np.empty((0, 3))])
+    beads = np.vstack([*(beads_on(line, radius) for line in lines), *persons, *poses, np.empty((0, 3))])
     head = ["height / m", "faces", "score", "free above / m", "proof"]
     rows = [
         [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance), proof_text(one)]
@@ -175,8 +182,7 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
 def lines_of(place: Place) -> list[np.ndarray]:
     """Return the lines (K, 3) that show a place."""
     rings = [np.vstack([ring, ring[:1]]) for ring in place.region]
-    use = {"sit": joints_of, "pour": stream_of}.get(place.kind)
-    return rings if use is None else [*rings, use(place)]
+    return [*rings, stream_of(place)] if place.kind == "pour" else rings
 
 
 def beads_on(line: np.ndarray, radius: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..clouds.cloud import Cloud
+from ..formats.units import format_length
 from .data import Panel
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 POINTS, SPHERES = 6_000, 3_000  # drawn at most
 INCHES, DOTS = 4.0, 80  # of a panel, and per inch
+FINER = 120  # dots per inch of a picture that is looked at alone
 
 
 def still_picture(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> bytes:
@@ -35,18 +37,52 @@ def still_picture(cloud: Cloud, panels: Sequence[Panel], radius: float | None = 
     return png_of_figure(still_figure(cloud, settled))
 
 
-def still_figure(cloud: Cloud, settled: Sequence[tuple[str, np.ndarray]]) -> Figure:
+def still_figure(cloud: Cloud, settled: Sequence[tuple[str, np.ndarray]], dots: int = DOTS) -> Figure:
     """Return a figure with a panel for each title and its settled centres (S, 3), metres."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(INCHES * len(settled), INCHES), dpi=DOTS, facecolor="white")
+    figure = Figure(figsize=(INCHES * len(settled), INCHES), dpi=dots, facecolor="white")
     FigureCanvasAgg(figure)
     for number, (title, centers) in enumerate(settled, 1):
         axes = figure.add_subplot(1, len(settled), number, projection="3d")
         draw_panel(axes, cloud, centers)
         axes.set_title(title)
     return figure
+
+
+def explained_figure(cloud: Cloud, title: str, centers: np.ndarray, radius: float) -> Figure:
+    """Return a figure of settled centres (S, 3), metres, with a scale bar, and words on what its colours mean."""
+    figure = still_figure(cloud, [(title, centers)], FINER)
+    length = draw_scale_bar(figure.axes[0], cloud)
+    note = (
+        f"Grey: the object. Dots: spheres of radius {format_length(radius)} that settled,\n"
+        f"from low (violet) to high (yellow). Black bar: {format_length(length)}."
+    )
+    figure.text(0.5, 0.02, note, ha="center", va="bottom", fontsize=8)
+    return figure
+
+
+def draw_scale_bar(axes: Axes3D, cloud: Cloud) -> float:
+    """Draw a bar on the ground in front of the object, along x, and return its length, metres."""
+    low, high = cloud.bounds
+    length = round_length(0.5 * float(cloud.size[:2].max()))
+    aside = low[1] - 0.08 * float(cloud.size.max())
+    axes.plot([low[0], low[0] + length], [aside, aside], [low[2], low[2]], c="black", lw=2)
+    axes.set_box_aspect([np.ptp(limits) for limits in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())])
+    return length
+
+
+def round_length(length: float) -> float:
+    """Return the longest of 1, 2, 5, 10, 20... that is not above a length, in its unit.
+
+    Examples
+    --------
+    >>> round_length(0.07), round_length(0.5), round_length(2.9)
+    (0.05, 0.5, 2.0)
+    """
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(f"{max(step for step in (1, 2, 5) if step * power <= length * 1.000001) * power:.1g}")
 
 
 def png_of_figure(figure: Figure) -> bytes:

@@ -206,5 +206,8 @@ def test_an_answer_shows_itself_in_a_notebook():
     answer = sf.classify(clouds.mug())
     (axes,) = answer.plot().axes
     assert axes.get_title() == "cup" and len(axes.collections) == 2  # the object and its spheres
+    (bar,), (note,) = axes.lines, axes.figure.texts
+    (length,) = re.findall(r"spheres of radius .* Black bar: (\d+) cm", note.get_text(), re.S)
+    assert np.ptp(bar.get_data_3d()[0]) == pytest.approx(float(length) / 100)
     shown = answer._repr_html_()
     assert shown.startswith("<img") and "cup 1.00" in shown and len(shown) < 100_000

@@ -408,7 +408,7 @@ def test_train_says_how_well_it_learnt(call, data, tmp_path):
     folder = write_labels(tmp_path, data, *rows, ("sittable_0.npz", "sitable"))
     learn = ("train", folder, "--out", tmp_path / "model.npz", "--radii", "2cm,1cm", "--jobs", 1)
     done = call(*learn)
-    assert done.returncode == 0 and "sitable has 1 example" in done.stderr and "typo" in done.stderr
+    assert done.returncode == 0 and "sitable has 1 example" in done.stderr and "misspelt" in done.stderr
     assert "held out" in done.stdout and "too few" in done.stdout
     cup = next(line.split() for line in done.stdout.splitlines() if line.startswith("cup"))
     assert cup[1:3] == ["4", "9"]

@@ -50,6 +50,13 @@ def test_everything_that_is_printed_is_text(name, capsys, monkeypatch):
     assert printed.out.count(bare) >= 4 and printed.err.count(bare) >= 2  # an error is one line, without a return
 
 
+def test_a_table_for_a_pipe_is_as_wide_as_its_cells(capsys):
+    columns = ["copy", *(f"spheres by bullet, copies learnt, kind {number} left out" for number in range(12))]
+    console.print_table("title", columns, [["cup, whole", *(["0.93"] * 12)]])
+    head, row = capsys.readouterr().out.splitlines()[1:]
+    assert all(column in head for column in columns) and row.split() == ["cup,", "whole", *(["0.93"] * 12)]
+
+
 def test_progress_on_a_terminal_takes_no_orders_from_names(monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):

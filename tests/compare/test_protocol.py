@@ -96,6 +96,8 @@ def test_sizes_of_the_command():
     assert wanted_sizes("20,45,85,half", 200) == [20, 45, 85, 100]
     assert wanted_sizes("20,45,85,half", 60) == [20, 30]  # of the default list, those that fit
     assert wanted_sizes("5", 16) == [5]
+    with pytest.raises(InputError, match="expected at least 4 objects, half of which are learnt, got 3"):
+        wanted_sizes("20,45,85,half", 3)
     for text, match in (("20", "from 2 to 8"), ("1", "from 2 to 8"), ("many", "expected numbers and half")):
         with pytest.raises(InputError, match=match):
             wanted_sizes(text, 16)

@@ -161,6 +161,9 @@ def test_sentences_name_what_it_is_for_or_what_it_may_be(model):
     assert yes.startswith("high 0.97: a level 90 cm above the ground") and no.startswith("high 0.03: a level 30 cm")
     assert "walls" not in yes and "walls on every side" in met(read(model, walls=1.0), "high")
     assert "walls" not in met(read(model, walls=0.5), "high")  # of no more than half of the spheres
+    assert f"on which {DROPS} spheres of radius 2 cm lie" in yes.replace("1 cm lie", "2 cm lie")
+    alone = met(read(model, stays=1), "high")
+    assert "on which one sphere of radius 2 cm lies" in alone.replace("1 cm lies", "2 cm lies")
     assert "100 % of the drops" in yes and met(read(model, stays=0), "high") == "no sphere stays on it"
 
 

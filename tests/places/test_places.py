@@ -264,6 +264,37 @@ def test_a_place_that_did_not_hold_is_drawn_and_printed_as_one():
     assert drawn[0] != drawn[1]
 
 
+def test_a_person_is_drawn_on_the_seat_in_one_piece():
+    """The lowest point of trunk and thighs touches the seat, soles touch the ground, and each limb joins another."""
+    from spherefunc_bullet.viewer.seated_person import person_points, seated_person
+
+    place = next(place for place in places_of(cloud_from_mesh(*CHAIR), scores=SEAT) if place.kind == "sit")
+    low = replace(place, height=0.40, position=np.array([0.0, 0.0, 0.40]), heading_deg=90.0)
+    limbs = seated_person(low)
+    points = person_points(limbs, 0.02)  # 2 cm apart on rods 3 cm wide and wider: 3 mm from the lowest point at most
+    assert points[:, 2].min() == pytest.approx(0.0, abs=0.003) and points[:, 2].max() == pytest.approx(1.29, abs=0.02)
+    assert points[points[:, 1] < 0.3, 2].min() == pytest.approx(0.40, abs=0.003)  # thighs are on the seat
+    ends = [np.array([limb.start, limb.end]) for limb in limbs]
+    for k, limb in enumerate(limbs):
+        others = [(other, own) for other, own in zip(limbs, ends, strict=True) if other is not limb]
+        assert any(other.holds(ends[k]).any() or limb.holds(own).any() for other, own in others)
+
+
+def test_the_page_leaves_out_places_of_functions_that_the_object_does_not_have(tmp_path):
+    from spherefunc_bullet.scenes.commands.places import SHOWN
+    from spherefunc_bullet.viewer.place_pictures import LEAST, write_places_page
+
+    assert LEAST == SHOWN  # the page and the command hide the same places
+    cloud, page = cloud_from_mesh(*CHAIR), tmp_path / "places.html"
+    sit = next(place for place in places_of(cloud, scores=SEAT) if place.kind == "sit")
+    write_places_page([(cloud, [sit, replace(sit, kind="put", score=0.02)])], page)
+    text = page.read_text()
+    assert "places to sit" in text and "places to put" not in text
+    assert "Not shown: 1 place of functions that the object does not have." in text
+    write_places_page([(cloud, [replace(sit, score=0.0)])], page)
+    assert "No place." in page.read_text()
+
+
 def test_lengths_are_printed_with_their_unit_and_what_is_no_place_is_counted(capsys):
     from spherefunc_bullet.scenes.commands.places import print_places
 

@@ -324,6 +324,8 @@ def test_options_of_bags_are_for_bags(tmp_path, bag):
     np.savetxt(tmp_path / "room.xyz", np.random.default_rng(0).random((500, 3)))
     for words in ((tmp_path / "room.xyz", "--topic", "/points"), (tmp_path / "room.xyz", "--time", 3)):
         assert isinstance(run(*words).exception, InputError)
+    missing = run(tmp_path / "drive", "--topic", "/points").exception
+    assert "drive: expected a bag of ROS 1 or 2, found nothing of that name" in str(missing)
     assert "--intrinsics" in str(run(bag, "--intrinsics", "camera.json").exception)
 
 

@@ -97,6 +97,27 @@ def test_the_best_is_written_where_its_file_has_it(tmp_path):
     assert np.allclose(center[:2], [1.0, -2.0], atol=1e-3) and 0.5 < center[2] < 0.5 + HEIGHT
 
 
+def test_the_best_is_never_written_among_the_files_that_are_asked_about(tmp_path):
+    from spherefunc_bullet.commands.shapes import require_other_folder
+
+    files = [tmp_path / "mugs" / "mug.urdf", tmp_path / "cups" / "cup.obj"]
+    require_other_folder(files, tmp_path / "out")
+    for out in (tmp_path / "mugs", tmp_path / "out" / ".." / "cups"):
+        with pytest.raises(InputError, match="expected --out of another folder"):
+            require_other_folder(files, out)
+    with pytest.raises(InputError, match="files of different names"):
+        require_other_folder([*files, tmp_path / "mug.stl"], tmp_path / "out")
+
+
+def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatch):
+    from spherefunc_bullet.shapes import candidates
+
+    monkeypatch.setattr(candidates, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="shape 'coacd' needs its package"):
+        candidates.candidates(subject.cloud, 0.005, coacd=(0.05,))
+    assert not any(name.startswith("coacd") for name in candidates.candidates(subject.cloud, 0.005))
+
+
 def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
     from dataclasses import replace
 
@@ -279,7 +300,7 @@ def test_a_library_is_done_once_and_a_bad_file_costs_itself(tmp_path):
     bad, good = json.loads(first.stdout)
     assert "error" in bad and good["shapes"][0]["capacity_kept"] == 0
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "<b>1 of 1</b> vessels hold nothing" in page and "data:image/webp" in page
+    assert "<b>0 of 1</b> vessels still hold something" in page and "data:image/webp" in page
     assert len((tmp_path / "out" / "shapes.csv").read_text().splitlines()) == 3
 
 
@@ -325,13 +346,18 @@ def test_what_is_kept_is_held_against_its_cost(tmp_path):
 
 def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
     """A seat whose level is a little higher, and which is still one, is not lost; a table is, by its level."""
-    from spherefunc_bullet.shapes.library import summary
+    from spherefunc_bullet.shapes.library import kept_counts, summary
 
     def result(name, seat, level_kept):
         functions = {name: {"member": True}}
         row = {"capacity_kept": None, "level_kept": level_kept, "keeps": False, "functions": {name: {"member": seat}}}
         return {"capacity_ml": 0.0, "keep": 0.9, "functions": functions, "shapes": [row]}
 
-    counts = summary([result("sittable", True, 0.5), result("sittable", False, 1.0), result("table", True, 0.5)])
+    results = [result("sittable", True, 0.5), result("sittable", False, 1.0), result("table", True, 0.5)]
+    counts = summary(results)
     assert counts["seats that are no longer classified as seats"] == 1 and counts["seats"] == 2
     assert counts["tables that do not carry at their level"] == 1 and "vessels" not in counts
+    assert kept_counts(results) == [
+        (1, 2, "seats are still classified as seats"),
+        (0, 1, "tables still carry at their level"),
+    ]

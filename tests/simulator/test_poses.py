@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points, load_cloud
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.learning.any_pose import turned_cloud
+from spherefunc_bullet.function_model import Membership
+from spherefunc_bullet.learning.any_pose import PoseFunctions, turned_cloud
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
-from spherefunc_bullet.simulator.mechanics import Matter, PoseSettings, able_backends, require_ability
+from spherefunc_bullet.simulator.mechanics import Matter, Pose, PoseSettings, able_backends, require_ability
 from spherefunc_bullet.simulator.statics.body import body_of
 from spherefunc_bullet.simulator.statics.facets import facets_of
 
@@ -226,6 +227,20 @@ def test_command_draws_a_picture_and_a_page(tmp_path):
     assert done.exit_code == 0, done.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert "brick.ply" in page.read_text() and "data:image/png" in page.read_text()
+
+
+def test_only_the_best_pose_for_a_function_is_framed():
+    """A mug that leans on its handle is a cup too, and is not framed; no pose is framed for what no pose has."""
+    from spherefunc_bullet.viewer.mechanics_pictures import framed_poses, pose_words
+
+    def pose(probability, cup, table):
+        answers = {"cup": (cup > 0.5, cup), "table": (table > 0.5, table)}
+        functions = {name: Membership(member=has, score=score, radius=0.01) for name, (has, score) in answers.items()}
+        return PoseFunctions(pose=Pose(rotation=np.eye(3), probability=probability, statics=0.1), functions=functions)
+
+    leaning = pose(0.0, 0.88, 0.0)
+    assert framed_poses([pose(0.7, 0.1, 0.4), pose(0.3, 0.99, 0.0), leaning]) == {1}
+    assert pose_words(leaning) == ("less than 1 %", "cup 0.88")
 
 
 def test_command_goes_on_after_a_file_that_cannot_be_used(tmp_path, capsys):

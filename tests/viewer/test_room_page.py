@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 from browser import CHROMIUM, FLAGS, needs_browser
@@ -76,3 +77,19 @@ def test_the_bar_of_each_function_stands_beside_its_score():
     assert first["functions"]["cup"] == {"member": True, "score": 0.6, "radius": 0.01, "bar": 0.55}
     page = room_page(scan, room)
     assert "0.60 (0.55)" in page and "0.10 (0.25)" in page and "0.10 (0.40)" in page
+
+
+def test_objects_without_a_function_are_folded():
+    scan, room = crowded()
+    empty = {name: replace(one, member=False) for name, one in room.objects[0].functions.items()}
+    objects = [replace(item, functions=empty) if item.id > 3 else item for item in room.objects]
+    page = room_page(scan, replace(room, objects=objects))
+    shown, folded = page.split("<details>")
+    assert "8 others without a function</summary>" in folded
+    assert [table.count("<tr>") for table in (shown, folded)] == [1 + 4, 1 + 8]  # a row of headings each
+
+
+def test_the_page_says_which_score_counts_as_yes():
+    page = room_page(*crowded())
+    assert "<details>" not in page
+    assert "cup 0.55, sittable 0.25 of separate clusters of points; cup 0.55, sittable 0.40 of parts on which" in page

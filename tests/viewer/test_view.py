@@ -199,7 +199,7 @@ def test_a_page_stands_alone(call, tmp_path):
     assert len(page) < 8e6
     assert not re.search(r"""(src|href)=["'](?!data:)|https?://|@import""", page)
     assert "settled" in page and "Why: cup" in page and "with walls on every side" in page
-    assert "training objects: " in page and "score without it" in page
+    assert "training objects: " in page and "change without it" in page
 
 
 def test_a_broken_file_and_a_missing_backend_cost_only_themselves(call, tmp_path):
@@ -278,7 +278,7 @@ def shows_spheres(pixels: np.ndarray) -> bool:
 def test_tables_and_a_still_stand_in_the_page_itself(tmp_path):
     page = viewed(tmp_path, "--explain")
     markup = re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
-    assert "drops of spheres of radius" in markup and "score without it" in markup
+    assert "drops of spheres of radius" in markup and "change without it" in markup
     stills = re.findall(r'<img alt="[^"]*" src="data:image/png;base64,([^"]+)"', markup)
     assert len(stills) == 2  # the spheres, and what the answer is read from
     for still in stills:
@@ -293,7 +293,7 @@ def test_a_browser_without_webgl_shows_tables_and_stills(tmp_path):
     command = [CHROMIUM, *flags, f"--user-data-dir={tmp_path}/profile", "--dump-dom", (tmp_path / "page.html").as_uri()]
     shown = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     shown = re.sub(r"<script.*?</script>", "", shown, flags=re.DOTALL)
-    assert "WebGL 2 is off" in shown and shown.count("data:image/png") == 2 and "score without it" in shown
+    assert "WebGL 2 is off" in shown and shown.count("data:image/png") == 2 and "change without it" in shown
 
 
 @needs_browser

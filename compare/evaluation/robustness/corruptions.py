@@ -205,5 +205,5 @@ def print_corruptions(rates: Corruptions):
         for name, words in names.items()
     ]
     wide = [row + ["-"] * (2 + len(SEVERITIES) - len(row)) for row in rows]
-    title = "\nobjects of sources not learnt, as sensors give them, by severity"
+    title = "\nobjects that were not learnt, as sensors give them, by severity"
     print_table(title, ["corruption", "share", *map(str, SEVERITIES)], wide)

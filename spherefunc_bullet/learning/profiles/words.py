@@ -57,9 +57,12 @@ def met(reading: Reading, name: str) -> str:
         return "no sphere stays on it"
     profile = profile_at(reading, radius)
     walls = ", with walls on every side" if profile["walled_in"] > 0.5 else ""
+    count = settled_count(reading.drops, radius)
+    spheres = f"{count} spheres" if count > 1 else "one sphere"
+    lie = "lie" if count > 1 else "lies"
     return (
         f"a level {said(profile, 'level_height')} above the ground, {said(profile, 'level_area')} large and "
-        f"{said(profile, 'level_width')} wide{walls}, on which spheres of radius {format_length(radius)} lie "
+        f"{said(profile, 'level_width')} wide{walls}, on which {spheres} of radius {format_length(radius)} {lie} "
         f"{said(profile, 'level_depth')} deep; {said(profile, 'stays')} of the drops within their outline stay"
     )
 
@@ -156,7 +159,7 @@ def said(profile: Profile, name: str) -> str:
 
 
 def cells_of(decided: Deciding) -> list[str]:
-    """Return a quantity that decided, as a table says it: what, spheres, here, median learnt, score without it."""
+    """Return a quantity that decided, as a table says it: what, spheres, here, median learnt, change without it."""
     values = (with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median"))
     return [decided["meaning"], format_length(decided["radius"]), *values, f"{-decided['share']:+.2f}"]
 
