@@ -1,6 +1,7 @@
 """Code blocks of README and docs run as they stand, in a folder that has the files which the pages name.
 
-But for those that need what no checkout has, or minutes each; `ELSEWHERE` lists them.
+But for those that need what no checkout has, or minutes each; `ELSEWHERE` lists them. Benches of shapes, which take
+minutes for all of DATA, are given one object of each label.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import runpy
 import shlex
 import subprocess
 import sys
-from itertools import takewhile
+from itertools import dropwhile, takewhile
 from pathlib import Path
 
 import clouds
@@ -40,8 +41,10 @@ TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
 SLOW = re.compile(
     r"--run night|carry |together |shapes mug|--prove|prove=True|DATA --backend bullet"
-    r"|scene room|poses |cd household|household household|mug_01"
+    r"|scene room|poses |cd household|household household|mug_01|bench\.(written_shapes|shape_pairs)"
 )
+FEW = "few"  # in place of DATA for these benches
+
 URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="mug.obj"/></geometry></visual>
 <collision><geometry><mesh filename="mug_col.obj"/></geometry></collision></link></robot>"""
 
@@ -59,6 +62,7 @@ def files(tmp_path_factory) -> Path:
     write_clouds(folder)
     for data in ("DATA", "my_objects", "models"):
         write_data(folder / data, list(known.values()))
+    write_data(folder / FEW, list(known.values()), each=1)
     return folder
 
 
@@ -78,13 +82,13 @@ def write_clouds(folder: Path):
     trimesh.PointCloud(room).export(folder / "room.ply")
 
 
-def write_data(folder: Path, objects: list):
-    """Write a small data set: four small objects of each label."""
+def write_data(folder: Path, objects: list, each: int = 4):
+    """Write a small data set: so many small objects of each label."""
     folder.mkdir()
     rows = ["file,label,group"]
     for label in ("cup", "table", "sittable", "none"):
         own = [one for one in objects if one.label == label]
-        for number, one in enumerate(sorted(own, key=lambda one: np.prod(one.mesh.extents))[:4]):
+        for number, one in enumerate(sorted(own, key=lambda one: np.prod(one.mesh.extents))[:each]):
             one.mesh.export(folder / f"{one.name}.ply")
             rows.append(f"{one.name}.ply,{label},{'ab'[number % 2]}")
     (folder / "manifest.csv").write_text("\n".join(rows) + "\n")
@@ -113,6 +117,8 @@ def follow(step: str):
     elif words[0] == "spherefunc":
         assert not application(words[1])(words[1:], prog_name="spherefunc", standalone_mode=False), step
     elif words[:2] == ["python", "-m"]:
+        if re.search(r"bench\.(written_shapes|shape_pairs)", step):
+            words = [*words[:3], FEW, *dropwhile(lambda word: not word.startswith("-"), words[3:])]
         subprocess.run([sys.executable, *words[1:]], check=True)
     else:
         assert words[0] in NOT_OURS, step
@@ -137,14 +143,19 @@ def test_every_command_takes_the_options_that_pages_give_it(page, files, monkeyp
         assert parse(get_command(application(words[1])), own)
 
 
-@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["", "slow"])
-@pytest.mark.parametrize("page", [page for page in PAGES if page.name not in TESTED], ids=lambda page: page.name)
-def test_code_blocks_run_as_they_stand(page, slow, files, monkeypatch):
+def steps_here(page: Path) -> list[str]:
+    """Return the steps of a page that can be taken here."""
+    return [step for step in steps(page) if not ELSEWHERE.search(step)]
+
+
+def marked(page: Path):
+    """Return a page as a parameter, marked as slow where a step of it is."""
+    slow = any(SLOW.search(step) for step in steps_here(page))
+    return pytest.param(page, id=page.name, marks=[pytest.mark.slow] * slow)
+
+
+@pytest.mark.parametrize("page", [marked(page) for page in PAGES if page.name not in TESTED])
+def test_code_blocks_run_as_they_stand(page, files, monkeypatch):
     monkeypatch.chdir(files)
-    todo = [step for step in steps(page) if not ELSEWHERE.search(step)]
-    if slow and not any(SLOW.search(step) for step in todo):
-        pytest.skip("nothing slow")
-    run = [step for step in todo if slow or not SLOW.search(step)]
-    for step in run:
+    for step in steps_here(page):
         follow(step)
-    assert len(run) == len(todo) or not slow
