@@ -410,7 +410,7 @@ def test_status_of_a_killed_run_says_that_nothing_runs(tmp_path):
     answer = json.loads(call("batch", "--run", tmp_path / "run", "--status", "--json").stdout)
     assert answer["waiting"] > 0 and answer["running"] is False and answer["seconds_left"] is None
     text = call("batch", "--run", tmp_path / "run", "--status").stdout
-    assert "nothing runs" in text and "the same call goes on" in text
+    assert "nothing runs" in text and "run the same command to go on" in text
 
 
 def test_ledger_and_status_of_100_000_rows_stay_fast(tmp_path):
