@@ -41,12 +41,18 @@ def candidates(cloud: Cloud, radius: float, coacd: tuple[float, ...] = ()) -> di
         size = float(f"{share * radius:.1g}")
         makes[f"voxel {format_length(size)}"] = partial(of_cloud, cloud, radius, "voxel", size)
     makes["compound"] = partial(of_cloud, cloud, radius, "compound", None)
-    makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
+    if has_vhacd():
+        makes |= {f"vhacd {hulls}": partial(of_vhacd, cloud, hulls) for hulls in VHACD}
     if coacd and find_spec("coacd") is None:  # said before what takes long
         raise InputError(MISSING.format("coacd", "coacd"))
     makes |= {f"coacd {threshold:g}": partial(of_coacd, cloud, threshold) for threshold in coacd}
     makes["hull"] = partial(of_hull, cloud)
     return makes
+
+
+def has_vhacd() -> bool:
+    """Return whether V-HACD is installed; without it everything else is compared."""
+    return find_spec("vhacdx") is not None
 
 
 def made(name: str, make: Make) -> Solid:
@@ -79,10 +85,8 @@ def of_hull(cloud: Cloud) -> Solid:
 
 def of_vhacd(cloud: Cloud, hulls: int) -> Solid:
     """Return V-HACD's pieces, at most so many, each of at most 64 corners."""
-    try:
-        import vhacdx
-    except ImportError as error:
-        raise InputError(MISSING.format("vhacd", "shapes")) from error
+    import vhacdx
+
     mesh = of_mesh(cloud)
     faces = np.ascontiguousarray(mesh.faces, np.uint32)
     limits = {"maxConvexHulls": hulls, "maxNumVerticesPerCH": 64}

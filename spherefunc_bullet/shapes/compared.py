@@ -19,7 +19,7 @@ from ..formats.units import BY_FILE
 from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of
 from .best import STRICT, best_shape
-from .candidates import candidates, made
+from .candidates import MISSING, candidates, has_vhacd, made
 from .comparison import Subject, row_of
 from .files import write_shape
 from .loaded import Frame, loaded, quiet
@@ -150,6 +150,8 @@ def compare_shapes(
     subject.mesh  # noqa: B018 - points alone are refused before anything is measured
     others = named_collision(anything, collision)
     makes = candidates(cloud, subject.radius, coacd) if shapes else {}
+    if shapes and not has_vhacd():
+        report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
     pairs = [pair for path in others for pair in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
     for name, make in makes.items():
         solid = made(name, make)

@@ -84,7 +84,6 @@ def test_a_shape_of_voxels_is_still_a_cup(subject):
 
 
 def test_the_best_is_written_where_its_file_has_it(tmp_path):
-    pytest.importorskip("vhacdx")
     mesh = cup().apply_translation([1.0, -2.0, 0.5])
     mesh.export(tmp_path / "cup.obj")
     shapes = sf.compare_shapes(tmp_path / "cup.obj", shapes=False)
@@ -116,6 +115,16 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
     with pytest.raises(InputError, match="shape 'coacd' needs its package"):
         candidates.candidates(subject.cloud, 0.005, coacd=(0.05,))
     assert not any(name.startswith("coacd") for name in candidates.candidates(subject.cloud, 0.005))
+
+
+def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
+    from spherefunc_bullet.shapes import candidates
+
+    monkeypatch.setattr(candidates, "has_vhacd", lambda: False)
+    names = set(candidates.candidates(subject.cloud, 0.005))
+    monkeypatch.undo()
+    assert {"mesh", "compound", "hull"} < names and not any(name.startswith("vhacd") for name in names)
+    assert {name.split()[0] for name in candidates.candidates(subject.cloud, 0.005)} >= {"vhacd"}  # it is installed
 
 
 def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
