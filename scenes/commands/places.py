@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]  # what the contract prints of one file
 HEAD = ("place to", "score", "position", "facing", "height", "")  # lengths in the coordinates of the input
-SHOWN = 0.05  # the least score of a place that is printed: a level on an object without that function has 0
 
 
 def places(
@@ -107,6 +106,8 @@ def print_places(rows: Sequence[Row], units: str):
 
 def worth_showing(places: Sequence[Row]) -> list[Row]:
     """Return the places that are printed."""
+    from spherefunc_bullet.places.place import SHOWN
+
     return [place for place in places if place["score"] >= SHOWN]
 
 

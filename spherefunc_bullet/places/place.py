@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 KINDS = ("sit", "put", "pour")
+SHOWN = 0.05  # the least score of a place that is shown: on an object without the function it is lower
 FUNCTION = {"sit": "sittable", "put": "table", "pour": "cup"}  # the function that a kind of place belongs to
 
 

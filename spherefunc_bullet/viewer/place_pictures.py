@@ -11,6 +11,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
 from ..formats.writing import write_bytes, write_text
+from ..places.place import SHOWN
 from .seated_person import TALL, person_faces, person_points, seated_person
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 6000
 DRAWN = 0.25  # the least score of a place that is drawn
-LEAST = 0.05  # a place with a lower score belongs to a function that the object does not have: the page leaves it out
 POSES = 20  # that are drawn of a place
 BEAD = 0.01  # of the object's largest extent: the radius of the spheres that lines are made of
 COLOURS = {"sit": "tab:red", "put": "tab:green", "pour": "tab:blue"}
@@ -140,7 +140,7 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
 
     parts = [f"<p>{EXPLAINED}</p>"]
     for cloud, places in shown:
-        drawn = [one for one in places if one.score >= LEAST]
+        drawn = [one for one in places if one.score >= SHOWN]
         panels = [panel_of(cloud, kind, [one for one in drawn if one.kind == kind]) for kind in COLOURS]
         some = [panel for panel in panels if len(panel.layers[0].centers)]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
