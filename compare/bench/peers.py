@@ -27,13 +27,13 @@ import numpy as np
 import typer
 
 from spherefunc_bullet.clouds.cloud import Mesh, load_cloud, placed
+from spherefunc_bullet.clouds.raycasting import raycasting_scene
 from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.formats.reading import read_geometry
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
-from spherefunc_bullet.viewer.pictures import raycasting_scene
 
 from ..machine import usable_backends
 from .harness import Case, apart, case_of, peer_mug, plain_table, print_machine, use_one_core
@@ -205,7 +205,7 @@ def spheres_apart(centers: np.ndarray) -> np.ndarray:
 
 def mesh_distances(mesh: Mesh, centers: np.ndarray) -> np.ndarray:
     """Return each centre's distance (S,) to the nearest place of a mesh, metres."""
-    scene = raycasting_scene(mesh.vertices, mesh.faces)
+    scene = raycasting_scene((mesh.vertices, mesh.faces))
     return scene.compute_distance(np.asarray(centers, np.float32)).numpy()
 
 

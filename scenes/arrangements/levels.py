@@ -10,13 +10,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import Mesh
+from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.simulator import DropSettings, Simulator
 
 from .falls import Falls, surroundings
 from .placing import ArrangedObject, along_heading
-from .surfaces import cast, scene_of
 
 LAYER = 0.1  # of the box, what a run's spheres cover together: few meet each other
 FINER = 2.0  # times smaller than the spheres that find places to put objects on
@@ -139,13 +139,13 @@ def first_crossing(mesh: Mesh, points: np.ndarray) -> np.ndarray | None:
     points = points[((points >= low) & (points <= high)).all(axis=1)]
     if not len(points):
         return None
-    scene = scene_of(mesh.vertices, mesh.faces)
+    scene = raycasting_scene((mesh.vertices, mesh.faces), threads=1)
     away = scene.compute_distance(points.astype(np.float32)).numpy()
     points = points[(away > SUNK) & (away < NEAR)]
     pairs = cKDTree(points).query_pairs(STEP, output_type="ndarray") if len(points) else np.empty((0, 2), int)
     if not len(pairs):
         return None
     start, way = points[pairs[:, 0]], points[pairs[:, 1]] - points[pairs[:, 0]]
-    met = cast(scene, start, way)["t_hit"].numpy()
+    met = scene.cast_rays(rays_from(start, way))["t_hit"].numpy()
     crossed = np.flatnonzero(met < 1)
     return None if not len(crossed) else start[crossed[0]] + met[crossed[0]] * way[crossed[0]]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 
 if TYPE_CHECKING:
     from open3d.t.geometry import RaycastingScene
@@ -61,15 +62,18 @@ class Surface:
     @cached_property
     def scene(self) -> RaycastingScene:
         """Its faces, to cast rays at."""
-        return scene_of(self.vertices, self.faces)
+        return raycasting_scene((self.vertices, self.faces), threads=1)
 
     def below(self, points: np.ndarray) -> np.ndarray:
         """Return how far it is below points (N, 3), metres; infinite where it is not."""
-        return first_hits(self.scene, points, np.array([0.0, 0.0, -1.0]))
+        return self._along(points, -1.0)
 
     def above(self, points: np.ndarray) -> np.ndarray:
         """Return how far it is above points (N, 3), metres; infinite where it is not."""
-        return first_hits(self.scene, points, np.array([0.0, 0.0, 1.0]))
+        return self._along(points, 1.0)
+
+    def _along(self, points: np.ndarray, way: float) -> np.ndarray:
+        return self.scene.cast_rays(rays_from(points, [0.0, 0.0, way]))["t_hit"].numpy().astype(float)
 
     def over(self, other: Surface) -> np.ndarray:
         """Return those of its points (N, 3) that lie over or under the other's box."""
@@ -114,26 +118,6 @@ def spread(arms: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return np.linalg.eigh(np.einsum("nki,nkj->nij", off, off))
 
 
-def scene_of(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
-    """Return triangles to cast rays at."""
-    from open3d.t.geometry import RaycastingScene
-
-    scene = RaycastingScene(nthreads=1)
-    if len(faces):
-        scene.add_triangles(vertices.astype(np.float32), faces.astype(np.uint32))
-    return scene
-
-
-def first_hits(scene: RaycastingScene, points: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Return how far from points (N, 3) along a way (3,) the first face is, (N,) metres; infinite where none is."""
-    return cast(scene, points, np.broadcast_to(way, points.shape))["t_hit"].numpy().astype(float)
-
-
-def cast(scene: RaycastingScene, points: np.ndarray, ways: np.ndarray) -> dict:
-    """Return what rays from points (N, 3) along ways (N, 3) meet first."""
-    return scene.cast_rays(np.concatenate([points, ways], axis=1).astype(np.float32))
-
-
 def rise_over(upper: Surface, lower: Surface) -> float:
     """Return how far a surface has to rise, metres, so that no place of it is below one of the other.
 
@@ -161,11 +145,11 @@ def edges_over(upper: Surface, lower: Surface, rise: float) -> float:
     if not len(passing) or not len(hanging):
         return rise
     depth = np.ptp(np.concatenate([passing, hanging])[..., 2]) + BEYOND
-    scene = scene_of(*curtains(hanging, depth))
+    scene = raycasting_scene(curtains(hanging, depth), threads=1)
     start, way = passing[:, 0] + ASKEW, passing[:, 1] - passing[:, 0]
     lifted = 0.0
     for _ in range(ROUNDS):
-        met = cast(scene, start + [0, 0, lifted], way)
+        met = scene.cast_rays(rays_from(start + [0, 0, lifted], way))
         at = met["t_hit"].numpy().astype(float)
         crossing = at <= 1
         if not crossing.any():

@@ -88,11 +88,14 @@ def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, pa
 
 def print_places(rows: Sequence[Row], units: str):
     """Print every place of every object as a line, but those that are hardly worth anything."""
+    from spherefunc_bullet.places.place import Proof
+
     table, unit = [], "" if units == "auto" else units
     for row in rows:
         for number, place in enumerate(worth_showing(row["places"])):
             start = Path(row["file"]).name if number == 0 else ""
-            table.append([start, *place_columns(place, unit), proof_text(place["proven"])])
+            proof = Proof(**place["proven"]) if place["proven"] else ""
+            table.append([start, *place_columns(place, unit), str(proof)])
     lengths = "lengths as in the file" if units == "auto" else f"lengths in {unit}"
     print_table(f"Where objects can be used; {lengths}", ["file", *HEAD, "proof"], table)
     for row in rows:
@@ -145,11 +148,3 @@ def figures(number: float) -> str:
     ('0.42', '93000')
     """
     return f"{float(f'{number:.2g}'):.10g}"
-
-
-def proof_text(proof: Row | None) -> str:
-    """Return what became of a proof."""
-    if proof is None:
-        return ""
-    reasons = f" ({', '.join(proof['why'])})" if proof["why"] else ""
-    return f"held {proof['held']} of {proof['trials']}{reasons}"

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.clouds.cloud import Mesh
+from spherefunc_bullet.clouds.raycasting import raycasting_scene, rays_from
 
 NOTHING = -3  # label of a ray that hits no surface
 GRAZING_DEG = (70.0, 85.0)  # angles to the surface's normal at which none and all pixels are lost
@@ -86,18 +87,13 @@ class Surfaces:
     """
 
     def __init__(self, meshes: Iterable[tuple[int, Mesh]]):
-        import open3d as o3d
-
-        self.raycaster = o3d.t.geometry.RaycastingScene(nthreads=1)
-        labels = []
-        for label, mesh in meshes:
-            self.raycaster.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
-            labels.append(label)
+        labels, surfaces = zip(*meshes, strict=True)
+        self.raycaster = raycasting_scene(*((mesh.vertices, mesh.faces) for mesh in surfaces), threads=1)
         self.labels = np.array(labels, np.int32)
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return how many directions far each ray hits (infinity: nothing), the label there, and the unit normal."""
-        hits = self.raycaster.cast_rays(rays(origins, directions))
+        hits = self.raycaster.cast_rays(rays_from(origins, directions))
         distance, owner = hits["t_hit"].numpy(), hits["geometry_ids"].numpy()
         hit = np.isfinite(distance)
         labels = np.where(hit, self.labels[np.where(hit, owner, 0)], np.int32(NOTHING))
@@ -105,16 +101,11 @@ class Surfaces:
 
     def hidden(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return whether anything lies between each origin and the point one direction away."""
-        return self.raycaster.test_occlusions(rays(origins, directions), tfar=0.99).numpy()
+        return self.raycaster.test_occlusions(rays_from(origins, directions), tfar=0.99).numpy()
 
     def clearance(self, points: np.ndarray) -> np.ndarray:
         """Return each point's distance (N,) to the nearest surface, metres."""
         return self.raycaster.compute_distance(np.asarray(points, np.float32)).numpy()
-
-
-def rays(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return rays (..., 6) float32 as Open3D takes them."""
-    return np.concatenate(np.broadcast_arrays(origins, directions), axis=-1).astype(np.float32)
 
 
 def look_at(eye: ArrayLike, target: ArrayLike) -> np.ndarray:

@@ -143,6 +143,7 @@ def loaded_objects(
 ) -> list[Viewed]:
     """Return the objects of the files that can be used, and say of the others why not."""
     from ..clouds.cloud import load_cloud
+    from ..viewer.pictures import fitting_radius
 
     objects = []
     for file in files:
@@ -151,13 +152,8 @@ def loaded_objects(
         except InputError as error:
             failures.add(error)
         else:
-            objects.append(Viewed(file, cloud, radii or (fitting_radius(cloud),)))
+            objects.append(Viewed(file, cloud, radii or (fitting_radius(RADII, cloud.size, SPHERES_ACROSS),)))
     return objects
-
-
-def fitting_radius(cloud: Cloud) -> float:
-    """Return the radius, in metres, of which the most nearly SPHERES_ACROSS make the object's longest side."""
-    return min(RADII, key=lambda length: abs(length * SPHERES_ACROSS - cloud.size.max()))
 
 
 def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: int, seed: int, failures: Failures):

@@ -26,6 +26,9 @@ class Proof:
         """Whether most trials held."""
         return 2 * self.held > self.trials
 
+    def __str__(self) -> str:
+        return f"held {self.held} of {self.trials}" + (f" ({', '.join(self.why)})" if self.why else "")
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Place:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..clouds.raycasting import raycasting_scene, rays_from
 from .fitting import Exposed, cut, joined
 from .solid import Solid, capped, of_pieces
 from .spaces import NARROW
@@ -99,12 +100,8 @@ def samples(solid: Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def clear(solid: Solid, places: np.ndarray, outward: np.ndarray, way: float) -> np.ndarray:
     """Return from which places (S, 3) on a surface a way, metres, meets no other wall of it, (S,) bool."""
-    import open3d as o3d
-
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(solid.vertices.astype(np.float32), solid.faces.astype(np.uint32))
-    rays = np.hstack([places + OFF * way * outward, outward]).astype(np.float32)
-    return scene.cast_rays(o3d.core.Tensor(rays))["t_hit"].numpy() > way
+    scene = raycasting_scene((solid.vertices, solid.faces))
+    return scene.cast_rays(rays_from(places + OFF * way * outward, outward))["t_hit"].numpy() > way
 
 
 def at(cells: np.ndarray, places: np.ndarray) -> np.ndarray:

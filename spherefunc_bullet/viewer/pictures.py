@@ -10,6 +10,7 @@ import numpy as np
 from PIL.Image import Image, Resampling, fromarray
 
 from ..clouds.cloud import Cloud
+from ..clouds.raycasting import raycasting_scene, rays_from
 from .colours import FLAT, sphere_colours
 
 if TYPE_CHECKING:
@@ -222,7 +223,7 @@ def object_part(vertices: np.ndarray, faces: np.ndarray | None) -> Part:
         colours = np.broadcast_to(OBJECT_COLOUR, points.shape)
         return ball_part(points, 0.9 * float(np.median(distances[:, 1])), colours)
     mesh = trimesh.Trimesh(vertices, faces)  # merges equal vertices, without which nothing is closed
-    return Part(raycasting_scene(vertices, faces), OBJECT_COLOUR[None], solid=mesh.is_watertight)
+    return Part(raycasting_scene((vertices, faces)), OBJECT_COLOUR[None], solid=mesh.is_watertight)
 
 
 def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
@@ -233,21 +234,7 @@ def ball_part(centers: np.ndarray, radius: float, colours: np.ndarray) -> Part:
     ball = trimesh.creation.icosphere(subdivisions=subdivisions, radius=radius)
     vertices = (centers[:, None, :] + ball.vertices[None]).reshape(-1, 3)
     faces = (np.arange(len(centers))[:, None, None] * len(ball.vertices) + ball.faces[None]).reshape(-1, 3)
-    return Part(raycasting_scene(vertices, faces), colours, centers, len(ball.faces))
-
-
-def raycasting_scene(vertices: np.ndarray, faces: np.ndarray) -> RaycastingScene:
-    """Return an Open3D scene of one triangle mesh."""
-    from open3d.t.geometry import RaycastingScene
-
-    scene = RaycastingScene()
-    scene.add_triangles(np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.uint32))
-    return scene
-
-
-def rays_from(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return rays as Open3D takes them."""
-    return np.concatenate([origins, directions], axis=-1).astype(np.float32)
+    return Part(raycasting_scene((vertices, faces)), colours, centers, len(ball.faces))
 
 
 def shade(colours: np.ndarray, normals: np.ndarray, directions: np.ndarray, lit: np.ndarray) -> np.ndarray:
@@ -261,8 +248,7 @@ def shadowed(parts: list[Part], where: np.ndarray, normals: np.ndarray, view: Vi
     """Tell which places the light does not reach; into a cut object it does."""
     offset = 1e-3 * np.linalg.norm(np.ptp(where.reshape(-1, 3), axis=0))  # off the surface, or it shades itself
     start = where + LIGHT * offset + np.where((normals @ LIGHT)[..., None] > 0, normals, -normals) * offset
-    rays = rays_from(start, np.broadcast_to(LIGHT, start.shape))
-    blocked = np.zeros(where.shape[:2], bool)
+    rays, blocked = rays_from(start, LIGHT), np.zeros(where.shape[:2], bool)
     for part in parts[1:] if view.cut else parts:
         blocked |= part.scene.test_occlusions(rays).numpy()
     return blocked

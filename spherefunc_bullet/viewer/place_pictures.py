@@ -170,7 +170,8 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
     beads = np.vstack([*(beads_on(line, radius) for line in lines), *persons, *poses, np.empty((0, 3))])
     head = ["height / m", "faces", "score", "free above / m", "proof"]
     rows = [
-        [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance), proof_text(one)]
+        [f"{one.height:.3f}", degrees(one.heading_deg), f"{one.score:.2f}", metres(one.clearance)]
+        + [str(one.proven or "")]
         for one in drawn
     ]
     none = Cubes(side=1.0, corners=np.empty((0, 3)), counts=np.empty(0))
@@ -201,11 +202,3 @@ def degrees(angle: float | None) -> str:
 def metres(length: float | None) -> str:
     """Return a free height as a table shows it."""
     return "open" if length is None else f"{length:.2f}"
-
-
-def proof_text(place: Place) -> str:
-    """Return what became of a proof."""
-    proof = place.proven
-    if proof is None:
-        return ""
-    return f"held {proof.held} of {proof.trials}" + (f" ({', '.join(proof.why)})" if proof.why else "")

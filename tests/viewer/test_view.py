@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.commands.view import fitting_radius
+from spherefunc_bullet.commands.view import RADII, SPHERES_ACROSS
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.method import Method
@@ -29,6 +29,7 @@ from spherefunc_bullet.settling.drops import DropsByRadius, resting_drops
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 from spherefunc_bullet.viewer.data import Layer, Panel, clustered, display, histogram_cubes, quantised, thinned
 from spherefunc_bullet.viewer.page import display_html, display_page
+from spherefunc_bullet.viewer.pictures import fitting_radius
 from spherefunc_bullet.viewer.recording import settled_drops
 
 RADIUS = 0.02
@@ -170,7 +171,8 @@ def test_names_cannot_end_the_script():
 
 @pytest.mark.parametrize(("size", "expected"), [(0.1, 0.005), (0.8, 0.02), (2.5, 0.05)])
 def test_the_radius_fits_the_object(size, expected):
-    assert fitting_radius(Cloud(np.linspace(0, [size, size / 2, 0.01], 20))) == expected
+    cloud = Cloud(np.linspace(0, [size, size / 2, 0.01], 20))
+    assert fitting_radius(RADII, cloud.size, SPHERES_ACROSS) == expected
 
 
 @pytest.fixture
