@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .grid import BLOCK, cell_index, falls_past_points
+from .grid import BLOCK, cell_index, columns_around, falls_past_points
 from .kernels import inline_jit
 from .nearby import DEPTH, knows_fall
 
@@ -27,10 +27,7 @@ def fall_on_points(points, x, y, z, radius, best):
     """
     graze = (GRAZE_POINT * radius) ** 2
     tight = (TIGHT_POINT * radius) ** 2
-    first_x = cell_index(x - radius - points.left, points.per_metre, points.nx)
-    last_x = cell_index(x + radius - points.left, points.per_metre, points.nx)
-    first_y = cell_index(y - radius - points.front, points.per_metre, points.ny)
-    last_y = cell_index(y + radius - points.front, points.per_metre, points.ny)
+    first_x, last_x, first_y, last_y = columns_around(points, x, y, radius)
     level = cell_index(points.top - z - radius, points.per_metre, points.nz)
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
@@ -60,10 +57,7 @@ def fall_on_spheres(spheres, x, y, z, radius, best):
     reach = 2 * radius
     graze = (GRAZE_SPHERE * reach) ** 2
     tight = (TIGHT_SPHERE * reach) ** 2
-    first_x = cell_index(x - reach - spheres.left, spheres.per_metre, spheres.nx)
-    last_x = cell_index(x + reach - spheres.left, spheres.per_metre, spheres.nx)
-    first_y = cell_index(y - reach - spheres.front, spheres.per_metre, spheres.ny)
-    last_y = cell_index(y + reach - spheres.front, spheres.per_metre, spheres.ny)
+    first_x, last_x, first_y, last_y = columns_around(spheres, x, y, reach)
     for ix in range(first_x, last_x + 1):
         for column in range(ix * spheres.ny + first_y, ix * spheres.ny + last_y + 1):
             highest, block = spheres.blocks[column, 0, 3], np.uint64(column)
@@ -145,10 +139,7 @@ def stands_on_floor(points, x, y, radius):
     Single-sheet models have one; a sphere beside a leg is farther from the leg's foot than this.
     """
     reach = 0.8 * radius
-    first_x = cell_index(x - reach - points.left, points.per_metre, points.nx)
-    last_x = cell_index(x + reach - points.left, points.per_metre, points.nx)
-    first_y = cell_index(y - reach - points.front, points.per_metre, points.ny)
-    last_y = cell_index(y + reach - points.front, points.per_metre, points.ny)
+    first_x, last_x, first_y, last_y = columns_around(points, x, y, reach)
     for ix in range(first_x, last_x + 1):
         for iy in range(first_y, last_y + 1):
             column = (ix * points.ny + iy) * points.nz

@@ -205,6 +205,17 @@ def insert(spheres, x, y, z, spare):
 
 
 @inline_jit
+def columns_around(grid, x, y, reach):
+    """Return the first and last column of a grid within ``reach`` of (x, y), along x and along y."""
+    return (
+        cell_index(x - reach - grid.left, grid.per_metre, grid.nx),
+        cell_index(x + reach - grid.left, grid.per_metre, grid.nx),
+        cell_index(y - reach - grid.front, grid.per_metre, grid.ny),
+        cell_index(y + reach - grid.front, grid.per_metre, grid.ny),
+    )
+
+
+@inline_jit
 def may_touch_points(spheres, x, y, z):
     """Tell whether a sphere centred here can be near the cloud at all."""
     ix = int((x - spheres.left) * spheres.per_metre)

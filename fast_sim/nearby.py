@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .grid import cell_index, may_touch_points
+from .grid import cell_index, columns_around, may_touch_points
 from .kernels import entry_jit, inline_jit
 from .lanes import lowest_bit, near_of_eight, near_of_four
 
@@ -75,17 +75,6 @@ def knows_fall(nearby, x, y, high, low, radius):
     dx, dy, above, below = x - nearby.place[0], y - nearby.place[1], high - nearby.place[2], low - nearby.place[2]
     known = KNOWN * radius
     return dx * dx + dy * dy + max(above * above, below * below) < known * known
-
-
-@inline_jit
-def columns_around(grid, x, y, reach):
-    """Return the first and last column of a grid within ``reach`` of (x, y), along x and along y."""
-    return (
-        cell_index(x - reach - grid.left, grid.per_metre, grid.nx),
-        cell_index(x + reach - grid.left, grid.per_metre, grid.nx),
-        cell_index(y - reach - grid.front, grid.per_metre, grid.ny),
-        cell_index(y + reach - grid.front, grid.per_metre, grid.ny),
-    )
 
 
 @inline_jit

@@ -119,6 +119,17 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence]):
     console.print(table)
 
 
+def passed(
+    outcomes: Iterable[tuple[int, Any]], total: int, doing: str, failed: Callable[[InputError], object]
+) -> Iterator[tuple[int, Any]]:
+    """Pass on numbered outcomes under a progress bar; errors among them go to ``failed``, and are left out."""
+    for index, outcome in progress(outcomes, total, doing):
+        if isinstance(outcome, InputError):
+            failed(outcome)
+        else:
+            yield index, outcome
+
+
 class Failures:
     """Files that could not be used: said at once, and remembered for the exit code."""
 
@@ -129,14 +140,6 @@ class Failures:
         """Say one file's error and go on."""
         fail(error)
         self.count += 1
-
-    def passed(self, outcomes: Iterable[tuple[int, Any]], total: int, doing: str) -> Iterator[tuple[int, Any]]:
-        """Pass on numbered outcomes under a progress bar; errors among them are said, and left out."""
-        for index, outcome in progress(outcomes, total, doing):
-            if isinstance(outcome, InputError):
-                self.add(outcome)
-            else:
-                yield index, outcome
 
     def exit(self):
         """Leave with code 2 if there were any."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -39,6 +40,23 @@ class Unexpected(InputError):
     """An error that is ours or a backend's, in a run that goes on whatever happens."""
 
     outcome = "error"
+
+
+@contextmanager
+def explaining(line: str, *kinds: type[Exception], why: str = "") -> Iterator[None]:
+    """Turn errors of some kinds that are raised within into one line for the user.
+
+    Parameters
+    ----------
+    line : str
+        What it is about, what was expected, and the fix.
+    why : str
+        What stands between the line and what the error says, such as ``"; "``; if empty, that is left out.
+    """
+    try:
+        yield
+    except kinds as error:
+        raise InputError(f"{line}{why}{error if why else ''}") from error
 
 
 FAILURES = tuple(error.outcome for error in (InputError, Crashed, TimedOut, OutOfMemory, Unexpected))

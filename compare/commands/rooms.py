@@ -13,6 +13,8 @@ from spherefunc_bullet.commands.options import Backend, Jobs, Json, Method, Radi
 from spherefunc_bullet.console import Failures, print_json, print_table
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import parse_length, parse_lengths, parse_numbers
+from spherefunc_bullet.scenes.commands.dataset import Fused, LivedInText, Points
+from spherefunc_bullet.scenes.commands.scene import Completion, Proposals
 
 if TYPE_CHECKING:
     from ..rooms.matching import Row
@@ -28,21 +30,12 @@ def rooms(
     count: Annotated[int, typer.Option("--rooms", min=1, help="How many rooms.")] = 12,
     views: Annotated[str, typer.Option(help="Scans of each room: fused views, or whole surfaces.")] = "whole,1,2,3,5",
     noise: Annotated[str, typer.Option(help="Noise of the views, in times a Kinect's, such as 0,1,2.")] = "1",
-    lived_in: Annotated[
-        str | None,
-        typer.Option(
-            help="What rooms have besides, each with the share of rooms that has it: all, or some of chairs=0.5, "
-            "stacks, shelves, beds, sills, gaps, piles, clutter.",
-        ),
-    ] = None,
-    fused: Annotated[str | None, typer.Option(help="Fuse scans to one point in cells of this side.")] = None,
-    points: Annotated[int | None, typer.Option(help="Thin scans to at most so many points.")] = None,
+    lived_in: LivedInText = None,
+    fused: Fused = None,
+    points: Points = None,
     tolerance: Annotated[str, typer.Option(help="Largest distance between neighbours of one cluster.")] = "2cm",
-    completion: Annotated[
-        str | None,
-        typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
-    ] = None,
-    proposals: Annotated[str | None, typer.Option(help="What may be objects: clusters,pools, or one.")] = None,
+    completion: Completion = None,
+    proposals: Proposals = None,
     cut_out: Annotated[
         bool, typer.Option("--cut-out", help="Also tell functions of objects that the truth cuts out.")
     ] = False,

@@ -55,16 +55,12 @@ def cloud_of(surface: Surface) -> Cloud:
 
 def draw_laid_table(backend: str) -> Image.Image:
     """Return a row of pictures: how the table looks, and what the model that ships says of it."""
-    steps = [
-        captioned(picture_of(cloud, backend), f"{title}: {said(sf.classify(cloud, backend=backend))}", "")
-        for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table")
-    ]
+    steps = []
+    for title, cloud in progress(laid_table(), len(STEPS) + 1, "laying a table"):
+        rests = settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests
+        words = f"{title}: {said(sf.classify(cloud, backend=backend))}"
+        steps.append(captioned(object_picture(cloud, rests, DRAWN, View()), words, ""))
     return tiled(steps, columns=3, width=480)
-
-
-def picture_of(cloud: Cloud, backend: str) -> Image.Image:
-    """Return a picture of an object with the spheres that settle on it."""
-    return object_picture(cloud, settle(cloud, backend, [DRAWN], 0, FALLEN)[DRAWN].rests, DRAWN, View())
 
 
 def said(answer: sf.Answer) -> str:

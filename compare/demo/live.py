@@ -16,7 +16,7 @@ import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.console import say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import explaining
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.settling.drops import RunLimit
 from spherefunc_bullet.settling.settling import settle
@@ -169,10 +169,8 @@ def start(port: int = 8080) -> LiveDemo:
     InputError
         If the package viser is missing.
     """
-    try:
+    with explaining("--live: expected the package viser; pip install 'spherefunc-bullet[viser]'", ImportError):
         import viser
-    except ImportError as error:
-        raise InputError("--live: expected the package viser; pip install 'spherefunc-bullet[viser]'") from error
     return LiveDemo(viser.ViserServer(host="127.0.0.1", port=port, verbose=False), usable_backends(("fast", "bullet")))
 
 

@@ -7,15 +7,15 @@ trial only chooses rows and columns.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NotRequired, TypedDict
+from typing import NotRequired, Protocol, TypedDict
 
 import numpy as np
 
 from spherefunc_bullet.datasets.dataset import NONE
-from spherefunc_bullet.learning.method import Method
+from spherefunc_bullet.learning.method import AnyMethod, Method
 from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
 from .features import Again, Distances
@@ -115,6 +115,35 @@ class Evaluation:
         trials = {size: [trial.always_negative() for trial in trials] for size, trials in self.trials.items()}
         left_out = {name: trial.always_negative() for name, trial in self.left_out.items()}
         return replace(self, trials=trials, left_out=left_out, again=None, by_radius={})
+
+
+class Reading(Protocol):
+    """One way to tell functions, on objects that it has been prepared for."""
+
+    labels: Labels
+    method: AnyMethod
+
+    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
+        """Return several trials, each what is said of the objects that its splits test by what that split learns."""
+
+    def evaluation(self, splits: Splits) -> Evaluation:
+        """Return what is said of the objects under a protocol."""
+        return evaluation_of(self, splits, iter(self.trials(asked_by(splits))))
+
+
+def asked_by(splits: Splits) -> list[Sequence[Split]]:
+    """Return the trials that a protocol asks for, each by its splits."""
+    return [*([split] for trials in splits.halves.values() for split in trials), *splits.left_out.values()]
+
+
+def evaluation_of(read: Reading, splits: Splits, said: Iterator[Trial]) -> Evaluation:
+    """Return an evaluation from the trials that were asked for, in their order."""
+    return Evaluation(
+        labels=read.labels,
+        method=read.method,
+        trials={size: [next(said) for _ in trials] for size, trials in splits.halves.items()},
+        left_out={name: next(said) for name in splits.left_out},
+    )
 
 
 def evaluate(

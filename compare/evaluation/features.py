@@ -78,14 +78,9 @@ def baseline_distances(records: Sequence[ObjectRecord], radii: Sequence[float]) 
 
 
 def bounding_box_distances(records: Sequence[ObjectRecord]) -> np.ndarray:
-    """Return distances between bounding boxes, in metres."""
-    return euclidean_distances(level_sizes(records))
-
-
-def level_sizes(records: Sequence[ObjectRecord]) -> np.ndarray:
-    """Return the sizes (N, 3) of objects: the shorter and the longer level side, and the height, metres."""
+    """Return distances between bounding boxes by their shorter and longer level side and their height, in metres."""
     sizes = np.array([record.size for record in records]).reshape(-1, 3)
-    return np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]])
+    return euclidean_distances(np.column_stack([np.sort(sizes[:, :2], axis=1), sizes[:, 2]]))
 
 
 def cube_distances(objects: Sequence[Counts]) -> np.ndarray:

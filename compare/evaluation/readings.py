@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
-from typing import Protocol
 
 import numpy as np
 from joblib import Parallel, delayed
@@ -22,7 +21,7 @@ from spherefunc_bullet.learning.profiles.calibration import CopyGroups, group_co
 from spherefunc_bullet.settling.drops import DropsByRadius, fallen_where_they_rest
 from spherefunc_bullet.settling.records import ObjectRecord
 
-from .evaluation import Evaluation, Trial, Weights, evaluate, run_trial
+from .evaluation import Evaluation, Reading, Trial, Weights, asked_by, evaluation_of, pooled_trial
 from .features import SPHERES, Distances, baseline_distances, of_each, sphere_distances, voxel_centers
 from .protocol import Labels, Split, Splits, labels_of
 from .related.examiner import related
@@ -53,8 +52,10 @@ class Checks:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Profiled:
+class Profiled(Reading):
     """All objects' quantities, and the classifier that learns from them."""
+
+    method = METHODS["profile"]
 
     profiles: np.ndarray  # (N, R * Q) float
     labels: Labels
@@ -84,27 +85,11 @@ class Profiled:
         scores[without] = 0.0
         return scores, weights, learnt.are_doubtful(scores) | leaking
 
-    def evaluation(self, splits: Splits) -> Evaluation:
-        """Return what was said of the objects under a protocol."""
-        return evaluations([(self, splits)])[0]
-
 
 def evaluations(asked: Sequence[tuple[Profiled, Splits]]) -> list[Evaluation]:
     """Return what was said of objects under protocols, all of it learnt side by side."""
-    wanted: list[tuple[Profiled, Sequence[Split]]] = []
-    for one, protocol in asked:
-        wanted += [(one, [split]) for trials in protocol.halves.values() for split in trials]
-        wanted += [(one, splits) for splits in protocol.left_out.values()]
-    said = iter(trials_of(wanted))
-    return [
-        Evaluation(
-            labels=one.labels,
-            method=METHODS["profile"],
-            trials={size: [next(said) for _ in trials] for size, trials in protocol.halves.items()},
-            left_out={name: next(said) for name in protocol.left_out},
-        )
-        for one, protocol in asked
-    ]
+    said = iter(trials_of([(one, splits) for one, protocol in asked for splits in asked_by(protocol)]))
+    return [evaluation_of(one, protocol, said) for one, protocol in asked]
 
 
 def trials_of(asked: Sequence[tuple[Profiled, Sequence[Split]]]) -> list[Trial]:
@@ -184,18 +169,8 @@ def points_as_drops(record: ObjectRecord, radii: Sequence[float], seed: int = 0)
     return {radius: fallen_where_they_rest(thin(mixed, 2 * radius)[:DROPS], points, radius) for radius in radii}
 
 
-class Reading(Protocol):
-    """One way to tell functions, on objects that it has been prepared for."""
-
-    def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, each what is said of the objects that its splits test by what that split learns."""
-
-    def evaluation(self, splits: Splits) -> Evaluation:
-        """Return what is said of the objects under a protocol."""
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Neighbours:
+class Neighbours(Reading):
     """Nearest neighbours by distances between all objects."""
 
     distances: Distances
@@ -203,12 +178,8 @@ class Neighbours:
     method: Method
 
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials, each what is said of the objects that one split tests."""
-        return [run_trial(self.distances, self.labels, split, self.method) for (split,) in asked]
-
-    def evaluation(self, splits: Splits) -> Evaluation:
-        """Return what is said of the objects under a protocol."""
-        return evaluate(self.distances, self.labels, self.method, splits)
+        """Return several trials, each what is said of the objects that its splits test."""
+        return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in asked]
 
 
 def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:

@@ -14,13 +14,14 @@ from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.learning.any_pose import best_poses, pose_functions, turned_cloud
 from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import HOLED, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings
 
-from .standing import Judged, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, score_of
 
 UPRIGHT_DEG = 10.0  # from the pose in which the file has it
 

@@ -17,6 +17,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.places.finding import places_of, proven
+from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.scenes.impairment.levels import Level
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
@@ -26,7 +27,7 @@ from spherefunc_bullet.settling.records import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 
-from .standing import Judged, Verdict, asked, evenly, score_of
+from .standing import Judged, Verdict, asked, score_of
 
 SEAT, WHOLE = "sittable", "whole"
 SURE = {SEAT: 1.0}

@@ -15,11 +15,12 @@ from typing import TypeVar
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
-from spherefunc_bullet.console import progress, say
+from spherefunc_bullet.console import passed, say
 from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.profiles.columns import outline_of
+from spherefunc_bullet.learning.validation import quality
 from spherefunc_bullet.processes.tasks import run_tasks
+from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import SAWN, copies_of
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.settling.places import resting_places
@@ -76,24 +77,9 @@ class Outcome:
 
 def score_of(backend: str, verdicts: Sequence[Verdict], cpu_seconds: float) -> Score:
     """Return the score of verdicts."""
-    hits = sum(one.true and one.positive for one in verdicts)
-    positive, true = sum(one.positive for one in verdicts), sum(one.true for one in verdicts)
-    precision, recall = hits / positive if positive else 0.0, hits / true if true else 0.0
-    both = precision + recall
-    return Score(
-        backend=backend,
-        asked=len(verdicts),
-        f_measure=2 * precision * recall / both if both else 0.0,
-        precision=precision,
-        recall=recall,
-        cpu_seconds=cpu_seconds,
-    )
-
-
-def evenly(objects: Sequence[DatasetObject], count: int | None) -> list[DatasetObject]:
-    """Return at most so many objects, evenly chosen."""
-    most = len(objects) if count is None else min(count, len(objects))
-    return [objects[k * len(objects) // most] for k in range(most)]
+    found = quality(np.array([one.true for one in verdicts]), np.array([one.positive for one in verdicts]))
+    shares = {"f_measure": found.f_measure, "precision": found.precision, "recall": found.recall}
+    return Score(backend=backend, asked=len(verdicts), cpu_seconds=cpu_seconds, **shares)
 
 
 def asked(
@@ -103,12 +89,8 @@ def asked(
     tasks = [(function, item.path, simulator, *more) for item in objects]
     paths = [item.path for item in objects]
     outcomes = run_tasks(timed, tasks, paths, isolate=isolated(simulator))
-    for index, outcome in progress(outcomes, len(objects), doing):
-        if isinstance(outcome, InputError):
-            say(f"left out: {outcome}")
-            continue
-        answer, seconds = outcome
-        yield objects[index], answer, seconds
+    for index, outcome in passed(outcomes, len(objects), doing, lambda error: say(f"left out: {error}")):
+        yield objects[index], *outcome
 
 
 def timed(function: Callable[..., Answer], path: Path, *more: object) -> tuple[Answer, float]:

@@ -14,6 +14,7 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.options import dropping
 from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.learning import validation
 from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven, uses_of
 from spherefunc_bullet.places.place import FUNCTION, KINDS
 from spherefunc_bullet.scenes.impairment.impairments import COPIES
@@ -184,10 +185,8 @@ def share(which: Sequence[bool]) -> float | None:
 
 def quality(rows: Sequence[Tried], said: Sequence[bool]) -> dict[str, float]:
     """Return precision, recall and F-measure of what is said to have the function."""
-    right = sum(one.true and yes for one, yes in zip(rows, said, strict=True))
-    precision, recall = right / max(1, sum(said)), right / max(1, sum(one.true for one in rows))
-    both = 2 * precision * recall / max(precision + recall, 1e-9)
-    return {"precision": round(precision, 3), "recall": round(recall, 3), "f_measure": round(both, 3)}
+    found = validation.quality(np.array([one.true for one in rows], bool), np.array(said, bool))
+    return {name: round(getattr(found, name), 3) for name in ("precision", "recall", "f_measure")}
 
 
 def proofs_examined(folder: Path) -> dict[str, object]:

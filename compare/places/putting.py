@@ -33,49 +33,43 @@ class OwnWorld:
 
     def __init__(self, cloud: Cloud):
         import pybullet
+        from pybullet_utils.bullet_client import BulletClient
 
-        self.p = pybullet
-        self.client = pybullet.connect(pybullet.DIRECT)
-        pybullet.setGravity(0, 0, -9.81, physicsClientId=self.client)
-        pybullet.setTimeStep(1 / RATE, physicsClientId=self.client)
+        self.p = p = BulletClient(pybullet.DIRECT)
+        p.setGravity(0, 0, -9.81)
+        p.setTimeStep(1 / RATE)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"{Path(folder).name}.obj"
             lines = [f"v {x:.8g} {y:.8g} {z:.8g}" for x, y, z in cloud.mesh.vertices]
             lines += [f"f {a} {b} {c}" for a, b, c in cloud.mesh.faces + 1]
             path.write_text("\n".join(lines) + "\n")
-            flags = pybullet.GEOM_FORCE_CONCAVE_TRIMESH
-            shape = pybullet.createCollisionShape(
-                pybullet.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=self.client
-            )
-        visual = pybullet.createVisualShape(pybullet.GEOM_SPHERE, radius=0.01, physicsClientId=self.client)
-        self.visual = visual
-        self.table = pybullet.createMultiBody(0, shape, visual, physicsClientId=self.client)
-        pybullet.setCollisionFilterGroupMask(self.table, -1, 1, 2, physicsClientId=self.client)
+            shape = p.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=p.GEOM_FORCE_CONCAVE_TRIMESH)
+        self.visual = p.createVisualShape(p.GEOM_SPHERE, radius=0.01)
+        self.table = p.createMultiBody(0, shape, self.visual)
+        p.setCollisionFilterGroupMask(self.table, -1, 1, 2)
 
     def stayed(self, put: Cloud, poses: Sequence[np.ndarray]) -> Stayed:
         """Set an object down at several poses, which do not meet each other, and say what becomes of them."""
         from scipy.spatial.transform import Rotation
 
-        p, client = self.p, self.client
+        p = self.p
         corners = put.mesh.vertices[:: max(1, len(put.mesh.vertices) // 400)]
         middle = put.mesh.vertices.mean(axis=0)
-        shape = p.createCollisionShape(p.GEOM_MESH, vertices=(corners - middle).tolist(), physicsClientId=client)
+        shape = p.createCollisionShape(p.GEOM_MESH, vertices=(corners - middle).tolist())
         bodies = []
         for pose in poses:
             place, turn = pose[:3, :3] @ middle + pose[:3, 3], Rotation.from_matrix(pose[:3, :3]).as_quat()
-            bodies.append(
-                p.createMultiBody(MASS, shape, self.visual, place.tolist(), turn.tolist(), physicsClientId=client)
-            )
-            p.setCollisionFilterGroupMask(bodies[-1], -1, 2, 1, physicsClientId=client)
-        starts = [p.getBasePositionAndOrientation(body, client) for body in bodies]
+            bodies.append(p.createMultiBody(MASS, shape, self.visual, place.tolist(), turn.tolist()))
+            p.setCollisionFilterGroupMask(bodies[-1], -1, 2, 1)
+        starts = [p.getBasePositionAndOrientation(body) for body in bodies]
         touched = np.zeros(len(bodies), bool)
         for step in range(round(RATE * SECONDS)):
-            p.stepSimulation(client)
+            p.stepSimulation()
             if step % 24 == 0:
                 touched |= [self.beside(body, pose[2, 3]) for body, pose in zip(bodies, poses, strict=True)]
-        ends = [p.getBasePositionAndOrientation(body, client) for body in bodies]
+        ends = [p.getBasePositionAndOrientation(body) for body in bodies]
         for body in bodies:
-            p.removeBody(body, client)
+            p.removeBody(body)
         return Stayed(
             asked=len(poses),
             stayed=sum(is_where_it_was(a, b) for a, b in zip(starts, ends, strict=True)),
@@ -84,12 +78,12 @@ class OwnWorld:
 
     def beside(self, body: int, height: float) -> bool:
         """Return whether a body touches something that is higher than what it stands on."""
-        contacts = self.p.getContactPoints(body, self.table, physicsClientId=self.client)
+        contacts = self.p.getContactPoints(body, self.table)
         return any(contact[6][2] > height + 0.01 and contact[8] < 0 for contact in contacts)
 
     def close(self):
         """Give the engine back."""
-        self.p.disconnect(self.client)
+        self.p.disconnect()
 
 
 def is_where_it_was(start: tuple, end: tuple) -> bool:

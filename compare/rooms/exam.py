@@ -24,8 +24,7 @@ from spherefunc_bullet.scenes.scans.scan import Scan
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
 from .matching import Row, Score, Verdict, rounded, score_of
-from .proposals import aligned_box
-from .truth import RecognisedObject, TrueObject
+from .truth import RecognisedObject, TrueObject, aligned_box
 
 OBJECT, PLACE = "object", "place"
 ALL = "all"

@@ -28,8 +28,7 @@ from spherefunc_bullet.simulator import make_simulator
 
 from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_exam, source_of
 from .matching import Row, Score, Verdict, judged, judged_by_place, score_of
-from .proposals import inferred_in, recognised_in
-from .truth import read_rows, true_objects
+from .truth import inferred_in, read_rows, recognised_in, true_objects
 
 Verdicts = Sequence[Verdict]
 

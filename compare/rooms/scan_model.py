@@ -26,8 +26,7 @@ from spherefunc_bullet.learning.profiles.calibration import CopyGroups
 from spherefunc_bullet.scenes.recognition.surroundings import NAMES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in, parse_lived_in
 
-from .lessons.files import kept_lessons
-from .lessons.lesson import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, examples_kept, model_lesson
+from .lessons import SIGHTS, STEREO_SIGHTS, Lesson, Sight, counted, examples_kept, kept_lessons, model_lesson
 from .trials import shares
 
 TIDY, LIVED_IN = LivedIn(), parse_lived_in("all=0.5")  # in turn

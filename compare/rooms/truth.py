@@ -1,4 +1,4 @@
-"""What is known of real scans: boxes or points of their objects, what those are for, and how much of them was seen."""
+"""What is true of real scans, by boxes or points and how much was seen, and what was recognised in the same terms."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.datasets.dataset import parse_functions
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, explaining
 from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.scenes.recognition.recognition import Room, SceneObject
+from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.clusters import Box
 
 SEEN = ("full", "part")  # enough of an object's functional surface is in the scan: it is asked for
@@ -77,10 +79,8 @@ def value_of(row: dict[str, str], column: str, path: Path) -> str:
 def number_of(row: dict[str, str], column: str, path: Path) -> float:
     """Return the number that a row has in a column."""
     text = value_of(row, column, path)
-    try:
+    with explaining(f"{path.name}: expected a number in column {column}, got {text!r}", ValueError):
         return float(text)
-    except ValueError as error:
-        raise InputError(f"{path.name}: expected a number in column {column}, got {text!r}") from error
 
 
 def functions_of(row: dict[str, str], path: Path) -> frozenset[str]:
@@ -157,3 +157,38 @@ def box_overlap(a: Box, b: Box) -> float:
     inside = (np.abs(b.to_own(places @ a.axes + a.center)) <= b.size / 2).all(axis=1)
     shared = inside.mean() * np.prod(a.size)
     return float(shared / (np.prod(a.size) + np.prod(b.size) - shared))
+
+
+_LEVEL = np.cos(np.radians(10.0))  # a scan turned by more has its truth in tilted boxes: axis-aligned in its own frame
+
+
+def recognised_in(scan: Scan, room: Room) -> list[RecognisedObject]:
+    """Return the objects that the spheres found."""
+    return [as_recognised(item, scan, room) for item in room.objects]
+
+
+def inferred_in(scan: Scan, room: Room) -> list[RecognisedObject]:
+    """Return the objects that nobody saw, of which there are boxes alone."""
+    none = np.zeros(len(scan), bool)
+    return [
+        RecognisedObject(functions=frozenset({item.function}), box=room.box_in_scan(item.box), points=none, scores={})
+        for item in room.inferred
+    ]
+
+
+def as_recognised(item: SceneObject, scan: Scan, room: Room) -> RecognisedObject:
+    """Return one object with its points of the scan; where the scan is tilted, with their box."""
+    own = room.labels == item.id
+    tilted = room.levelling.up[2] < _LEVEL and own.any()
+    return RecognisedObject(
+        functions=item.members,
+        box=aligned_box(scan.points[own]) if tilted else room.box_in_scan(item.box),
+        points=own,
+        scores={name: membership.score for name, membership in item.functions.items()},
+    )
+
+
+def aligned_box(points: np.ndarray) -> Box:
+    """Return the box around points (N, 3) along their frame's axes."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Box(center=(low + high) / 2, size=high - low, yaw=0.0)

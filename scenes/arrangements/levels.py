@@ -53,7 +53,8 @@ def level_of(
     """
     objects, _ = along_heading(objects, number)
     asked = objects[number]
-    length = level_radius(asked) if radius is None else radius
+    fitting = float(np.clip(asked.own.size.max() / (ACROSS * FINER), *LIMITS))
+    length = fitting if radius is None else radius
     layer = layer_of(asked.own.size, length)
     rounds = range(seed, seed + math.ceil(drops / layer))
     settings = DropSettings(radius=length, max_drops=layer)
@@ -84,11 +85,6 @@ def fullest_height(bases: np.ndarray, radius: float) -> float:
     last = np.searchsorted(ordered, ordered + radius, "right")
     best = int((last - first).argmax())
     return float(ordered[first[best] : last[best]].mean())
-
-
-def level_radius(item: ArrangedObject) -> float:
-    """Return the radius of spheres that find an object's level, metres."""
-    return float(np.clip(item.own.size.max() / (ACROSS * FINER), *LIMITS))
 
 
 def layer_of(size: np.ndarray, radius: float, share: float = LAYER) -> int:

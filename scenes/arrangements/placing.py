@@ -12,7 +12,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.clouds.heading import headed, turned
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, explaining
 
 from .surfaces import Surface, surface_of
 
@@ -60,18 +60,14 @@ def parse_placed(text: str) -> tuple[Path, Placement]:
     x, y = number(text, parts[0]), number(text, parts[1])
     z = number(text, parts[2]) if len(parts) > 2 and parts[2] else None
     heading = number(text, parts[3]) if len(parts) > 3 else 0.0
-    try:
+    with explaining(text, InputError, why=": "):
         return Path(file), Placement(x=x, y=y, z=z, heading_deg=heading)
-    except InputError as error:
-        raise InputError(f"{text}: {error}") from error
 
 
 def number(text: str, part: str) -> float:
     """Return a part of a placement as a number."""
-    try:
+    with explaining(f"{text}: expected {WANTED}; got {part!r} for a number", ValueError):
         return float(part)
-    except ValueError as error:
-        raise InputError(f"{text}: expected {WANTED}; got {part!r} for a number") from error
 
 
 @dataclass(frozen=True, eq=False)

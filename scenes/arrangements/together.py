@@ -40,11 +40,6 @@ if TYPE_CHECKING:
     from spherefunc_bullet.learning.classifier import CloudClassifier
 
 
-def functions_alone(item: ArrangedObject, model: FunctionModel) -> dict[str, Membership]:
-    """Return what an object is for by itself, as `classify` says it."""
-    return decide(CloudObject(own=item.own, dropping=model.dropping()), model).memberships
-
-
 def functions_among(objects: Sequence[ArrangedObject], number: int, model: FunctionModel) -> dict[str, Membership]:
     """Return what one of some objects is for where they stand together."""
     simulator = make_simulator(model.simulator)
@@ -194,7 +189,8 @@ def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, se
     feet = [require_carried(item, without(placed, k)) for k, item in enumerate(placed)]
     simulator = make_simulator(model.simulator)
     size = np.ptp(np.concatenate([item.cloud.bounds for item in placed]), axis=0)
-    radius = common_radius(size) if settings.radius is None else settings.radius
+    fitting = float(np.clip(size.max() / ACROSS, *LIMITS))
+    radius = fitting if settings.radius is None else settings.radius
     layer = layer_of(size, radius, SHOWN)
     run = DropSettings(radius=radius, miss_limit=layer, max_drops=layer)
     drop, falls = drop_on(placed, simulator, run, settings.seed, "all together")
@@ -208,11 +204,6 @@ def classify_together(placed: Sequence[ArrangedObject], model: FunctionModel, se
         seconds=time.perf_counter() - started,
         provenance=drop.provenance | {"asked": asdict(settings)},
     )
-
-
-def common_radius(size: np.ndarray) -> float:
-    """Return the radius of spheres that are dropped on a box of a size (3,) full of objects, metres."""
-    return float(np.clip(size.max() / ACROSS, *LIMITS))
 
 
 def classify_one(
@@ -231,7 +222,7 @@ def classify_one(
         stands_on=feet.carriers([other.name for other in without(placed, number)]),
         carries=falls.centers[falls.by(number)],
         level=level_of(placed, number, simulator, settings.radius, settings.drops, settings.seed),
-        alone=functions_alone(placed[number], model),
+        alone=decide(CloudObject(own=placed[number].own, dropping=model.dropping()), model).memberships,
         together=functions_among(placed, number, model),
     )
 

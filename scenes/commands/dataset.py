@@ -245,12 +245,11 @@ def _extents(path: Path) -> list[float]:
     """Return width, depth and height of an object as its file has them."""
     import trimesh
 
-    from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.errors import explaining
 
-    try:
+    # The readers raise whatever a damaged file makes them trip over.
+    with explaining(f"{path}: expected a mesh or a cloud", Exception, why="; "):
         low, high = trimesh.load(path, process=False).bounds
-    except Exception as error:  # the readers raise whatever a damaged file makes them trip over
-        raise InputError(f"{path}: expected a mesh or a cloud; {error}") from error
     return (high - low).tolist()
 
 

@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from ..recognition.recognition import Room
     from ..scans.scan import Scan
 
+Completion = Annotated[
+    str | None, typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none.")
+]
+Proposals = Annotated[
+    str | None, typer.Option(help="Sources of proposals: clusters, pools of spheres, or both (the default).")
+]
+
 
 def scene(
     file: Annotated[
@@ -51,17 +58,12 @@ def scene(
     ] = None,
     topic: Annotated[str | None, typer.Option(help="A bag's topic of sensor_msgs/PointCloud2.")] = None,
     time: Annotated[float | None, typer.Option(help="Seconds after the bag begins: the first cloud from then.")] = None,
-    complete: Annotated[
-        str | None,
-        typer.Option(help="How objects are completed: smooth,top,bottom,sides,mirror (any of them), or none."),
-    ] = None,
+    complete: Completion = None,
     cluster_tolerance: Annotated[str, typer.Option(help="Largest gap within an object.")] = "2cm",
     min_cluster_size: Annotated[int, typer.Option(help="Minimum number of voxels of an object.")] = 60,
     max_cluster_size: Annotated[int | None, typer.Option(help="Maximum number of voxels of an object.")] = None,
     leaf_size: Annotated[str, typer.Option(help="Voxel size for thinning the scan.")] = "1cm",
-    proposals: Annotated[
-        str | None, typer.Option(help="Sources of proposals: clusters, pools of spheres, or both (the default).")
-    ] = None,
+    proposals: Proposals = None,
     method: Annotated[
         str | None, typer.Option(help="paper: floor by RANSAC, clusters as they are; needs a model trained that way.")
     ] = None,
@@ -80,7 +82,7 @@ def scene(
     from ..recognition.proposals import kinds_of
     from ..recognition.recognition import recognise
     from ..segmentation.segmentation import Segmentation
-    from .scene_frames import EVERY, require_frames_alone, scene_of_frames
+    from .scene_frames import EVERY, require_frames_alone, scene_of_frames, write_files
 
     kinds = kinds_of(proposals)
     require_method(method, model)
@@ -118,7 +120,7 @@ def scene(
     say_remarks(scan, room)
     used = places_in(scan, room, put) if places or put is not None else None
     if out is not None:
-        write_files(scan, room, out, file)
+        write_files(scan, room, out, file.stem)
     if json:
         from ..report.files import room_json
 
@@ -199,14 +201,6 @@ def say_remarks(scan: Scan, room: Room):
         say(f"{scan.name}: {remarks[room.levelling.source]}")
     if not room.objects:
         say(f"{scan.name}: no objects found; is the room empty, or --min-cluster-size too large?")
-
-
-def write_files(scan: Scan, room: Room, out: Path, file: Path):
-    """Write the files, and say which."""
-    from ..report.files import write_room
-
-    for path in write_room(scan, room, out, file.stem):
-        say(f"wrote {path}")
 
 
 def places_in(scan: Scan, room: Room, put: Path | None) -> dict[int | None, list[Place]]:

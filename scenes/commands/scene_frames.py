@@ -37,21 +37,28 @@ def scene_of_frames(
     remarks: Callable[[Scan, Room], None],
 ):
     """Fuse the images of a folder, write and print what was found, and leave with code 2 if any was left out."""
-    from ..report.files import room_json, write_room
+    from ..report.files import room_json
 
     failures = Failures()
     objects = fuse(fusion, source, every, failures)
     scan, room = fusion.scan, fusion.room
     remarks(scan, room)
     if out is not None:
-        for path in write_room(scan, room, out, folder.resolve().name):
-            say(f"wrote {path}")
+        write_files(scan, room, out, folder.resolve().name)
     if json:
         whole = room_json(scan, room) | {"file": str(folder)} | fused_json(fusion, source)
         print_json(whole | {"objects": [tracked_json(*pair) for pair in zip(whole["objects"], objects, strict=True)]})
     else:
         print_fused(fusion, objects)
     failures.exit()
+
+
+def write_files(scan: Scan, room: Room, out: Path, stem: str):
+    """Write the files of a room, and say which."""
+    from ..report.files import write_room
+
+    for path in write_room(scan, room, out, stem):
+        say(f"wrote {path}")
 
 
 def fuse(fusion: SceneFusion, source: Frames, every: int, failures: Failures) -> list[FusedObject]:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.errors import InputError, explaining, one_line
 from spherefunc_bullet.formats.limits import require_file
 
-from ..scans.depth_image import Intrinsics, kinect_like, read_depth, read_intrinsics
+from ..scans.depth_image import Intrinsics, camera_of_matrix, kinect_like, read_depth, read_intrinsics
 from ..scans.scan import Report
 
 TUM_SCALE, SCALE = 5000.0, 1000.0  # depth values per metre: of TUM's data sets, and of all others
@@ -210,11 +210,8 @@ def camera_in(folder: Path, intrinsics: Path | None) -> Intrinsics | None:
         return None
     if path.suffix.lower() == ".json":
         return read_intrinsics(path)
-    K = numbers_of(path, (3, 3))
-    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
-        raise InputError(f"{path.name}: expected focal lengths above zero, got {K[0, 0]:g} and {K[1, 1]:g}")
-    width, height = first_size(images_in(folder)) or (640, 480)
-    return Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+    size = first_size(images_in(folder)) or (640, 480)
+    return camera_of_matrix(numbers_of(path, (3, 3)), size, path.name)
 
 
 def first_size(paths: list[Path]) -> tuple[int, int] | None:
@@ -238,10 +235,8 @@ def numbers_of(path: Path, shape: tuple[int, int]) -> np.ndarray:
 def lines_of(path: Path) -> list[str]:
     """Return the lines of a text file without comments and empty ones."""
     require_file(path)
-    try:
+    with explaining(f"{one_line(path.name)}: expected a text that can be read", OSError, UnicodeDecodeError):
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{one_line(path.name)}: expected a text that can be read") from error
     return [line for line in map(str.strip, text.splitlines()) if line and not line.startswith("#")]
 
 

@@ -37,7 +37,7 @@ class View:
         inside = row >= 0
         row, column = np.where(inside, row, 0), np.where(inside, column, 0)
         nearest, farthest = self.nearest[row, column], self.farthest[row, column]
-        margin = margin_at(depth)
+        margin = MARGIN + MARGIN_GROWTH * depth**2
         out = np.full(len(points), UNKNOWN, np.int8)
         known = inside & np.isfinite(nearest)
         out[known & (depth > farthest + margin)] = HIDDEN
@@ -57,11 +57,6 @@ class View:
         height, width = self.nearest.shape
         inside = ahead & (row >= 0) & (column >= 0) & (row < height) & (column < width)
         return np.where(inside, row, -1).astype(int), np.where(inside, column, -1).astype(int), depth
-
-
-def margin_at(depth: np.ndarray) -> np.ndarray:
-    """Return how far a point at a depth may be off what is measured, and still lies on it, metres."""
-    return MARGIN + MARGIN_GROWTH * depth**2
 
 
 def view_of(depth: np.ndarray, intrinsics: Intrinsics, T_world_camera: np.ndarray) -> View:
@@ -177,8 +172,10 @@ class DistanceGrid:
 
     def in_view(self, view: View) -> np.ndarray:
         """Return the blocks (M, 3) int32 of the map that a view may see."""
+        import open3d as o3d
+
         table = self.blocks.hashmap()
-        keys = table.key_tensor()[table.active_buf_indices().to(indices())].numpy()
+        keys = table.key_tensor()[table.active_buf_indices().to(o3d.core.int64)].numpy()
         row, _, depth = view.pixels((keys + 0.5) * BLOCK * self.settings.voxel_size)
         return keys[(row >= 0) & (depth < self.settings.farthest)]
 
@@ -196,13 +193,6 @@ class DistanceGrid:
     def used(self) -> int:
         """Return how many blocks the map has."""
         return int(self.blocks.hashmap().size())
-
-
-def indices():
-    """Return the type that Open3D indexes tensors by."""
-    import open3d as o3d
-
-    return o3d.core.int64
 
 
 def camera_matrix(camera: Intrinsics) -> np.ndarray:

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from csv import DictReader
 from dataclasses import dataclass
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 import trimesh
 
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
-from spherefunc_bullet.console import progress
+from spherefunc_bullet.console import passed
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
@@ -84,14 +85,10 @@ def impair_dataset(
     reading = partial(load_cloud, up=up, units=units)
     fixed = directory, seed, impairments, reading
     tasks = [(number, item, dataset.name_of(item.path), *fixed) for number, item in numbered]
-    names, done = [item.path for _, item in numbered], {}
-    for index, outcome in progress(run_tasks(write_copies, tasks, names, jobs=jobs), len(tasks), "making copies"):
-        if isinstance(outcome, InputError):
-            failed(outcome)
-        else:
-            done[index] = outcome
-    rows = [row for index in sorted(done) for row in done[index][0]]
-    left_out = sum((done[index][1] for index in sorted(done)), Counter())
+    outcomes = run_tasks(write_copies, tasks, [item.path for _, item in numbered], jobs=jobs)
+    done = [copies for _, copies in sorted(passed(outcomes, len(tasks), "making copies", failed), key=itemgetter(0))]
+    rows = [row for written, _ in done for row in written]
+    left_out = sum((missing for _, missing in done), Counter())
     made = Counter(f"{function} {kind}" for function, kind in (row[-1] for row in rows))
     manifest = write_manifest(directory, COLUMNS, [row[:-1] for row in rows])
     return Copies(manifest=manifest, made=dict(made), left_out=dict(left_out))
@@ -126,9 +123,13 @@ def evenly_chosen(objects: Sequence[DatasetObject], most: int | None) -> tuple[D
 
 def evenly_spread(objects: Sequence[DatasetObject], function: str, most: int | None) -> list[DatasetObject]:
     """Return at most so many objects of one function, or of none, evenly spread over the data set."""
-    members = [item for item in objects if kind_of(item) == function]
-    count = len(members) if most is None else min(most, len(members))
-    return [members[number * len(members) // count] for number in range(count)]
+    return evenly([item for item in objects if kind_of(item) == function], most)
+
+
+def evenly(objects: Sequence[DatasetObject], count: int | None) -> list[DatasetObject]:
+    """Return at most so many objects, evenly chosen; all without a count."""
+    most = len(objects) if count is None else min(count, len(objects))
+    return [objects[k * len(objects) // most] for k in range(most)]
 
 
 def function_of(item: DatasetObject) -> str | None:

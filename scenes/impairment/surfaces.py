@@ -20,16 +20,11 @@ PIECE = 0.7  # of a cell, the longest edge of a piece: then the piece over a cel
 SPACINGS = 2.5  # of a cloud's points to a cell, so that few cells of a surface have no point
 
 
-def no_triangles() -> np.ndarray:
-    """Return no triangles, as a cloud has them."""
-    return np.empty((0, 3, 3))
-
-
 @dataclass(frozen=True, eq=False)
 class Surface:
     """An object in metres, z up: triangles, or points where there are none."""
 
-    triangles: np.ndarray = field(default_factory=no_triangles)  # (T, 3, 3)
+    triangles: np.ndarray = field(default_factory=lambda: np.empty((0, 3, 3)))  # (T, 3, 3)
     points: np.ndarray | None = None  # (N, 3), of a cloud
 
     @property

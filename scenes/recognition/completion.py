@@ -87,7 +87,7 @@ def moments(points, counts, start, columns, radius, i):
     return mean, spread - np.outer(mean, mean)
 
 
-TOP = "top"  # done where the pool is known that an object carries, see `pools.levelling`
+TOP = "top"  # done where the pool is known that an object carries, see `pools.tops`
 STEPS = ("smooth", "top", "bottom", "sides", "mirror")
 DEFAULT = ("smooth", "top", "bottom", "mirror")
 _SLICE = 0.015  # metres: the least height of an object's lower part

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, is_floor, numbered_by_size, segment
 from .completion import DEFAULT
 from .judging import RecognitionContext, is_fragment, judged, object_cloud
-from .proposals import CLUSTERS, KINDS, Proposal, Scene, propose
+from .proposals import CLUSTERS, Proposal, Scene, propose
 from .recognition import Room, scene_object
 from .room import Candidate
 from .surroundings import Surroundings
@@ -52,14 +52,7 @@ class Example:
         return _PART <= self.overlap < _OBJECT
 
 
-def proposed_examples(
-    points: np.ndarray,
-    truth: np.ndarray,
-    simulator: str | Simulator = "fast",
-    *,
-    kinds: Sequence[str] = KINDS,
-    completion: Sequence[str] = DEFAULT,
-) -> Iterator[Example]:
+def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Simulator = "fast") -> Iterator[Example]:
     """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
 
     Pools are cut out cautiously: taught by what half is guessed, models recognised seats less well.
@@ -69,23 +62,21 @@ def proposed_examples(
     points : (N, 3) float64, metres
     truth : (N,) int
         The object of each point from 0, or below 0 for none.
-    simulator, kinds
+    simulator
         See `propose`.
-    completion
-        See `complete`.
     """
     levelling, settings = level(points), Segmentation()
     dense = filled(levelling.to_level(points), settings.leaf_size)
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
-    for proposal in propose(scene, simulator, kinds, how=STRICT_CUTS):
+    for proposal in propose(scene, simulator, how=STRICT_CUTS):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < _FEWEST:
             continue
         number, shared = best_object(truth[seen], sizes)
         own = dense[proposal.members]
-        cloud, box = object_cloud(own, completion, proposal.support, proposal.pool)
+        cloud, box = object_cloud(own, DEFAULT, proposal.support, proposal.pool)
         if not is_fragment(own, box, proposal.support):
             nearest = number if shared > 0 else -1
             beside = place.of(own, box.size, proposal.support)

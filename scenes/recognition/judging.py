@@ -17,8 +17,8 @@ from spherefunc_bullet.learning.profiles.profile_model import ProfileModel
 from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.settling import settle_all
 
-from ..pools.levelling import levelled
 from ..pools.surfaces import Pool
+from ..pools.tops import levelled
 from ..scans.cells import cells
 from ..segmentation.clusters import LARGE, Box, bounding_box
 from .completion import TOP, complete

@@ -130,14 +130,11 @@ def shared_points(one: Proposal, other: Proposal) -> int:
 def cluster_proposals(points: np.ndarray, labels: np.ndarray) -> list[Proposal]:
     """Return the clusters of points (N, 3) by their labels (N,), each standing on what is right below it."""
     members = members_of(labels)
-    supports = support_heights([points[own] for own in members])
-    return [Proposal(by=CLUSTERS, members=own, support=support) for own, support in zip(members, supports, strict=True)]
-
-
-def support_heights(parts: list[np.ndarray]) -> list[float]:
-    """Return the height that each object stands on, metres: the top of what is right below it, else the floor's 0."""
-    corners = np.array([corners_of(part) for part in parts]).reshape(-1, 2, 3)
-    return [top_below(k, parts, corners[:, 0], corners[:, 1]) for k in range(len(parts))]
+    parts = [points[own] for own in members]
+    lows, highs = np.array([corners_of(part) for part in parts]).reshape(-1, 2, 3).swapaxes(0, 1)
+    return [
+        Proposal(by=CLUSTERS, members=own, support=top_below(k, parts, lows, highs)) for k, own in enumerate(members)
+    ]
 
 
 def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.ndarray) -> float:

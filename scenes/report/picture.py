@@ -90,9 +90,7 @@ def look_at(low: np.ndarray, high: np.ndarray, azimuth_deg: float, size: tuple[i
     return Camera(eye=(low + high) / 2 + 1.02 * distance * toward, axes=axes, size=size)
 
 
-def room_picture(
-    scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750), marks: Sequence[Mark] = ()
-) -> Image.Image:
+def room_picture(scan: Scan, room: Room, *, size: tuple[int, int] = (1000, 750)) -> Image.Image:
     """Draw a scan and the boxes of its functional objects, from where most of the objects is seen.
 
     Parameters
@@ -102,8 +100,6 @@ def room_picture(
         What was found in it.
     size : (int, int)
         Pixels.
-    marks : sequence of Mark
-        Further boxes, drawn below those.
     """
     from PIL import Image
 
@@ -118,7 +114,7 @@ def room_picture(
     fine = (2 * size[0], 2 * size[1])
     camera = look_at(low, high, best_azimuth(points, labels, low, high), fine)
     image = Image.fromarray(splatted(camera, points, colours))
-    draw_marks(image, camera, [*marks, *inferred_marks(room), *marks_of(room)])
+    draw_marks(image, camera, [*inferred_marks(room), *marks_of(room)])
     return image.resize(size, Image.Resampling.LANCZOS)
 
 

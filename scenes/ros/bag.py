@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.errors import InputError, explaining, one_line
 from spherefunc_bullet.formats.limits import require_ordinary
 
 from ..scans.scan import Report, Scan, scan_from_points
@@ -70,12 +70,10 @@ def load_bag(path: str | Path, *, topic: str | None = None, time: float = 0.0, r
 @contextmanager
 def opened(path: Path, name: str) -> Iterator[AnyReader]:
     """Open a bag, and turn whatever a damaged one trips over into one line."""
-    try:
+    needs = "expected the package rosbags to read a bag"
+    with explaining(f"{name}: {needs}; pip install 'spherefunc-bullet[ros]'", ImportError):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        needs = "expected the package rosbags to read a bag"
-        raise InputError(f"{name}: {needs}; pip install 'spherefunc-bullet[ros]'") from error
     if not path.is_dir():
         require_ordinary(path)
     try:

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, explaining
 
 # ``sensor_msgs/PointField``: the numbers of its types, and numpy's names of them without the order of bytes.
 DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
@@ -57,10 +57,8 @@ def records_of(message: PointCloud2, name: str = "cloud") -> np.ndarray:
     if row * int(message.height) > len(data) or int(message.width) * int(message.point_step) > row:
         wanted = f"{message.height} x {message.width} points of {message.point_step} bytes"
         raise InputError(f"{name}: expected {wanted}, got {len(data)} bytes; is the message cut off?")
-    try:
+    with explaining(f"{name}: expected fields within {message.point_step} bytes a point", ValueError, why="; "):
         dtype = np.dtype(layout)
-    except ValueError as error:
-        raise InputError(f"{name}: expected fields within {message.point_step} bytes a point; {error}") from error
     rows = data[: row * int(message.height)].reshape(int(message.height), row)
     packed = np.ascontiguousarray(rows[:, : int(message.width) * int(message.point_step)])
     return packed.view(dtype).reshape(count)

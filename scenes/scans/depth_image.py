@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spherefunc_bullet.errors import InputError, one_line
+from spherefunc_bullet.errors import InputError, explaining, one_line
 from spherefunc_bullet.formats.limits import require_file
 
 from .cells import NEIGHBORS, cells, crowded
 from .scan import Report, Scan, scan_from_points
 
 IMAGES = (".png", ".tif", ".tiff", ".npy")
+_DAMAGE = (OSError, ValueError, EOFError, SyntaxError)  # what readers of images raise
 _FARTHEST = 15.0  # metres: beyond, a depth is a sensor's mark without a function seen, such as 65535
 _KINECT_FOCAL = 525 / 640  # of the image's width: PrimeSense's, Open3D's default
 
@@ -57,11 +58,20 @@ def read_intrinsics(path: Path) -> Intrinsics:
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         wanted = "width, height and intrinsic_matrix, as Open3D writes it"
         raise InputError(f"{path}: expected a camera's JSON with {wanted}; could not read it") from error
-    if not (matrix[0, 0] > 0 and matrix[1, 1] > 0 and np.isfinite(matrix).all()):
-        raise InputError(f"{path}: expected focal lengths above zero, got {matrix[0, 0]:g} and {matrix[1, 1]:g}")
-    return Intrinsics(
-        width=width, height=height, fx=matrix[0, 0], fy=matrix[1, 1], cx=matrix[0, 2], cy=matrix[1, 2]
-    )
+    return camera_of_matrix(matrix, (width, height), str(path))
+
+
+def camera_of_matrix(K: np.ndarray, size: tuple[int, int], name: str) -> Intrinsics:
+    """Return the camera of a matrix (3, 3) in pixels and of images of a width and a height.
+
+    Raises
+    ------
+    InputError
+        If it has no focal length, in a line that begins with the name.
+    """
+    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+        raise InputError(f"{name}: expected focal lengths above zero, got {K[0, 0]:g} and {K[1, 1]:g}")
+    return Intrinsics(width=size[0], height=size[1], fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
 
 
 def kinect_like(width: int, height: int) -> Intrinsics:
@@ -117,12 +127,11 @@ def load_depth_image(
 
 def checked_camera(intrinsics: Intrinsics | ArrayLike, depth: np.ndarray, name: str) -> Intrinsics:
     """Return the camera of a depth image (H, W)."""
-    height, width = depth.shape
     if not isinstance(intrinsics, Intrinsics):
         K = np.asarray(intrinsics, float)
-        if K.shape != (3, 3) or not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0):
+        if K.shape != (3, 3):
             raise InputError(f"{name}: expected intrinsics as a camera matrix (3, 3) in pixels, got shape {K.shape}")
-        intrinsics = Intrinsics(width=width, height=height, fx=K[0, 0], fy=K[1, 1], cx=K[0, 2], cy=K[1, 2])
+        intrinsics = camera_of_matrix(K, depth.shape[::-1], name)
     require_same_size(name, (intrinsics.width, intrinsics.height), depth, "a camera")
     return intrinsics
 
@@ -136,18 +145,16 @@ def require_same_size(name: str, size: tuple[int, int], depth: np.ndarray, what:
 
 def read_depth(path: Path) -> np.ndarray:
     """Return a depth image (H, W) as the file has it."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     name = one_line(path.name)
     require_file(path)
-    try:
+    with explaining(f"{name}: expected a depth image, could not read it; is it damaged?", *_DAMAGE):
         if path.suffix.lower() == ".npy":
             depth = np.load(path, allow_pickle=False)
         else:
             with Image.open(path) as image:
                 mode, depth = image.mode, np.asarray(image)
-    except (OSError, ValueError, EOFError, SyntaxError, UnidentifiedImageError) as error:
-        raise InputError(f"{name}: expected a depth image, could not read it; is it damaged?") from error
     if path.suffix.lower() != ".npy" and mode not in ("I;16", "I;16B", "I", "F"):
         came = f"got one of mode {mode}; is it the colour image?"
         raise InputError(f"{name}: expected a depth image of one channel, 16 bits or float, {came}")
@@ -163,14 +170,12 @@ def require_depth(depth: np.ndarray, name: str) -> np.ndarray:
 
 def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
     """Return the colours (H * W, 3) uint8 of an image that is registered to a depth image (H, W)."""
-    from PIL import Image, UnidentifiedImageError
+    from PIL import Image
 
     require_file(path)
-    try:
+    with explaining(f"{path.name}: expected a colour image, could not read it; is it damaged?", *_DAMAGE):
         with Image.open(path) as image:
             colors = np.asarray(image.convert("RGB"))
-    except (OSError, ValueError, SyntaxError, UnidentifiedImageError) as error:
-        raise InputError(f"{path.name}: expected a colour image, could not read it; is it damaged?") from error
     require_same_size(path.name, (colors.shape[1], colors.shape[0]), depth, "a colour image")
     return colors.reshape(-1, 3)
 

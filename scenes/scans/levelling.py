@@ -194,7 +194,7 @@ _NEAR = 0.02  # metres from the plane within which points agree with it
 _VOXEL = 0.02  # metres: voxels in which near surfaces count no more than far ones
 
 
-def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *, seed: int = 0) -> Levelling:
+def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
     """Take the plane of most points for the floor, whichever it is.
 
     Parameters
@@ -204,8 +204,6 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *,
         ``auto``, or the axis or the vector that the plane's upper side faces.
     name : str
         What errors call the scan.
-    seed : int
-        Of the planes that are tried.
 
     Raises
     ------
@@ -213,7 +211,7 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan", *,
         If ``up`` is no direction, or no three points span a plane.
     """
     likely, camera = (axis_up(up), None) if up != "auto" else camera_frame(points)
-    normal, height = largest_plane(cells(points, _VOXEL).means, np.random.default_rng(seed))
+    normal, height = largest_plane(cells(points, _VOXEL).means, np.random.default_rng(0))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0

@@ -20,7 +20,7 @@ import numpy as np
 import trimesh
 
 from spherefunc_bullet.datasets.catalogue import write_manifest
-from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.errors import InputError, explaining
 from spherefunc_bullet.formats.limits import require_ordinary
 from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 
@@ -104,7 +104,8 @@ def import_library(
         rows, skipped, disputed = [], library.broken, 0
         prepare_folder(directory)
         for entry in progress(entries):
-            purpose = _purpose(entry)
+            named = purpose_of(entry.name, entry.category, entry.size[2])
+            purpose = Purpose("none") if entry.door_or_window else named
             disputed += purpose.ambiguous
             if include_ambiguous or not purpose.ambiguous:
                 row = _import_object(library, entry, purpose, directory, report)
@@ -113,12 +114,6 @@ def import_library(
         manifest = write_manifest(directory, COLUMNS, rows)
     labels = dict(Counter(row[1] for row in rows))
     return ImportSummary(manifest=manifest, labels=labels, ambiguous=disputed, skipped=skipped)
-
-
-def _purpose(entry: FurnitureEntry) -> Purpose:
-    if entry.door_or_window:
-        return Purpose("none")
-    return purpose_of(entry.name, entry.category, entry.size[2])
 
 
 def _import_object(
@@ -158,12 +153,9 @@ class _Library:
         self.broken = 0  # entries of the catalogue without a usable name, model or size
         self._left = LIBRARY_LIMIT
         require_ordinary(path)
-        try:
+        wanted = f"{path}: expected a Sweet Home 3D library (.sh3f, a zip archive)"
+        with explaining(wanted, OSError, zipfile.BadZipFile, why="; "):
             self._archive = zipfile.ZipFile(path)
-        except (OSError, zipfile.BadZipFile) as error:
-            raise InputError(
-                f"{path}: expected a Sweet Home 3D library (.sh3f, a zip archive); {error}"
-            ) from error
 
     def __enter__(self) -> _Library:
         return self
@@ -188,12 +180,8 @@ class _Library:
                 )
 
     def _catalogue(self) -> bytes:
-        try:
+        with explaining(f"{self.path}: expected a Sweet Home 3D library with {CATALOGUE}", InputError, why="; "):
             return self.read(CATALOGUE)
-        except InputError as error:
-            raise InputError(
-                f"{self.path}: expected a Sweet Home 3D library with {CATALOGUE}; {error}"
-            ) from error
 
     def read(self, name: str) -> bytes:
         """Return one member, checked: inside the archive, present, whole and not too large."""

@@ -86,12 +86,10 @@ def seat_chair(contents: Contents, occupancy: Occupancy, seating: Seating, own: 
     T_room_object = pushed(chair, seating, occupancy, contents.rng)
     if T_room_object is not None and number is not None:
         contents.move(own.pop(), T_room_object, FLOOR)
-        occupancy.fill(contents.objects[number].points)
     elif T_room_object is not None:
-        added = contents.add(chair.item, chair.cloud, T_room_object, FLOOR)
-        occupancy.fill(contents.objects[added].points)
-    elif number is not None:
-        occupancy.fill(chair.points)
+        number = contents.add(chair.item, chair.cloud, T_room_object, FLOOR)
+    if number is not None:
+        occupancy.fill(contents.objects[number].points)
     return T_room_object is not None
 
 

@@ -79,7 +79,7 @@ def pushed_together(contents: Contents, number: int, partner: int):
     carrier = contents.objects[item.support].points
     near = [contents.objects[k].points for k in neighbours(contents, number)]
     near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
-    tree, own = cKDTree(np.vstack(near)), some_of(item.points)
+    tree, own = cKDTree(np.vstack(near)), item.points[:: max(1, len(item.points) // PROBES)]
     way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
@@ -93,11 +93,6 @@ def pushed_together(contents: Contents, number: int, partner: int):
         T_room_object = item.T_room_object.copy()
         T_room_object[:3, 3] += moved
         contents.move(number, T_room_object, item.support)
-
-
-def some_of(points: np.ndarray) -> np.ndarray:
-    """Return some of many points (N, 3), evenly chosen."""
-    return points[:: max(1, len(points) // PROBES)]
 
 
 def clutter_on_seats(contents: Contents):

@@ -31,16 +31,12 @@ class Occupancy:
             occupancy.fill(points)
         return occupancy
 
-    def fill(self, points: np.ndarray):
-        """Add an object's points (N, 3), metres."""
-        self.add(points, 1)
-
     def clear(self, points: np.ndarray):
         """Take an object's points (N, 3), metres, away, which were filled before."""
-        self.add(points, -1)
+        self.fill(points, -1)
 
-    def add(self, points: np.ndarray, count: int):
-        """Count an object (N, 3) once in every cube of the room that it has points in."""
+    def fill(self, points: np.ndarray, count: int = 1):
+        """Count an object of points (N, 3), metres, once in every cube of the room that it has points in."""
         cubes = np.floor((points + _GRAZE) / SIDE).astype(np.int64)
         cubes = cubes[((cubes >= 0) & (cubes < self.counts.shape)).all(axis=1)]
         if not len(cubes):

@@ -179,13 +179,9 @@ def parse_views(text: str) -> int | None:
     """
     if text.strip() == WHOLE:
         return None
-    try:
-        views = int(text)
-    except ValueError:
-        views = 0
-    if views < 1:
+    if not text.strip().isdecimal() or int(text) < 1:
         raise InputError(f"--views {text}: expected a number from 1, or {WHOLE}")
-    return views
+    return int(text)
 
 
 _NEAR, _FAR = (0.6, 1.3), (1.3, 2.3)  # metres from the camera to small and to large objects

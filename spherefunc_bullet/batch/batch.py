@@ -13,7 +13,6 @@ import socket
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from ..datasets.dataset import Dataset
 from ..errors import InputError
@@ -107,7 +106,8 @@ def run_batch(
     batch.folder.make()
     with batch.folder.ledger(make=True) as ledger:
         ledger.check()
-        ledger.begin_call(about_call(batch, jobs))
+        about = {"host": socket.gethostname(), "process": os.getpid(), "data": batch.dataset.name}
+        ledger.begin_call({"jobs": jobs} | about)
         tasks, finished = left_to_do(batch, ledger, retry_failed)
         yield from finished
         work = work or (lambda tasks: here(tasks, batch.folder, jobs, limits or Limits()))
@@ -124,11 +124,6 @@ def here(tasks: Sequence[Task], folder: RunFolder, jobs: int, limits: Limits) ->
     arguments = [(task, folder) for task in tasks]
     limited = {"time_limit": limits.seconds, "memory_limit": limits.memory}
     return run_tasks(settled_rows, arguments, [task.path for task in tasks], jobs=jobs, isolate=True, **limited)
-
-
-def about_call(batch: Batch, jobs: int) -> dict[str, Any]:
-    """Return what the ledger notes of a call."""
-    return {"jobs": jobs, "host": socket.gethostname(), "process": os.getpid(), "data": batch.dataset.name}
 
 
 def left_to_do(batch: Batch, ledger: Ledger, retry_failed: bool) -> tuple[list[Task], list[Finished]]:

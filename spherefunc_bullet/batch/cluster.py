@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from ..errors import Crashed, InputError, Unexpected
+from ..errors import Crashed, InputError, Unexpected, explaining
 from ..formats.sources import as_source
 from ..processes.tasks import finish
 from ..processes.worker import Task as Assignment
@@ -177,14 +177,10 @@ def on_scheduler(
     InputError
         If `dask.distributed` is not installed, or no scheduler answers.
     """
-    try:
+    with explaining("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'", ImportError):
         from distributed import Client
-    except ImportError as error:
-        raise InputError("--scheduler: expected dask.distributed; pip install 'spherefunc-bullet[cluster]'") from error
     logging.getLogger("distributed.client").setLevel(logging.ERROR)  # a lost worker's task is done again, unasked
-    try:
+    with explaining(f"--scheduler {address}: expected a Dask scheduler that answers", OSError, ValueError, why="; "):
         client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError) as error:
-        raise InputError(f"--scheduler {address}: expected a Dask scheduler that answers; {error}") from error
     with client:
         yield on_executor(DaskExecutor(client=client), folder, limits, shared_path=shared_path)

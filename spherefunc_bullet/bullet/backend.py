@@ -122,7 +122,7 @@ class BulletSimulator(Physics):
         """Return by statics whether an object stands; release it if that is not exact, see `SupportsStance.stands`."""
         from ..simulator.statics.body import body_of
         from ..simulator.statics.standing import stood
-        from .bodies.standing import let_go
+        from .bodies.falling import let_go
 
         body, provenance = body_of(cloud, settings.matter), provenance_of(self, settings, seed)
         return stood(body, places, settings, provenance, lambda bodies: let_go(bodies, settings))

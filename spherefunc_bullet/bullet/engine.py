@@ -13,7 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import explaining
 
 CLONE_FILES = 0x400  # of Linux's sched.h
 CLOSE_RANGE_UNSHARE, NONE = 2, 2**32 - 1  # of its close_range.h, and where no descriptor is
@@ -33,10 +33,8 @@ def engine_version() -> str:
     InputError
         If there is none.
     """
-    try:
+    with explaining(MISSING, PackageNotFoundError):
         return version("pybullet")
-    except PackageNotFoundError as error:
-        raise InputError(MISSING) from error
 
 
 @cache
@@ -49,14 +47,36 @@ def pybullet():
         If it is missing or broken.
     """
     engine_version()
-    try:
+    with explaining("backend 'bullet': PyBullet is installed but cannot be imported", ImportError, why=": "):
         with ThreadPoolExecutor(1) as apart:
             apart.submit(import_silently).result()
         import pybullet
-    except ImportError as error:
-        raise InputError(f"backend 'bullet': PyBullet is installed but cannot be imported: {error}") from error
     keep_memory()
     return pybullet
+
+
+class Engine:
+    """One engine in this process, in DIRECT mode; to be closed, best by ``with``."""
+
+    def __init__(self, **parameters: float):
+        p = pybullet()
+        self.client = p.connect(p.DIRECT)
+        self.engine = {"physicsClientId": self.client}
+        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, **parameters, **self.engine)
+        # The default visual shape would be tessellated for every body, and read from its file with a warning.
+        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Give the engine back."""
+        if self.client is not None:
+            pybullet().disconnect(self.client)
+            self.client = None
 
 
 def import_silently():
@@ -93,4 +113,3 @@ def keep_memory():
     later it would do so anyhow. The block below is never written to.
     """
     np.empty(LARGEST_KEPT, np.uint8)
-

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from ..clouds.cloud import corners_of
-from ..errors import InputError
+from ..errors import InputError, explaining
 from .collision.shape import CollisionShape
 from .engine import pybullet
 
@@ -49,10 +49,8 @@ def load_shape(shape: CollisionShape, scale: float, client: int) -> int:
             path = Path(folder) / f"{Path(folder).name}.obj"
             write_groups(path, [piece * scale for piece in shape.pieces])
             flags = 0
-        try:
+        with explaining(f"{shape.name}: expected a shape that PyBullet accepts, it says", p.error, why=": "):
             return p.createCollisionShape(p.GEOM_MESH, fileName=str(path), flags=flags, physicsClientId=client)
-        except p.error as error:
-            raise InputError(f"{shape.name}: expected a shape that PyBullet accepts, it says: {error}") from error
 
 
 def load_spheres(compounds: Iterable[np.ndarray], scale: float, client: int) -> list[int]:

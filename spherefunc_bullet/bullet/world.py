@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .collision.shape import CollisionShape
-from .engine import pybullet
+from .engine import Engine, pybullet
 from .loading import load_shape, load_spheres, require_arrived
 from .physics import Physics
 
@@ -37,43 +37,24 @@ class Batch:
         return len(self.centers)
 
 
-class World:
-    """One engine in this process, in DIRECT mode; to be closed, best by ``with``."""
+class World(Engine):
+    """The engine of one run."""
 
     def __init__(self, physics: Physics):
-        p = pybullet()
-        self.physics, self.scale = physics, physics.scale
-        self.client = p.connect(p.DIRECT)
-        self.engine = {"physicsClientId": self.client}
-        p.setPhysicsEngineParameter(
+        super().__init__(
             fixedTimeStep=physics.look,
             numSubSteps=physics.sub_steps,
             numSolverIterations=physics.iterations,
-            deterministicOverlappingPairs=1,
             enableFileCaching=0,
-            **self.engine,
         )
+        p, self.physics, self.scale = pybullet(), physics, physics.scale
         p.setGravity(0, 0, -self.scale, **self.engine)
         self.sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=self.scale, **self.engine)
-        # The default visual shape would be tessellated for every body.
-        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.1] * 3, **self.engine)
         self.object = None
         self.air: list[int] = []  # bodies that move
         self.twins = self.add_twins()
         self.fresh: list[np.ndarray] = []  # settled centres that are twins
         self.batches: list[Batch] = []  # the others, larger ones first
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.close()
-
-    def close(self):
-        """Give the engine back."""
-        if self.client is not None:
-            pybullet().disconnect(self.client)
-            self.client = None
 
     def add_object(self, shape: CollisionShape):
         """Put the object into the world.

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import InputError, one_line, warn_renamed
+from ..errors import InputError, explaining, one_line, warn_renamed
 from ..formats.reading import read_geometry
 from ..formats.sources import Geometry, Source, as_source
 from ..formats.units import BY_FILE
@@ -121,10 +121,8 @@ class Cloud:
 
 def _require_points(points: ArrayLike, name: str) -> np.ndarray:
     """Return points as float64 (N, 3), or raise InputError."""
-    try:
+    with explaining(f"{name}: expected points as numbers (N, 3), got another type", TypeError, ValueError):
         points = np.ascontiguousarray(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected points as numbers (N, 3), got another type") from error
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     if len(points) < MIN_POINTS:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, explaining
 from ..formats.reading import read_geometry
 from ..formats.sources import Geometry
 from ..formats.units import BY_FILE
@@ -102,11 +102,9 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
     if fields is not None:
         require_fields(fields, name)
         points = np.ma.stack([points[axis].ravel() for axis in "xyz"], axis=1)
-    try:
+    with explaining(f"{name}: expected {EXPECTED}, got {type(points).__name__}", TypeError, ValueError):
         masked = np.ma.asarray(points, dtype=np.float64) if np.ma.isMaskedArray(points) else None
         array = np.asarray(points, dtype=np.float64) if masked is None else masked.filled(np.nan)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected {EXPECTED}, got {type(points).__name__}") from error
     if array.ndim not in (2, 3) or array.shape[-1] not in BESIDE:
         raise InputError(f"{name}: expected {EXPECTED}, got an array of shape {array.shape}")
     return array.reshape(-1, array.shape[-1])[:, :3]

@@ -10,7 +10,19 @@ import typer
 
 from ..console import Failures, print_json, print_table, say
 from ..formats.units import format_length, parse_length, parse_numbers
-from .options import BY_FILE, Friction, Json, PackagePath, Restitution, Seed, Standing, Units, Up, run_on_files
+from .options import (
+    BY_FILE,
+    Friction,
+    Json,
+    PackagePath,
+    Restitution,
+    Seed,
+    Standing,
+    Units,
+    Up,
+    run_on_files,
+    say_notes,
+)
 
 if TYPE_CHECKING:
     from ..clouds.cloud import Cloud
@@ -43,7 +55,7 @@ def carry(
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
     from ..simulator import make_simulator
     from ..simulator.mechanics import CarrySettings, require_ability
-    from ..viewer.mechanics_pictures import require_png
+    from ..viewer.mechanics_pictures import carry_tile, require_png, write_tiles
 
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "carry")
@@ -62,7 +74,7 @@ def carry(
     failures = Failures()
     results = run_on_files(carried_file, files, simulator, (settings, seed, up, units), "carrying", failures)
     rows = [row_of(file, result) for file, (_, result) in results]
-    draw([carried for _, carried in results], picture)
+    write_tiles([carry_tile(*carried) for _, carried in results if picture], picture)
     print_json(rows) if json else print_kept(rows, settings.angles_deg)
     failures.exit()
 
@@ -94,22 +106,12 @@ def row_of(file: Path, result: CarryResult) -> Row:
     }
 
 
-def draw(objects: Sequence[tuple[Cloud, CarryResult]], picture: Path | None):
-    """Draw what objects keep, where a picture is asked for."""
-    if picture is None or not objects:
-        return
-    from ..viewer.mechanics_pictures import carry_tile, side_by_side, write_picture
-
-    write_picture(side_by_side([carry_tile(cloud, result) for cloud, result in objects]), picture)
-
-
 def print_kept(rows: Sequence[Row], angles: Sequence[float]):
     """Print a line for each object."""
     table = []
     for row in rows:
         name = Path(row["file"]).name
-        for note in row["notes"]:
-            say(f"{name}: {note}")
+        say_notes(name, row["notes"])
         start = [name, str(row["filled"]), format_length(round(row["radius"], 4))]
         shares = [f"{one['share']:.2f}" for one in row["kept"]]
         table.append([*start, *shares, f"{row['kept_shaken']:.2f}"])

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..console import Failures
+from ..console import Failures, passed, say
 from ..errors import InputError
 from ..formats.units import BY_FILE as BY_FILE
 from ..formats.units import format_length, parse_lengths, parse_mass
@@ -117,7 +117,7 @@ def run_on_files(
 
     Parameters
     ----------
-    tell : callable
+    function : callable
         Takes a file, the simulator, and the rest, ``how``.
     doing : str
         What the progress bar says.
@@ -127,4 +127,10 @@ def run_on_files(
 
     tasks = [(file, simulator, *how) for file in files]
     outcomes = run_tasks(function, tasks, files, isolate=isolated(simulator))
-    return [(files[index], outcome) for index, outcome in failures.passed(outcomes, len(files), doing)]
+    return [(files[index], outcome) for index, outcome in passed(outcomes, len(files), doing, failures.add)]
+
+
+def say_notes(name: str, notes: Iterable[str]):
+    """Say what a reader has to know of an object."""
+    for note in notes:
+        say(f"{name}: {note}")

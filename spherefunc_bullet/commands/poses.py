@@ -117,8 +117,7 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
     """Print every pose of every object as a line."""
     table = []
     for row in rows:
-        for note in row["notes"]:
-            say(f"{Path(row['file']).name}: {note}")
+        options.say_notes(Path(row["file"]).name, row["notes"])
         if row["timed_out"]:
             say(f"{Path(row['file']).name}: {row['timed_out']} of {row['drops']} drops never came to rest")
         for number, pose in enumerate(row["poses"]):

@@ -48,7 +48,7 @@ def stand(
     from ..formats.units import parse_mass
     from ..simulator import make_simulator
     from ..simulator.mechanics import StandSettings, require_ability
-    from ..viewer.mechanics_pictures import require_png
+    from ..viewer.mechanics_pictures import require_png, stand_tile, write_tiles
 
     require_png(picture)
     simulator = require_ability(make_simulator(backend), "stands")
@@ -57,7 +57,7 @@ def stand(
     length = None if radius is None else parse_length(radius)
     failures, how = Failures(), (settings, length, seed, up, units)
     results = options.run_on_files(stood_file, files, simulator, how, "standing", failures)
-    draw([stood for _, stood in results], settings, picture)
+    write_tiles([stand_tile(*stood, settings.load) for _, stood in results if picture], picture)
     if json:
         print_json([row_of(file, result, settings) for file, (_, result) in results])
     else:
@@ -102,21 +102,11 @@ def finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def draw(objects: Sequence[tuple[Cloud, StandResult]], settings: StandSettings, picture: Path | None):
-    """Draw which places can carry the load, where a picture is asked for."""
-    if picture is None or not objects:
-        return
-    from ..viewer.mechanics_pictures import side_by_side, stand_tile, write_picture
-
-    write_picture(side_by_side([stand_tile(cloud, result, settings.load) for cloud, result in objects]), picture)
-
-
 def print_stances(results: Sequence[tuple[Path, StandResult]], load: float):
     """Print a line for each object."""
     table = []
     for file, result in results:
-        for note in result.notes:
-            say(f"{file.name}: {note}")
+        options.say_notes(file.name, result.notes)
         tilt = f"{result.tilt_deg:.1f}°" if math.isfinite(result.tilt_deg) else ""
         margin = format_length(round(result.margin, 3)) if math.isfinite(result.margin) else "none"
         share = "" if result.share is None else f"{result.share:.2f}"

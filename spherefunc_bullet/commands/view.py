@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..console import Failures, print_json, say
+from ..console import Failures, passed, print_json, say
 from ..errors import InputError
 from ..formats.units import format_length, parse_lengths
 from ..formats.writing import require_place, unused_name, write_text
@@ -164,7 +164,7 @@ def drop_on_all(objects: Sequence[Viewed], simulator: Simulator, max_spheres: in
     runs = [[DropSettings(radius=length, max_spheres=max_spheres) for length in viewed.radii] for viewed in objects]
     tasks = [(viewed.cloud, simulator, settings, seed) for viewed, settings in zip(objects, runs, strict=True)]
     outcomes = run_tasks(dropped, tasks, [viewed.file for viewed in objects], isolate=isolated(simulator))
-    for index, results in failures.passed(outcomes, len(tasks), f"dropping by {simulator.name}"):
+    for index, results in passed(outcomes, len(tasks), f"dropping by {simulator.name}", failures.add):
         objects[index].results[simulator.name] = results
 
 
@@ -180,7 +180,7 @@ def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failur
     clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
     radii = [classifier.chosen_radii()] * len(objects)
     outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.length)
-    for index, settled in failures.passed(outcomes, len(objects), "explaining"):
+    for index, settled in passed(outcomes, len(objects), "explaining", failures.add):
         objects[index].settled = settled
 
 

@@ -7,14 +7,16 @@ or the name of a built-in catalogue.
 from __future__ import annotations
 
 import csv
+import hashlib
 import os
 import re
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, explaining
 from .catalogue import built_catalogue, catalogue_entry_points
 
 NONE = "none"
@@ -113,10 +115,8 @@ def read_manifest(manifest: Path) -> Dataset:
 
     Several functions are separated by ``;``, none is written ``none``.
     """
-    try:
+    with explaining(f"{manifest}: expected a CSV file in UTF-8", OSError, UnicodeDecodeError, why="; "):
         text = manifest.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{manifest}: expected a CSV file in UTF-8; {error}") from error
     rows = csv.DictReader(text.splitlines())
     missing = [name for name in ("file", "label") if name not in (rows.fieldnames or [])]
     if missing:
@@ -137,10 +137,8 @@ def _manifest_object(manifest: Path, line: int, row: dict[str, str | None]) -> D
     path = manifest.parent / file
     if not lies_below(manifest.parent, path):
         raise InputError(f"{where}: expected a file below the manifest's folder, got {file}")
-    try:
+    with explaining(where, InputError, why=": "):
         functions, also = parse_functions(label), parse_functions(row.get("also") or "")
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from error
     return DatasetObject(
         path=path,
         functions=functions,
@@ -254,3 +252,44 @@ def is_permissive(text: str) -> bool:
 def sources_of(objects: Sequence[DatasetObject]) -> list[str]:
     """Return who made each object, where its licence is stated: then it is another's, and else of a catalogue."""
     return [item.group if item.license else "" for item in objects]
+
+
+def require_agreement(dataset: Dataset):
+    """Raise InputError if a file, or two files of the same content, are labelled with different functions.
+
+    Files that cannot be read are left to whoever reads them. Only files of one size are read at all.
+    """
+    for same in (os.path.realpath, Content(dataset)):
+        known: dict[str, DatasetObject] = {}
+        for item in dataset.objects:
+            first = known.setdefault(same(item.path), item)
+            if first.functions != item.functions:
+                raise InputError(contradiction(dataset, first, item))
+
+
+def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject) -> str:
+    """Return what two labels of one object say, in one line."""
+    names = [dataset.name_of(item.path) for item in (first, second)]
+    what = "it is listed twice" if names[0] == names[1] else f"{names[1]} holds the same"
+    said = " and ".join(label_text(item.functions) for item in (first, second))
+    return f"{dataset.name}: {names[0]}: expected one label for one object, got {said} ({what}); keep one"
+
+
+class Content:
+    """Tells what a file holds: a hash where another file is of the same size, else its path."""
+
+    def __init__(self, dataset: Dataset):
+        self.sizes = [size_of(item.path) for item in dataset.objects]
+
+    def __call__(self, path: Path) -> str:
+        """Return the hash or the path."""
+        size = size_of(path)
+        if size >= 0 and self.sizes.count(size) > 1:
+            with suppress(OSError), open(path, "rb") as file:
+                return hashlib.file_digest(file, "sha256").hexdigest()
+        return str(path)
+
+
+def size_of(path: Path) -> int:
+    """Return a file's size in bytes, -1 where there is none."""
+    return path.stat().st_size if path.is_file() else -1

@@ -117,16 +117,12 @@ def _require_own_signature(data: bytes, kind: str, name: str) -> None:
         raise InputError(f"{name}: expected {expected}, got a {found} file; give it the ending of what it is")
 
 
-def _no_faces() -> np.ndarray:
-    return np.empty((0, 3), dtype=np.int64)
-
-
 @dataclass(frozen=True, eq=False)
 class Geometry:
     """A mesh or a cloud, in the file's own units and axes."""
 
     vertices: np.ndarray  # (N, 3) float64; of a cloud NaN where a sensor saw nothing
-    faces: np.ndarray = field(default_factory=_no_faces)  # (M, 3) int64; none: a cloud
+    faces: np.ndarray = field(default_factory=lambda: np.empty((0, 3), np.int64))  # (M, 3) int64; none: a cloud
     colors: np.ndarray | None = None  # (N, 3) uint8
     labels: np.ndarray | None = None  # (N,) int64
 

@@ -6,7 +6,7 @@ import math
 import re
 import time
 
-from ..errors import InputError
+from ..errors import InputError, explaining
 
 BY_FILE = "file"  # the axis that a file's format has pointing up: y for glTF, z for those that say nothing
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
@@ -75,10 +75,8 @@ def parse_numbers(option: str, text: str, expected: str) -> tuple[float, ...]:
     >>> parse_numbers("--angles", "15,30", "degrees")
     (15.0, 30.0)
     """
-    try:
+    with explaining(f"{option} {text!r}: expected {expected}", ValueError):
         return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise InputError(f"{option} {text!r}: expected {expected}") from error
 
 
 def format_length(metres: float) -> str:

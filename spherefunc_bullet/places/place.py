@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -37,12 +37,12 @@ class Place:
     kind: str  # sit, put or pour
     function: str  # sittable, table or cup
     position: np.ndarray  # (3,) middle of the seat or of the free region; for pour, above the opening
-    normal: np.ndarray  # (3,) of the surface there, length 1
-    heading_deg: float | None  # counter-clockwise from +x: the way a sitter faces, the side it is poured from
+    normal: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))  # (3,) of the surface, length 1
+    heading_deg: float | None = None  # counter-clockwise from +x: the way a sitter faces, the side it is poured from
     region: tuple[np.ndarray, ...]  # rings (K, 3): the outline, then holes
     area: float  # of the region
     height: float  # of the surface above the ground that the object stands on; of the brim for pour
-    clearance: float | None  # free height above the surface; None: open
+    clearance: float | None = None  # free height above the surface; None: open
     score: float  # 0 to 1
     proven: Proof | None = None
     # sit

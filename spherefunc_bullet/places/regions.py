@@ -101,7 +101,8 @@ def level_regions(surface: Surface, least_radius: float, lowest: float) -> list[
     labels, count = ndimage.label(flat)
     room = surface.cell * (ndimage.distance_transform_edt(flat) - 0.5)
     roomy = ndimage.maximum(room, labels, np.arange(1, count + 1)) if count else np.empty(0)
-    regions = [region_of(surface, labels == 1 + k, room) for k in np.flatnonzero(np.asarray(roomy) >= least_radius)]
+    every = [labels == 1 + k for k in np.flatnonzero(np.asarray(roomy) >= least_radius)]
+    regions = [Region(cells, np.where(cells, room, 0.0), plane_through(surface, cells)) for cells in every]
     level = [region for region in regions if region.slope_deg <= SLOPE_DEG]
     return sorted(level, key=lambda region: -int(region.cells.sum()))
 
@@ -144,11 +145,6 @@ def seat_surface(cloud: Cloud, fine: Surface | None = None) -> Surface:
     coarse = surface_of(cloud, SEAT_CELL)
     middles = coarse.middles(np.moveaxis(np.indices(coarse.heights.shape), 0, -1))
     return replace(coarse, whole=whole_cells(surface_of(cloud) if fine is None else fine, middles))
-
-
-def region_of(surface: Surface, cells: np.ndarray, room: np.ndarray) -> Region:
-    """Return a region with the plane that fits its cells best."""
-    return Region(cells, np.where(cells, room, 0.0), plane_through(surface, cells))
 
 
 def plane_through(surface: Surface, cells: np.ndarray) -> np.ndarray:

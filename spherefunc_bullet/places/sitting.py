@@ -245,7 +245,6 @@ def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scal
         region=rings_of(surface, seat, plane),
         area=float(seat.sum()) * surface.cell**2,
         height=top,
-        clearance=None,
         score=float(min(1.0, sittings.scores[row, heading])),
         depth=depth_of(surface, seat, middle, np.radians(angle)),
         back=backed,

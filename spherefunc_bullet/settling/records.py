@@ -124,8 +124,8 @@ class ObjectRecord:
     size: np.ndarray  # (3,) extents of the bounding box, metres
     occupied: Callable[[], np.ndarray] = field(repr=False)  # see `voxels`: half a megabyte, of which labels need none
     settled: DropsByRadius = field(repr=False)
-    seconds: dict[float, float] = field(repr=False)  # radius in metres -> wall time of the simulation
-    drops: dict[float, int] = field(repr=False)
+    seconds: dict[float, float] = field(repr=False, default_factory=dict)  # radius in metres -> wall time of the run
+    drops: dict[float, int] = field(repr=False, default_factory=dict)
     memory: dict[float, int] = field(repr=False, default_factory=dict)  # bytes at most, of the runs where it is known
     falls_over: bool = False  # when it is put down as it is
     leaks: Callable[[], bool] = field(repr=False, default=bool)  # whether water runs out of it

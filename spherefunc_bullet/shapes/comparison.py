@@ -11,10 +11,9 @@ from scipy.spatial import cKDTree
 from ..answer import classify
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from .dense import dense_points
 from .levels import Level, carrying_level, height_map, level_kept
 from .rows import Functions, Kept, Row, Truth, judged
-from .solid import Solid, surface
+from .solid import Solid, dense_points, surface
 from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, is_filled, space_of
 from .spheres import Seen, at_rest, moved
 

@@ -8,8 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..processes.compilation import njit
-from .dense import dense_points
-from .solid import Solid
+from .solid import Solid, dense_points
 
 CELLS = 160  # along the longer side of the footprint
 AROUND = 0.012  # of the extent: heights so near belong to one level, and no less than LEAST

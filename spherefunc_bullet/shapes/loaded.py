@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
-from ..errors import InputError, one_line
+from ..errors import InputError, explaining, one_line
 from ..formats.limits import refusing
 from ..formats.reading import READERS, read_geometry
 from ..formats.scenes.packages import find_mesh
@@ -125,9 +125,7 @@ def groups_of(path: Path, whole: bool = False) -> list[tuple[np.ndarray, np.ndar
     if not len(geometry.faces):
         raise InputError(f"{one_line(path.name)}: expected a mesh to collide with, got points")
     groups = [] if whole or path.suffix.lower() != ".obj" else obj_groups(path.read_text(errors="replace"))
-    if len(groups) > 1:
-        return groups
-    return [(geometry.vertices, geometry.faces)]
+    return groups if len(groups) > 1 else [(geometry.vertices, geometry.faces)]
 
 
 def obj_groups(text: str) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -155,14 +153,10 @@ def obj_groups(text: str) -> list[tuple[np.ndarray, np.ndarray]]:
 
 def mjcf_links(path: Path) -> dict[str, list[Placed]]:
     """Return the colliding geoms of each body of an MJCF as MuJoCo compiles them, its planes left out."""
-    try:
+    with explaining(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco", ImportError):
         import mujoco
-    except ImportError as error:
-        raise InputError(f"{one_line(path.name)}: MJCF needs MuJoCo: pip install mujoco") from error
-    try:
+    with explaining(f"{one_line(path.name)}: MuJoCo refuses it", ValueError, why=": "):
         model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise InputError(f"{one_line(path.name)}: MuJoCo refuses it: {one_line(str(error))}") from error
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     links: dict[str, list[Placed]] = {}

@@ -12,8 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..clouds.flooding import standing_in, thicken
-from .dense import dense_points
-from .solid import Solid
+from .solid import Solid, dense_points
 
 CELLS = 112  # along the largest extent
 MARGIN = 6  # cells around

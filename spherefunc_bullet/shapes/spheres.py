@@ -14,8 +14,7 @@ from ..bullet.dropping import DropRun
 from ..bullet.world import World
 from ..clouds.cloud import Cloud
 from ..simulator import DropSettings
-from .dense import dense_points
-from .solid import Solid
+from .solid import Solid, dense_points
 
 SPHERES, DROPS = 250, 600  # at most, of a run
 IN_CONTACT = 50

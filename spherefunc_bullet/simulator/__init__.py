@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError
+from ..errors import InputError, explaining
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance  # the settings of any ability
@@ -218,11 +218,7 @@ def make_simulator(simulator: str | Simulator, **options) -> Simulator:
     points = backend_entry_points()
     if simulator not in points:
         raise InputError(f"backend {simulator!r}: expected one of {', '.join(sorted(points)) or 'none installed'}")
-    try:
+    with explaining(f"backend {simulator!r} cannot be imported", ImportError, why=": "):
         backend = points[simulator].load()
-    except ImportError as error:
-        raise InputError(f"backend {simulator!r} cannot be imported: {error}") from error
-    try:
+    with explaining(f"backend {simulator!r}", TypeError, why=": "):
         return backend(**options)
-    except TypeError as error:
-        raise InputError(f"backend {simulator!r}: {error}") from error

@@ -135,6 +135,12 @@ def write_picture(picture: Image.Image, path: Path) -> Path:
     return write_bytes(path, png_of(picture))
 
 
+def write_tiles(tiles: Sequence[Image.Image], path: Path | None):
+    """Write objects side by side as PNG, where a picture is asked for and there are any."""
+    if path is not None and tiles:
+        write_picture(side_by_side(tiles), path)
+
+
 def require_png(path: Path | None):
     """Raise InputError if a picture cannot be written in a file of such a name."""
     if path is not None and path.suffix.lower() != ".png":

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..clouds.cloud import Cloud
-from ..errors import InputError
+from ..errors import explaining
 from ..formats.writing import writing
 from ..simulator import DropResult, Outcome
 from .colours import sphere_colours
@@ -30,10 +30,8 @@ def write_recording(objects: Iterable[tuple[str, Cloud, Mapping[str, Iterable[Dr
     InputError
         If the package is missing, or the file cannot be written.
     """
-    try:
+    with explaining("--rerun: expected the package rerun-sdk; pip install 'spherefunc-bullet[rerun]'", ImportError):
         import rerun
-    except ImportError as error:
-        raise InputError("--rerun: expected the package rerun-sdk; pip install 'spherefunc-bullet[rerun]'") from error
     stream = rerun.RecordingStream("spherefunc")
     with writing(path):
         path.open("ab").close()  # Rerun's own error is no line for users
@@ -43,7 +41,7 @@ def write_recording(objects: Iterable[tuple[str, Cloud, Mapping[str, Iterable[Dr
         stream.log(f"{name}/object", rerun.Points3D(cloud.points, radii=POINT, colors=[150, 150, 150]), static=True)
         for backend, runs in results.items():
             for result in runs:
-                log_drops(stream, f"{name}/{backend}/{entity_of(result)}", result)
+                log_drops(stream, f"{name}/{backend}", result)
     stream.flush()
     stream.disconnect()
     return path
@@ -56,6 +54,7 @@ def log_drops(stream: RecordingStream, entity: str, result: DropResult):
     if not len(result.centers):
         return
     radius, numbers = result.provenance["settings"]["radius"], settled_drops(result)
+    entity += f"/{1000 * radius:g}mm"
     colours = (255 * sphere_colours(result.centers[:, 2])).astype(np.uint8)
     for count in np.unique(np.linspace(1, len(numbers), FRAMES).astype(int)).tolist():
         stream.set_time(TIMELINE, sequence=int(numbers[count - 1]))
@@ -66,8 +65,3 @@ def settled_drops(result: DropResult) -> np.ndarray:
     """Return the number of each drop that settled, (S,) int from 1; without outcomes, only settled ones are counted."""
     settled = np.flatnonzero(np.asarray(result.outcomes) == Outcome.SETTLED)
     return 1 + (settled if len(settled) == len(result.centers) else np.arange(len(result.centers)))
-
-
-def entity_of(result: DropResult) -> str:
-    """Return what a run is called beside those of other radii."""
-    return f"{1000 * result.provenance['settings']['radius']:g}mm"

@@ -18,9 +18,8 @@ from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
 from spherefunc_bullet.commands.command_line import main
 from spherefunc_bullet.datasets.catalogue import built_catalogue
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.scenes.arrangements.falls import drop_on, surroundings
+from spherefunc_bullet.scenes.arrangements.falls import NO_OWNER, drop_on, surroundings
 from spherefunc_bullet.scenes.arrangements.levels import crossing, joined, level_of
-from spherefunc_bullet.scenes.arrangements.owners import NO_OWNER
 from spherefunc_bullet.scenes.arrangements.placing import Placement, parse_placed
 from spherefunc_bullet.scenes.arrangements.supports import GROUND, require_carried, tips_by
 from spherefunc_bullet.scenes.arrangements.together import TogetherSettings, put_down

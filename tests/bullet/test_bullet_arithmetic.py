@@ -11,8 +11,7 @@ import pytest
 from scipy.spatial import ConvexHull, Delaunay, cKDTree
 
 from spherefunc_bullet.bullet import loading
-from spherefunc_bullet.bullet.bodies.carrying import FINER, MANY, carrying_physics
-from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, G, shaken
+from spherefunc_bullet.bullet.bodies.carrying import FINER, LOOK, MANY, WAITING, G, carrying_physics, shaken
 from spherefunc_bullet.bullet.collision.cuts import hull_of, in_halves
 from spherefunc_bullet.bullet.collision.pieces import bends_between, corners
 from spherefunc_bullet.bullet.collision.shape import thinned

@@ -13,15 +13,18 @@ from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.bullet.bodies.carrying import (
     LEAKS,
+    LOOK,
+    WAITING,
     Filling,
     Kept,
     carry_result,
     filling_of,
     notes_on,
+    phases,
+    tilted,
 )
 from spherefunc_bullet.bullet.bodies.falling import even_rotations
 from spherefunc_bullet.bullet.bodies.parallel_drops import APART, ParallelDropWorld, free_body, moved
-from spherefunc_bullet.bullet.bodies.tilting import LOOK, WAITING, phases, tilted
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
 from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sat_down, spread_of, why_not

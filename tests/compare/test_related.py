@@ -177,5 +177,5 @@ def test_quality_is_that_of_the_tested_objects_only():
     assert [trial.rows.tolist() for trial in evaluation.trials[4]] == [s.test.tolist() for s in splits.halves[4]]
     row = evaluation.left_out_quality("leave_one_group_out")["table"]
     assert (row["precision"], row["recall"], row["radius"]) == (0.5, 0.5, None)
-    only_a = read.trial([split for split in splits.left_out["leave_one_group_out"] if 0 in split.test])
+    (only_a,) = read.trials([[split for split in splits.left_out["leave_one_group_out"] if 0 in split.test]])
     assert only_a.quality(labels, 0)[0].f_measure == 1

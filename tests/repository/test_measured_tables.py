@@ -11,8 +11,7 @@ import pytest
 from checkout import ROOT
 
 from spherefunc_bullet.compare.documents.fingerprint import code_hash, imported_modules
-from spherefunc_bullet.compare.documents.main import due, measure, wanted, write_tables
-from spherefunc_bullet.compare.documents.registry import TABLES
+from spherefunc_bullet.compare.documents.main import TABLES, due, measure, wanted, write_tables
 from spherefunc_bullet.compare.documents.saved import Measurement, quoted
 from spherefunc_bullet.compare.documents.tables import BLOCK, OLDER, Table, blocks_of, complaints, with_blocks
 from spherefunc_bullet.errors import InputError

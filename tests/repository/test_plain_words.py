@@ -27,7 +27,7 @@ KEPT = {
     "compare/commands/mechanics.py": {"things"},
     "compare/comparison/tables.py": {"things"},
     "compare/documents/*": {"told"},
-    "compare/rooms/lessons/files.py": {"thing"},
+    "compare/rooms/lessons.py": {"thing"},
     "spherefunc_bullet/settling/cache.py": {"told"},
     "scenes/report/*.js": {"thing", "things"},
 }

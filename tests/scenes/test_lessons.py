@@ -10,8 +10,7 @@ import pytest
 from objects_to_scan import write_objects
 from sklearn.base import clone
 
-from spherefunc_bullet.compare.rooms.lessons.files import kept_lessons, read_lessons
-from spherefunc_bullet.compare.rooms.lessons.lesson import Lesson, Sight, counted, examples_kept
+from spherefunc_bullet.compare.rooms.lessons import Lesson, Sight, counted, examples_kept, kept_lessons, read_lessons
 from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, learn, streets_of, taught_in_all
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -92,7 +91,7 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
 
 def test_another_seed_or_sight_is_another_room(rooms, model, kept, monkeypatch):
     folder, _ = kept
-    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.files.room_lessons", lambda *how: [])
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_lessons", lambda *how: [])
     assert kept_lessons(rooms[0], SIGHT, model, 1, folder) == []
     assert kept_lessons(rooms[0], replace(SIGHT, views=2), model, 0, folder) == []
     assert kept_lessons(rooms[0], SIGHT, model, 0, folder)

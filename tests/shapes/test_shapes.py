@@ -130,7 +130,7 @@ def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
 def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
     from dataclasses import replace
 
-    from spherefunc_bullet.shapes.best import STRICT, best_shape
+    from spherefunc_bullet.shapes.compared import STRICT, best_shape
 
     solid, row = best_shape(subject, STRICT)
     other = replace(solid, name="vhacd 32")

@@ -33,9 +33,9 @@ from scipy import ndimage
 from spherefunc_bullet.learning.method import CUBES
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
-from ..evaluation import Evaluation, Trial
+from ..evaluation import Reading, Trial
 from ..features import of_each
-from ..protocol import Labels, Split, Splits
+from ..protocol import Labels, Split
 from .rules import NOTHING, TopView, functions_by_rules, top_view
 
 SQUARE = 0.02  # metres between the places that a person tries
@@ -148,30 +148,22 @@ RELATED: dict[str, Classify] = {"rules": functions_by_rules, "examiner": examine
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Fixed:
+class Fixed(Reading):
     """All objects' scores, which no training changes."""
+
+    method = CUBES
 
     scores: np.ndarray  # (N, F) float, 0 or 1
     labels: Labels
 
-    def trial(self, splits: Sequence[Split]) -> Trial:
-        """Return what is said of the objects that splits test."""
-        rows = np.concatenate([split.test for split in splits])
-        learnt = round(float(np.mean([len(split.train) for split in splits])))
-        return Trial(learnt=learnt, rows=rows, scores=self.scores[rows], weights=())
-
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
-        """Return several trials."""
-        return [self.trial(splits) for splits in asked]
-
-    def evaluation(self, splits: Splits) -> Evaluation:
-        """Return what was said of the objects under a protocol, of the same ones as others are tested on."""
-        return Evaluation(
-            labels=self.labels,
-            method=CUBES,
-            trials={size: self.trials([[split] for split in trials]) for size, trials in splits.halves.items()},
-            left_out={name: self.trial(alone) for name, alone in splits.left_out.items()},
-        )
+        """Return several trials, each what is said of the objects that its splits test."""
+        trials = []
+        for splits in asked:
+            learnt = round(float(np.mean([len(split.train) for split in splits])))
+            rows = np.concatenate([split.test for split in splits])
+            trials.append(Trial(learnt=learnt, rows=rows, scores=self.scores[rows], weights=()))
+        return trials
 
 
 def related(records: Sequence[ObjectRecord], labels: Labels) -> dict[str, Fixed]:

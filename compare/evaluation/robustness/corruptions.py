@@ -9,13 +9,14 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import itemgetter
 from typing import NotRequired, TypedDict
 
 import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.console import print_table, progress
+from spherefunc_bullet.console import passed, print_table
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import AnyMethod
@@ -112,13 +113,9 @@ def asked_of(
     some = chosen(whole.objects[first:], copied)
     tasks = [(item, dropping) for item in some]
     outcomes = run_tasks(corrupted_records, tasks, [item.path for item in some], jobs=jobs, isolate=False)
-    made: list[tuple[int, str, str, ObjectRecord]] = []
-    for index, outcome in progress(outcomes, len(some), "corrupting"):
-        if isinstance(outcome, InputError):
-            failed(outcome)
-        else:
-            made += [(rows[some[index].path], *one) for one in outcome]
-    made.sort(key=lambda one: (one[0], one[1], one[2]))
+    done = passed(outcomes, len(some), "corrupting", failed)
+    made = [(rows[some[index].path], *one) for index, corruptions in done for one in corruptions]
+    made.sort(key=itemgetter(0, 1, 2))
     copies = [whole.objects[row] for row, *_ in made], [record for *_, record in made]
     both = whole + Simulated(learnt.name, *map(tuple, copies))
     kinds = [(kind, severity) for _, kind, severity, _ in made]
@@ -150,8 +147,7 @@ def record_of(points: np.ndarray, item: DatasetObject, dropping: Dropping) -> Ob
     cloud = prepare(Cloud(points, item.path.name))
     settled = settle(cloud, dropping.simulator, dropping.radii, dropping.seed, dropping.length)
     shape = shape_of(cloud)
-    occupied = partial(shape.get, "voxels")
-    return ObjectRecord(path=item.path, size=shape["size"], occupied=occupied, settled=settled, seconds={}, drops={})
+    return ObjectRecord(path=item.path, size=shape["size"], occupied=partial(shape.get, "voxels"), settled=settled)
 
 
 def splits_of(asked: Asked, learnt: int | None, seed: int) -> list[Split]:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ...simulator.mechanics import Matter
 from ...simulator.statics.body import Body
-from ..engine import pybullet
+from ..engine import Engine, pybullet
 
 STEP = 0.02  # of time: 6 ms at an extent of 1 m; half of it moves no share by more than another seed does
 SUB_STEPS = 5  # between two looks
@@ -58,32 +58,17 @@ class Rests:
     rested: np.ndarray  # (N,) bool
 
 
-class ParallelDropWorld:
-    """One engine in this process, with a level ground; to be closed, best by ``with``."""
+class ParallelDropWorld(Engine):
+    """An engine with a level ground."""
 
     def __init__(self, matter: Matter):
-        p = pybullet()
-        self.client = p.connect(p.DIRECT)
-        self.engine, self.matter = {"physicsClientId": self.client}, matter
-        p.setPhysicsEngineParameter(
-            fixedTimeStep=STEP * SUB_STEPS,
-            numSubSteps=SUB_STEPS,
-            numSolverIterations=ITERATIONS,
-            deterministicOverlappingPairs=1,
-            **self.engine,
-        )
+        super().__init__(fixedTimeStep=STEP * SUB_STEPS, numSubSteps=SUB_STEPS, numSolverIterations=ITERATIONS)
+        p, self.matter = pybullet(), matter
         p.setGravity(0, 0, -1, **self.engine)
-        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
         ground = p.createCollisionShape(p.GEOM_PLANE, **self.engine)
         number = p.createMultiBody(0, ground, self.visual, useMaximalCoordinates=1, **self.engine)
         # The engine multiplies friction and restitution of two bodies; with 1 for the ground the body's own hold.
         p.changeDynamics(number, -1, lateralFriction=1.0, restitution=1.0, **self.engine)
-
-    def __enter__(self) -> ParallelDropWorld:
-        return self
-
-    def __exit__(self, *_):
-        pybullet().disconnect(self.client)
 
     def hull(self, body: FreeBody) -> int:
         """Return the engine's number of a body's hull."""

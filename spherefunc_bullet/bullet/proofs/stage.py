@@ -8,7 +8,7 @@ import numpy as np
 
 from ...clouds.cloud import Cloud
 from ..collision.shape import CollisionShape, collision_shape
-from ..engine import pybullet
+from ..engine import Engine, pybullet
 from ..loading import load_shape
 
 G = 9.81  # m/s2
@@ -16,25 +16,15 @@ SPANNED = 0.02  # of the largest extent, and `SPANS` in metres: the radius for w
 SPANS = 0.006, 0.02
 
 
-class Stage:
-    """One engine in this process with an object that stands still on the ground; to be closed, best by ``with``."""
+class Stage(Engine):
+    """An engine with an object that stands still on the ground."""
 
     def __init__(self, cloud: Cloud, friction: float):
-        p = pybullet()
-        self.client, self.friction = p.connect(p.DIRECT), friction
-        self.engine = {"physicsClientId": self.client}
+        super().__init__(enableFileCaching=0)
+        p, self.friction = pybullet(), friction
         p.setGravity(0, 0, -G, **self.engine)
-        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, enableFileCaching=0, **self.engine)
-        # The default visual shape would be read from the file, with a warning, and tessellated.
-        self.visual = p.createVisualShape(p.GEOM_BOX, halfExtents=[0.01] * 3, **self.engine)
         self.ground = self.still(p.createCollisionShape(p.GEOM_PLANE, **self.engine))
         self.object = self.still(load_shape(shape_of(cloud), 1.0, self.client))
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pybullet().disconnect(self.client)
 
     def still(self, shape: int) -> int:
         """Return a body that stands still."""

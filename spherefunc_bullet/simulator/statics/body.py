@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 
 from ...clouds.cloud import Cloud
 from ...clouds.thinning import one_per_cell
-from ...errors import InputError
+from ...errors import InputError, explaining
 from ..mechanics import Matter
 
 CORNERS = 300  # of a hull at most: what more of them would change is less than a degree
@@ -117,10 +117,8 @@ def hull_corners(points: np.ndarray, name: str) -> np.ndarray:
     thickness = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[-1] / np.sqrt(len(points))
     if thickness < THIN * extent:
         raise InputError(f"{name}: expected a body, got a flat sheet, which has no thickness to lie on")
-    try:
+    with explaining(f"{name}: expected a body with a convex hull, got points that have none", QhullError):
         hull = ConvexHull(points)
-    except QhullError as error:
-        raise InputError(f"{name}: expected a body with a convex hull, got points that have none") from error
     corners = points[np.sort(hull.vertices)]
     return corners if len(corners) <= CORNERS else corners[spread_out(corners, CORNERS)]
 

@@ -16,6 +16,7 @@ from scipy.spatial import ConvexHull
 
 from ..mechanics import Pose, PoseSettings
 from .body import Body
+from .levelling import rotation_to_z
 
 TURN_DEG = 35.0  # between neighbouring poses of one way to lie: a prism of eleven sides is round
 SILL = 0.04  # of the height of the centre of mass: how much it may rise between them
@@ -230,7 +231,4 @@ def turned_down(down: np.ndarray) -> np.ndarray:
     up = -np.asarray(down, float)
     if up[2] < -1 + 1e-9:
         return np.diag([1.0, -1.0, -1.0])
-    x, y, z = up
-    lean = 1 / (1 + z)
-    rotation = np.array([[1 - x * x * lean, -x * y * lean, -x], [-x * y * lean, 1 - y * y * lean, -y], [x, y, z]])
-    return rotation + 0.0
+    return rotation_to_z(up) + 0.0

@@ -1,4 +1,0 @@
-"""Lessons: what virtual rooms teach a model for scans, computed and kept.
-
-May import `scenes` and the shared stack.
-"""
