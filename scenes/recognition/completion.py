@@ -9,6 +9,7 @@ import numpy as np
 
 from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
+from spherefunc_bullet.places.putting import along_edges
 from spherefunc_bullet.processes.compilation import njit
 
 from ..pools.tops import SPACING
@@ -192,10 +193,7 @@ def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
     """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
     from scipy.spatial import cKDTree
 
-    ends = np.roll(outline, -1, axis=0)
-    counts = np.maximum(np.ceil(np.linalg.norm(ends - outline, axis=1) / 0.01).astype(int), 1)
-    places = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(outline, ends, counts, strict=True)]
-    return float(np.mean(cKDTree(points).query(np.vstack(places))[0] < _NEARBY))
+    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < _NEARBY))
 
 
 def continued_down(points: np.ndarray, support: float) -> np.ndarray:

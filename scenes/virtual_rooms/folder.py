@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
-from spherefunc_bullet.datasets.dataset import label_text
+from spherefunc_bullet.datasets.dataset import NONE, DatasetObject, label_text
 from spherefunc_bullet.formats.ply import ply_bytes
 from spherefunc_bullet.formats.writing import write_bytes, write_csv
 
 from ..recognition.examples import Example
-from .furnishing import FLOOR, WALL, PlacedObject
+from .furnishing import FLOOR, WALL
 from .scans import VirtualScan
 
 FILE_LABELS = {"wall": 0, "floor": 1}
@@ -53,31 +53,31 @@ class RoomFolder:
         write_labelled(self.directory / f"{name}.ply", scan.points, file_labels(scan.labels))
         write_csv(self.directory / f"{name}_instances.csv", INSTANCES, instance_rows(scan))
         for number, points in zip(scan.seen(), clouds, strict=True):
-            self.write_object(f"{name}_{number + FIRST_OBJECT:02d}", scan.room.objects[number], points)
+            item = scan.room.objects[number].item
+            self.write_object(f"{name}_{number + FIRST_OBJECT:02d}_{item.path.stem}", item, points)
         self.scans.append(f"{name}.ply")
 
     def write_proposed(self, scan: VirtualScan, examples: Iterable[Example]):
         """Write what recognition proposes in one scan: objects, and what is none."""
         for number, example in enumerate(examples):
-            name = f"{scan.room.name}_{example.by}_{number:03d}"
-            write_labelled(self.directory / "objects" / f"{name}.ply", example.cloud.points)
-            placed = None if example.number is None else scan.room.objects[example.number].item
-            functions = frozenset() if placed is None else placed.functions
-            also = "" if placed is None else ";".join(sorted(placed.also))
-            category = "proposal" if placed is None else placed.category
-            self.rows.append((f"{name}.ply", label_text(functions), also, category, self.group))
+            item = None if example.number is None else scan.room.objects[example.number].item
+            self.write_object(f"{scan.room.name}_{example.by}_{number:03d}", item, example.cloud.points)
         self.scans.append(f"{scan.room.name}.ply")
 
-    def write_object(self, name: str, placed: PlacedObject, points: np.ndarray):
-        """Write what a scan holds of one object, for training on partial views."""
-        item = placed.item
-        file = f"{name}_{item.path.stem}.ply"
-        write_labelled(self.directory / "objects" / file, points)
-        self.rows.append((file, label_text(item.functions), ";".join(sorted(item.also)), item.category, self.group))
+    def write_object(self, name: str, item: DatasetObject | None, points: np.ndarray):
+        """Write what a scan holds of one object, or of none, for training on partial views."""
+        write_labelled(self.directory / "objects" / f"{name}.ply", points)
+        about = (NONE, "", "proposal") if item is None else described(item)
+        self.rows.append((f"{name}.ply", *about, self.group))
 
     def close(self) -> Path:
         """Write the manifest of the objects and return its path."""
         return write_manifest(self.directory / "objects", COLUMNS, self.rows)
+
+
+def described(item: DatasetObject) -> tuple[str, str, str]:
+    """Return an object's label, what else it is for, and its category, as manifests have them."""
+    return label_text(item.functions), ";".join(sorted(item.also)), item.category
 
 
 def file_labels(labels: np.ndarray) -> np.ndarray:
@@ -92,9 +92,9 @@ def instance_rows(scan: VirtualScan) -> Iterator[tuple[str | int, ...]]:
     seen = set(scan.seen().tolist())
     for number, placed in enumerate(scan.room.objects):
         item = placed.item
-        about = (number + FIRST_OBJECT, item.path.stem, label_text(item.functions), ";".join(sorted(item.also)))
         support = SHELL.get(placed.support, placed.support + FIRST_OBJECT)
-        yield (*about, item.category, support, int(counts[number]), int(number in seen))
+        counted = (support, int(counts[number]), int(number in seen))
+        yield (number + FIRST_OBJECT, item.path.stem, *described(item), *counted)
 
 
 def write_labelled(path: Path, points: np.ndarray, labels: np.ndarray | None = None):

@@ -160,14 +160,18 @@ def samples(corners: np.ndarray, cell: float) -> np.ndarray:
     """Return points (N, 2) all over a convex polygon, a cell apart or a twelfth of its width where that is more."""
     low, high = corners.min(axis=0), corners.max(axis=0)
     step = max(cell, float((high - low).max()) / 12)
-    ends = np.roll(corners, -1, axis=0)
-    counts = np.maximum(1, np.ceil(np.linalg.norm(ends - corners, axis=1) / step)).astype(int)
-    edges = [a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(corners, ends, counts, strict=True)]
     grid = np.stack(np.meshgrid(*[np.arange(a, b, step) for a, b in zip(low, high, strict=True)]), -1).reshape(-1, 2)
-    area = ends - corners
+    area = np.roll(corners, -1, axis=0) - corners
     sides = area[:, 0] * (grid[:, None, 1] - corners[:, 1]) - area[:, 1] * (grid[:, None, 0] - corners[:, 0])
     inside = (sides >= 0).all(axis=1) | (sides <= 0).all(axis=1)
-    return np.vstack([*edges, grid[inside]])
+    return np.vstack([along_edges(corners, step), grid[inside]])
+
+
+def along_edges(corners: np.ndarray, step: float) -> np.ndarray:
+    """Return places (N, 2) along the edges of a polygon (K, 2), no farther apart than a step."""
+    ends = np.roll(corners, -1, axis=0)
+    counts = np.maximum(1, np.ceil(np.linalg.norm(ends - corners, axis=1) / step)).astype(int)
+    return np.vstack([a + (b - a) * np.arange(n)[:, None] / n for a, b, n in zip(corners, ends, counts, strict=True)])
 
 
 def least_at(surface: Surface, room: np.ndarray, middles: np.ndarray, offsets: np.ndarray) -> np.ndarray:

@@ -53,11 +53,10 @@ def surface_of(cloud: Cloud, cell: float = CELL) -> Surface:
 
 @njit(cache=True, error_model="numpy")
 def raise_to(points, origin, side, heights):
-    """Raise the height of each cell to its highest point."""
+    """Raise the height of each cell to its highest point; points beside all cells are left out."""
     for n in range(len(points)):
-        i = int((points[n, 0] - origin[0]) / side)
-        j = int((points[n, 1] - origin[1]) / side)
-        if points[n, 2] > heights[i, j]:
+        i, j = int((points[n, 0] - origin[0]) / side), int((points[n, 1] - origin[1]) / side)
+        if 0 <= i < heights.shape[0] and 0 <= j < heights.shape[1] and points[n, 2] > heights[i, j]:
             heights[i, j] = points[n, 2]
 
 
@@ -75,8 +74,7 @@ class Region:
     @property
     def normal(self) -> np.ndarray:
         """Upward, length 1."""
-        normal = np.array([-self.plane[0], -self.plane[1], 1.0])
-        return normal / np.linalg.norm(normal)
+        return normal_of(self.plane)
 
     @property
     def slope_deg(self) -> float:
@@ -86,6 +84,12 @@ class Region:
     def height_at(self, xy: np.ndarray) -> np.ndarray:
         """Return the plane's height at places (..., 2)."""
         return xy @ self.plane[:2] + self.plane[2]
+
+
+def normal_of(plane: np.ndarray) -> np.ndarray:
+    """Return the upward normal (3,) of a plane (3,), see `Region`."""
+    normal = np.array([-plane[0], -plane[1], 1.0])
+    return normal / np.linalg.norm(normal)
 
 
 def level_regions(surface: Surface, least_radius: float, lowest: float) -> list[Region]:

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from ..processes.compilation import njit
 from .place import FUNCTION, Place
-from .regions import Surface, plane_through, rings_of
+from .regions import Surface, normal_of, plane_through, rings_of
 
 TALL = 1.75  # metres: whom the template fits
 SEAT_HEIGHTS = 0.22, 0.60  # metres above the ground, of that person: higher, feet hang in the air
@@ -235,12 +235,11 @@ def sit_place(surface: Surface, sittings: Sittings, row: int, heading: int, scal
     angle, middle = 360.0 * heading / HEADINGS, surface.middles(cell)
     angle = along_back(surface, middle, level, angle, scale) if backed else angle
     top = seat_top(surface, middle, level, scale)
-    normal = np.array([-plane[0], -plane[1], 1.0])
     return Place(
         kind="sit",
         function=FUNCTION["sit"],
         position=np.array([*middle, top]),
-        normal=normal / np.linalg.norm(normal),
+        normal=normal_of(plane),
         heading_deg=angle if backed or uneven(sittings.scores[row]) else None,
         region=rings_of(surface, seat, plane),
         area=float(seat.sum()) * surface.cell**2,

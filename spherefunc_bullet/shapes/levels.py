@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from ..processes.compilation import njit
+from ..places.regions import raise_to
 from .solid import Solid, dense_points
 
 CELLS = 160  # along the longer side of the footprint
@@ -31,22 +31,14 @@ def height_map(solid: Solid, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     cell = cell_of(low, high)
     shape = np.ceil((high - low)[:2] / cell).astype(int) + 1
     points = dense_points(solid.vertices, solid.faces, 0.6 * cell)
-    return highest(points, low[:2], cell, np.full(shape, -np.inf))
+    heights = np.full(shape, -np.inf)
+    raise_to(points, low[:2], cell, heights)
+    return heights
 
 
 def cell_of(low: np.ndarray, high: np.ndarray) -> float:
     """Return the side of a cell of a footprint, metres."""
     return float((high - low)[:2].max()) / CELLS
-
-
-@njit(cache=True, error_model="numpy")
-def highest(points, low, cell, heights):
-    """Write the highest point over each cell."""
-    for p in range(len(points)):
-        i, j = int((points[p, 0] - low[0]) / cell), int((points[p, 1] - low[1]) / cell)
-        if 0 <= i < heights.shape[0] and 0 <= j < heights.shape[1] and points[p, 2] > heights[i, j]:
-            heights[i, j] = points[p, 2]
-    return heights
 
 
 def carrying_level(heights: np.ndarray, low: np.ndarray, high: np.ndarray) -> Level:

@@ -41,10 +41,9 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> 
 
     Places and points are in one frame, metres.
     """
-    from io import BytesIO
-
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+
+    from .still import png_of_figure
 
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
@@ -56,9 +55,7 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> 
             draw_place(axes, place)
     figure.subplots_adjust(left=0, right=1, bottom=0.08 / rows, top=1 - 0.08 / rows, wspace=0)
     add_legend(figure, [place for _, _, places in shown for place in places if place.score >= DRAWN])
-    image = BytesIO()
-    FigureCanvasAgg(figure).print_png(image)
-    return image.getvalue()
+    return png_of_figure(figure)
 
 
 def add_legend(figure: Figure, places: Sequence[Place]):

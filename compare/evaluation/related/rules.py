@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from spherefunc_bullet.scenes.impairment.levels import standing_water
 from spherefunc_bullet.settling.records import VOXEL, ObjectRecord
 
 NOTHING = -np.inf  # height where the object has no point
@@ -155,10 +156,7 @@ def water_depths(view: TopView) -> np.ndarray:
     surface = closed(view.heights)
     depths = np.zeros_like(surface)
     for height in np.arange(VOXEL / 2, max(surface.max(), VOXEL), VOXEL):
-        wall = surface >= height
-        pools, _ = ndimage.label(ndimage.binary_fill_holes(wall) & ~wall)
-        leaking = np.unique(pools[surface == NOTHING])
-        depths[(pools > 0) & ~np.isin(pools, leaking)] += VOXEL
+        depths[standing_water(surface, height)] += VOXEL
     return depths
 
 
