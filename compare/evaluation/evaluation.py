@@ -14,7 +14,6 @@ from typing import NotRequired, Protocol, TypedDict
 
 import numpy as np
 
-from spherefunc_bullet.datasets.dataset import NONE
 from spherefunc_bullet.learning.method import AnyMethod, Method
 from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
@@ -262,50 +261,3 @@ def radius_counts(trials: Iterable[Trial], column: int) -> Counter[float]:
 def mean(values: Sequence[float]) -> float:
     """Return a mean to four places."""
     return round(float(np.mean(values)), 4)
-
-
-@dataclass(frozen=True, eq=False)
-class Confusion:
-    """Counts of objects by label and by predicted function; the last of either is none."""
-
-    labels: tuple[str, ...]  # (F + 1,)
-    objects: np.ndarray  # (F + 1,) how many objects have the label
-    counts: np.ndarray  # (F + 1, F + 1) of those, how many were said to have the function
-
-
-class Said(TypedDict):
-    """What was said of the tested objects, all trials together; an object counts each time it was tested."""
-
-    tested: int
-    memberships: dict[str, int]  # of those, how many were said to have no function, one, or several
-    confusion: dict[str, dict[str, int]]  # label -> function -> how many with the label were said to have it
-    radii: dict[str, dict[str, int]]  # function -> radius in metres -> how often it counted most
-
-
-def confusion_report(labels: Labels, trials: Sequence[Trial]) -> Said:
-    """Return who was taken for what, and by which radii."""
-    confusion, columns = count_confusion(labels, *trials), range(len(labels.functions))
-    several = np.minimum(np.concatenate([trial.predicted.sum(axis=1) for trial in trials]), 2)
-    none, one, more = np.bincount(several, minlength=3).tolist()
-    rows = [dict(zip(confusion.labels, row, strict=True)) for row in confusion.counts.tolist()]
-    return {
-        "tested": len(several),
-        "memberships": {"none": none, "one": one, "several": more},
-        "confusion": dict(zip(confusion.labels, rows, strict=True)),
-        "radii": {
-            labels.functions[k]: {f"{radius:g}": n for radius, n in sorted(radius_counts(trials, k).items())}
-            for k in columns
-        },
-    }
-
-
-def count_confusion(labels: Labels, *trials: Trial) -> Confusion:
-    """Count who was taken for what in all trials together; an object counts each time it was tested."""
-    true = with_none(np.concatenate([labels.members[trial.rows] for trial in trials]))
-    predicted = with_none(np.concatenate([trial.predicted for trial in trials]))
-    return Confusion((*labels.functions, NONE), true.sum(axis=0), true.T.astype(int) @ predicted.astype(int))
-
-
-def with_none(members: np.ndarray) -> np.ndarray:
-    """Return memberships (N, F) with one more column: true of objects with no function."""
-    return np.column_stack([members, ~members.any(axis=1)])

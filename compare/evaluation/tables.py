@@ -12,7 +12,8 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import AnyMethod
 
-from .evaluation import Evaluation, FunctionQuality, Said, confusion_report
+from .confusion import Said, confusion_report
+from .evaluation import Evaluation, FunctionQuality
 from .features import SPHERES
 from .impaired import Shares, print_shares
 from .protocol import FAIR, Protocol, Split, Splits, labels_of

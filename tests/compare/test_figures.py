@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial, count_confusion
+from spherefunc_bullet.compare.evaluation.confusion import count_confusion
+from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes
 from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder
 from spherefunc_bullet.compare.figures.histogram_slice import cut_slice

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.compare.evaluation.confusion import confusion_report
 from spherefunc_bullet.compare.evaluation.evaluation import (
     FunctionQuality,
     Trial,
-    confusion_report,
     evaluate,
     run_trial,
 )
