@@ -105,7 +105,7 @@ def test_no_place_carries_a_load_above_its_tipping_load(simulator, cloud, foot, 
 
 def test_the_engine_lets_fall_what_has_its_weight_beyond_its_foot():
     """By 2 to 14 mm, where friction of rolling held it; and keeps what has it well within, a contact or two aside."""
-    bodies = pytest.importorskip("spherefunc_bullet.bullet.bodies.standing")
+    bodies = pytest.importorskip("spherefunc_bullet.bullet.bodies.falling")
     pytest.importorskip("pybullet")
     for cloud, foot, top in ((pedestal(), 0.15, 0.7), (round_pedestal(), 0.06, 1.1)):
         body = body_of(cloud, Matter())
