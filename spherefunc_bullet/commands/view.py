@@ -67,6 +67,8 @@ def view(
     json: Json = False,
 ):
     """Show objects with settled spheres and histogram cubes as interactive pages."""
+    from ..simulator import backend_names
+
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     check_place(out)
@@ -91,14 +93,6 @@ def view(
     if pages and wants_browser(open):
         open_browser(pages[0])
     failures.exit()
-
-
-def backend_names(text: str) -> list[str]:
-    """Return the backends of a comma-separated list, without repeats."""
-    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
-    if not names:
-        raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")
-    return names
 
 
 def explaining_model(model: Path | None, names: Sequence[str]) -> CloudClassifier:
