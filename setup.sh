@@ -97,3 +97,10 @@ if ! .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec(
         && .venv/bin/python -m pip install -q --no-deps --disable-pip-version-check "$(built | tail -n 1)" \
         || echo "setup: PyBullet could not be compiled (build/pybullet.log): the bullet backend is left out" >&2
 fi
+
+# What debuggers and linkers alone read: nine tenths of PyBullet's library, and 180 MB in all.
+if [ ! -f .venv/stripped ] && command -v strip >/dev/null 2>&1; then
+    find .venv/lib \( -name 'pybullet.*.so' -o -name 'eglRenderer.*.so' -o -name 'libllvmlite.so' \
+        -o -path '*/fontTools/*.so' -o -path '*/kiwisolver/*.so' \) -exec strip --strip-unneeded {} +
+    touch .venv/stripped
+fi
