@@ -81,7 +81,7 @@ compile_pybullet() {
     echo "setup: PyBullet has no wheel for $("$PYTHON" -V): compiling it once, some 5 minutes on two idle cores" \
         "(BULLET=no leaves it out); the wheel is kept in $wheels" >&2
     mkdir -p "$wheels" build
-    .venv/bin/python -m pip wheel -q --no-deps --disable-pip-version-check -w "$wheels" "pybullet>=3.2.7" \
+    CFLAGS=-g0 .venv/bin/python -m pip wheel -q --no-deps --disable-pip-version-check -w "$wheels" "pybullet>=3.2.7" \
         >build/pybullet.log 2>&1 &
     compiler=$! seconds=0
     while sleep 2 && kill -0 $compiler 2>/dev/null; do

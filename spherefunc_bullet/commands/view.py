@@ -172,14 +172,21 @@ def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], se
 
 
 def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failures: Failures):
-    """Drop the spheres that the classifier looks at on every object."""
-    from ..settling.settling import settle_all
+    """Drop as many spheres on every object as `spherefunc classify` does."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
 
-    clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
-    radii = [classifier.chosen_radii()] * len(objects)
-    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.length)
+    tasks, files = [(viewed.cloud, classifier) for viewed in objects], [viewed.file for viewed in objects]
+    outcomes = run_tasks(drops_read, tasks, files, isolate=isolated(make_simulator(classifier.simulator)))
     for index, settled in failures.passed(outcomes, len(objects), "explaining"):
         objects[index].settled = settled
+
+
+def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
+    """Return the drops that a classifier's answer about a cloud is read from; for a worker."""
+    from ..settling.kept_object import CloudObject
+
+    return classifier.read(CloudObject(own=cloud, dropping=classifier.dropping()).drops).drops
 
 
 def write_pages(
