@@ -105,8 +105,18 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     ----------
     changed : int
         When the file was, so that one written since is read anew.
+
+    Raises
+    ------
+    InputError
+        See `load_model`; or if another process, which was sent the model by its name, finds another file.
     """
-    return read_model(path, backend, rebuilt_for_inference)
+    if os.path.isfile(path) and path.stat().st_mtime_ns != changed:
+        raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
+    model = read_model(path, backend, rebuilt_for_inference)
+    if isinstance(model, KeptModel):
+        model.origin = (kept_model, (path, backend, changed))
+    return model
 
 
 def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
