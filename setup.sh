@@ -81,7 +81,7 @@ compile_pybullet() {
     echo "setup: PyBullet has no wheel for $("$PYTHON" -V): compiling it once, some 5 minutes on two idle cores" \
         "(BULLET=no leaves it out); the wheel is kept in $wheels" >&2
     mkdir -p "$wheels" build
-    .venv/bin/python -m pip wheel -q --no-deps --disable-pip-version-check -w "$wheels" "pybullet>=3.2.7" \
+    CFLAGS=-g0 .venv/bin/python -m pip wheel -q --no-deps --disable-pip-version-check -w "$wheels" "pybullet>=3.2.7" \
         >build/pybullet.log 2>&1 &
     compiler=$! seconds=0
     while sleep 2 && kill -0 $compiler 2>/dev/null; do
@@ -96,4 +96,11 @@ if ! .venv/bin/python -c "import importlib.util as u, sys; sys.exit(u.find_spec(
     { [ -n "$(built)" ] || compile_pybullet; } \
         && .venv/bin/python -m pip install -q --no-deps --disable-pip-version-check "$(built | tail -n 1)" \
         || echo "setup: PyBullet could not be compiled (build/pybullet.log): the bullet backend is left out" >&2
+fi
+
+# What debuggers and linkers alone read: nine tenths of PyBullet's library, and 180 MB in all.
+if [ ! -f .venv/stripped ] && command -v strip >/dev/null 2>&1; then
+    find .venv/lib \( -name 'pybullet.*.so' -o -name 'eglRenderer.*.so' -o -name 'libllvmlite.so' \
+        -o -path '*/fontTools/*.so' -o -path '*/kiwisolver/*.so' \) -exec strip --strip-unneeded {} +
+    touch .venv/stripped
 fi

@@ -10,17 +10,17 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
-from .classification import Decision
-from .classification import classify as decision_about
+from .classification import Decision, classify_by_all
 from .clouds.cloud import Cloud
 from .clouds.conversion import Anything, as_cloud, holds_several
 from .formats.units import BY_FILE
-from .learning.model_file import inference_model, model_for_views
+from .learning.model_file import models_to_ask
 from .settling.kept_object import CloudObject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .function_model import FunctionModel
     from .learning.classifier import CloudClassifier
     from .places.place import Place
 
@@ -154,7 +154,8 @@ def classify(
     model : path or CloudClassifier, optional
         By default the one that ships with the package.
     backend : str, optional
-        The simulator that the model must be for; by default ``fast`` where no model is given.
+        The simulator that the model must be for; by default ``fast`` where no model is given. Of several, as in
+        ``fast,bullet``, the first answers, and the answer is unsure where they disagree.
     function : str, optional
         The only function to ask for: with models that count cubes, its radius alone is run.
     explain : bool
@@ -181,9 +182,7 @@ def classify(
     >>> sorted(answer.functions), answer.scores["table"] < 0.5, answer.reasons[0][:4]
     (['cup'], True, 'cup ')
     """
-    asked = inference_model(model, backend)
-    asked = asked if function is None else asked.only(function)
-    view_model = partial(model_for_views, asked, given=model is not None)
+    asked = models_to_ask(model, backend, function)
     several = holds_several(anything)
     items = each_of(anything) if several else [anything]
     clouds = [
@@ -193,12 +192,17 @@ def classify(
     answers = []
     for cloud, item in zip(clouds, items, strict=True):
         started = time.perf_counter()
-        decision = decision_about(CloudObject(own=cloud, dropping=asked.dropping(), cache=cache), asked, view_model)
+        decision = classify_by_all(partial(object_of, cloud, cache), asked)
         answer = answer_of(cloud, decision, explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
     if isinstance(anything, Mapping):
         return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]
+
+
+def object_of(cloud: Cloud, cache: bool, model: FunctionModel) -> CloudObject:
+    """Return a cloud's object as a model's spheres meet it."""
+    return CloudObject(own=cloud, dropping=model.dropping(), cache=cache)
 
 
 def answer_of(cloud: Cloud, decision: Decision, explain: bool = True) -> Answer:

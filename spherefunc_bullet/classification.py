@@ -5,8 +5,8 @@ The command line, `classify` in Python, estimators, viewer, arrangements and ben
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,7 +32,12 @@ NOTHING = (
 )
 UNSEEN = "this looks like a single view of an object; once completed, it may be classified as {functions}"
 LIES = 'as it stands it would fall over, and would not with y up: is its up axis right? up="y" says so'
+DISAGREE = "the backends disagree about {function}: {scores}"
 COMPLETED = "this looks like a single view of an object, so it was completed and classified by the model for scans"
+
+
+Memberships = dict[str, Membership]  # by the function's name
+Asked = tuple[FunctionModel, Callable[[], FunctionModel]]  # a model, and what returns the one for single views
 
 
 class DroppedOn(Protocol):
@@ -66,6 +71,7 @@ class Decision:
     objects_on_top: int = 0  # that stand on a table
     lies: bool = False  # and has no function, as a file does whose up axis is y and is taken for z
     more_doubts: tuple[str, ...] = ()
+    by_backend: Mapping[str, Memberships] = field(default_factory=dict)  # where several were asked
 
     @property
     def scores(self) -> np.ndarray:
@@ -73,7 +79,7 @@ class Decision:
         return np.where(denied(self.model.functions_, self.fails_stability_check, self.leaks), 0.0, self.reading.scores)
 
     @property
-    def memberships(self) -> dict[str, Membership]:
+    def memberships(self) -> Memberships:
         """For each function, by name: whether the object has it, and its score."""
         return self.model.memberships_by(self.scores[None])[0]
 
@@ -97,13 +103,39 @@ class Decision:
     def row(self, file: str, seconds: float, explain: bool = True) -> dict[str, Any]:
         """Return what the commands print of the object with ``--json``."""
         doubts = self.doubts()
+        by_backend = {backend: membership_rows(memberships) for backend, memberships in self.by_backend.items()}
         return {
             "file": file,
-            "functions": {name: asdict(one) for name, one in self.memberships.items()},
+            "functions": membership_rows(self.memberships),
             "unsure": bool(doubts),
             "reasons": [*self.reasons(explain), *doubts],
             "seconds": seconds,
-        }
+        } | ({"backends": by_backend} if by_backend else {})
+
+
+def membership_rows(memberships: Memberships) -> dict[str, dict[str, Any]]:
+    """Return memberships as the contract prints them."""
+    return {name: asdict(one) for name, one in memberships.items()}
+
+
+def classify_by_all(item: Callable[[FunctionModel], DroppedOn], asked: Sequence[Asked]) -> Decision:
+    """Classify an object by the model of one backend or of several.
+
+    The first one answers; where another one gives the object other functions, the answer is unsure.
+
+    Parameters
+    ----------
+    item : callable
+        Returns the object as a model's spheres meet it.
+    asked : sequence of (FunctionModel, callable)
+        Models of different backends, each with what returns its model for single views.
+    """
+    decisions = [classify(item(model), model, view_model) for model, view_model in asked]
+    if len(decisions) == 1:
+        return decisions[0]
+    names = [model.dropping().simulator.name for model, _ in asked]
+    by_backend = {name: one.memberships for name, one in zip(names, decisions, strict=True)}
+    return replace(decisions[0], by_backend=by_backend)
 
 
 def classify(item: DroppedOn, model: FunctionModel, view_model: Callable[[], FunctionModel]) -> Decision:
@@ -183,6 +215,18 @@ def nothing_settled(reading: Reading) -> bool:
 
 def doubts(decision: Decision) -> list[str]:
     """Return why an answer is unsure, each a sentence; the one place for rules of doubt."""
+    found = disagreements(decision.by_backend)
     if decision.fails_stability_check:
-        return []
-    return [*decision.reading.model.doubts(decision.reading), *[LEAKS] * decision.leaks]
+        return found
+    return [*decision.reading.model.doubts(decision.reading), *[LEAKS] * decision.leaks, *found]
+
+
+def disagreements(by_backend: Mapping[str, Memberships]) -> list[str]:
+    """Return a sentence for each function that an object has by one backend and not by another."""
+    found = []
+    for name in next(iter(by_backend.values()), ()):
+        own = {backend: memberships[name] for backend, memberships in by_backend.items()}
+        if len({one.member for one in own.values()}) > 1:
+            scores = ", ".join(f"{backend} {one.score:.2f}" for backend, one in own.items())
+            found.append(DISAGREE.format(function=name, scores=scores))
+    return found

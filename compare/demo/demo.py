@@ -98,8 +98,8 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
     with step(watch, "learning all, and classifying objects that were not learnt"):
         model = train_on(simulated, dropping, METHOD.name)
         unseen = write_unseen(out / "objects", simulated)
-        how = (model, Loading(up="z"), partial(model_for_views, model, given=True))
-        rows = [classified_file(item.path, *how) for item in unseen]
+        asked = [(model, partial(model_for_views, model, given=True))]
+        rows = [classified_file(item.path, asked, Loading(up="z")) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)
     about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)

@@ -45,11 +45,12 @@ def places(
     simulator = make_simulator(backend)
     if prove:
         require_ability(simulator, "prove")
-    failures, how = Failures(), (put, prove, ProofSettings(person=parse_length(person)).person, up, units, seed)
+    tall = ProofSettings(person=parse_length(person)).person
+    failures, how = Failures(), (put, prove, tall, up, units, seed)
     results = run_on_files(places_of_file, files, simulator, how, "finding places", failures)
     rows = [row_of(file, *found) for file, found in results]
     if results and (picture is not None or page is not None):
-        draw([(file, found) for file, (found, _) in results], picture, page, up, units)
+        draw([(file, found) for file, (found, _) in results], picture, page, up, units, tall)
     print_json(rows) if json else print_places(rows, units)
     failures.exit()
 
@@ -71,8 +72,15 @@ def row_of(file: Path, found: Sequence[Place], seconds: float) -> Row:
     return {"file": str(file), "places": [place.as_json() for place in found], "seconds": round(seconds, 3)}
 
 
-def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, page: Path | None, up: str, units: str):
-    """Draw objects with their places, as they stand."""
+def draw(
+    found: Sequence[tuple[Path, Sequence[Place]]],
+    picture: Path | None,
+    page: Path | None,
+    up: str,
+    units: str,
+    person: float,
+):
+    """Draw objects with their places, as they stand, and whoever sits there so tall."""
     from spherefunc_bullet.places.finding import cloud_and_frame
     from spherefunc_bullet.viewer.place_pictures import write_places_page, write_places_picture
 
@@ -81,9 +89,9 @@ def draw(found: Sequence[tuple[Path, Sequence[Place]]], picture: Path | None, pa
         cloud, to_input = cloud_and_frame(file, up=up, units=units)
         shown.append((cloud, [place.moved(to_input.inverse()) for place in places]))
     if picture is not None:
-        write_places_picture([(cloud.name, cloud.points, places) for cloud, places in shown], picture)
+        write_places_picture([(cloud.name, cloud.points, places) for cloud, places in shown], picture, person)
     if page is not None:
-        write_places_page(shown, page)
+        write_places_page(shown, page, person)
 
 
 def print_places(rows: Sequence[Row], units: str):

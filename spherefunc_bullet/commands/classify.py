@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Iterator, Sequence
+from itertools import chain, repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +18,7 @@ from .answer_tables import Row, members_of, print_functions
 from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
-    from ..function_model import FunctionModel
+    from ..classification import Asked
     from ..settling.records import Loading
 
 STDIN = Path("-")  # in place of a file: their names, one a line, come on stdin
@@ -29,7 +29,9 @@ def classify(
         list[Path], typer.Argument(metavar="FILE...", help="Models or scans, folders of them, or - for names on stdin.")
     ],
     model: Model = None,
-    backend: Annotated[str | None, typer.Option(help="The simulator the model must have been trained with.")] = None,
+    backend: Annotated[
+        str | None, typer.Option(help="Simulator of the model; of several (fast,bullet) the others confirm the first.")
+    ] = None,
     function: Annotated[
         str | None, typer.Option(help="Classify this function only; models by cubes then run its radius only.")
     ] = None,
@@ -50,23 +52,24 @@ def classify(
 ):
     """Classify the function of each object."""
     from ..formats.writing import require_place
-    from ..learning.model_file import inference_model, model_for_views
+    from ..learning.model_file import models_to_ask
     from ..processes.tasks import run_tasks
     from ..settling.records import Loading
     from ..simulator import isolated, make_simulator
 
     if table is not None:
         require_place(table)
-    classifier = inference_model(model, backend)
-    classifier = classifier if function is None else classifier.only(function)
+    asked = models_to_ask(model, backend, function)
+    functions = asked[0][0].functions_
     names, failures = list(listed_files(files)), Failures()
     if any_pose:
         from .poses import classify_any_pose
 
-        return classify_any_pose(names, classifier, units, json)
-    view_model = partial(model_for_views, classifier, given=model is not None)
-    how = (classifier, Loading(up=up, units=units), view_model, json or explain, explain)
-    isolate = isolated(make_simulator(classifier.simulator))
+        if len(asked) > 1:
+            raise InputError(f"--backend {backend}: expected one with --any-pose")
+        return classify_any_pose(names, asked[0][0], units, json)
+    how = (asked, Loading(up=up, units=units), json or explain, explain)
+    isolate = any(isolated(make_simulator(one.simulator)) for one, _ in asked)
     outcomes = run_tasks(classified_file, [(file, *how) for file in names], names, jobs=jobs, isolate=isolate)
     rows: list[Row | None] = [None] * len(names)
     for index, outcome in progress(outcomes, len(names), "classifying"):
@@ -75,8 +78,8 @@ def classify(
             failures.add(outcome)
             rows[index] = {"file": str(names[index]), "error": error_line(outcome)}
     if table is not None:
-        write_rows(rows, classifier.functions_, table)
-    print_json(rows) if json else print_functions(rows, classifier.functions_, explain)
+        write_rows(rows, functions, table)
+    print_json(rows) if json else print_functions(rows, functions, explain)
     failures.exit()
 
 
@@ -105,18 +108,18 @@ def listed_files(places: Sequence[Path]) -> Iterator[Path]:
 
 def classified_file(
     file: Path,
-    model: FunctionModel,
+    asked: Sequence[Asked],
     loading: Loading,
-    view_model: Callable[[], FunctionModel],
     reasons: bool = True,
     explain: bool = True,
 ) -> Row:
     """Return what the contract prints of one file, reasons and what decided where that is wanted; for a worker."""
-    from ..classification import classify as decision_about
+    from ..classification import classify_by_all
     from ..settling.kept_object import KeptFile
 
     started = time.perf_counter()
-    decision = decision_about(KeptFile(file, model.dropping(loading), report=say), model, view_model)
+    reports = chain([say], repeat(None))  # what is odd about the file is said once
+    decision = classify_by_all(lambda model: KeptFile(file, model.dropping(loading), next(reports)), asked)
     row = decision.row(str(file), round(time.perf_counter() - started, 3), reasons)
     if not explain:
         return row

@@ -6,6 +6,7 @@ Exit codes: 0 done, 2 the user's mistake (one line, no traceback), 1 ours.
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from importlib.metadata import entry_points
 from typing import Annotated
@@ -57,6 +58,8 @@ def application(word: str | None = None) -> typer.Typer:
 def main():
     """Run the command line; a user's mistake is one line on stderr and exit code 2."""
     gc.set_threshold(GARBAGE)
+    # Matrices are small here: a second thread of OpenBLAS waits for work that never comes, a sixth of a first answer.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     log_on_stderr()
     app = application(sys.argv[1] if len(sys.argv) > 1 else None)
     run(lambda: app(prog_name="spherefunc"))

@@ -67,6 +67,8 @@ def view(
     json: Json = False,
 ):
     """Show objects with settled spheres and histogram cubes as interactive pages."""
+    from ..simulator import backend_names
+
     names = backend_names(backend)
     radii = parse_lengths(radius) if radius else None
     check_place(out)
@@ -91,14 +93,6 @@ def view(
     if pages and wants_browser(open):
         open_browser(pages[0])
     failures.exit()
-
-
-def backend_names(text: str) -> list[str]:
-    """Return the backends of a comma-separated list, without repeats."""
-    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
-    if not names:
-        raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")
-    return names
 
 
 def explaining_model(model: Path | None, names: Sequence[str]) -> CloudClassifier:
@@ -174,14 +168,21 @@ def dropped(cloud: Cloud, simulator: Simulator, runs: Sequence[DropSettings], se
 
 
 def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failures: Failures):
-    """Drop the spheres that the classifier looks at on every object."""
-    from ..settling.settling import settle_all
+    """Drop as many spheres on every object as `spherefunc classify` does."""
+    from ..processes.tasks import run_tasks
+    from ..simulator import isolated, make_simulator
 
-    clouds, files = [viewed.cloud for viewed in objects], [viewed.file for viewed in objects]
-    radii = [classifier.chosen_radii()] * len(objects)
-    outcomes = settle_all(clouds, classifier.simulator, radii, classifier.seed, files, classifier.length)
+    tasks, files = [(viewed.cloud, classifier) for viewed in objects], [viewed.file for viewed in objects]
+    outcomes = run_tasks(drops_read, tasks, files, isolate=isolated(make_simulator(classifier.simulator)))
     for index, settled in passed(outcomes, len(objects), "explaining", failures.add):
         objects[index].settled = settled
+
+
+def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
+    """Return the drops that a classifier's answer about a cloud is read from; for a worker."""
+    from ..settling.kept_object import CloudObject
+
+    return classifier.read(CloudObject(own=cloud, dropping=classifier.dropping()).drops).drops
 
 
 def write_pages(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -23,12 +23,13 @@ from ..formats.npz import Archive
 from ..formats.writing import writing
 from ..function_model import FunctionModel, require_bounds
 from ..settling.records import Dropping
-from ..simulator import Simulator, make_simulator
+from ..simulator import Simulator, backend_names, make_simulator
 from .profiles.arrays import EARLY, KeptModel, fill_early, fill_profiles, fitting_together, profiles_kept
 from .profiles.forest import of_prefix
 from .profiles.profile_model import PROFILE
 
 if TYPE_CHECKING:
+    from ..classification import Asked
     from .classifier import CloudClassifier
     from .method import AnyMethod
 
@@ -104,8 +105,18 @@ def kept_model(path: Path, backend: str | None, changed: int) -> FunctionModel:
     ----------
     changed : int
         When the file was, so that one written since is read anew.
+
+    Raises
+    ------
+    InputError
+        See `load_model`; or if another process, which was sent the model by its name, finds another file.
     """
-    return read_model(path, backend, rebuilt_for_inference)
+    if os.path.isfile(path) and path.stat().st_mtime_ns != changed:
+        raise InputError(f"{path}: expected the model that was read when this began, it has been written since")
+    model = read_model(path, backend, rebuilt_for_inference)
+    if isinstance(model, KeptModel):
+        model.origin = (kept_model, (path, backend, changed))
+    return model
 
 
 def inference_model(model: str | Path | FunctionModel | None, backend: str | None) -> FunctionModel:
@@ -122,6 +133,29 @@ def inference_model(model: str | Path | FunctionModel | None, backend: str | Non
         return model
     path = shipped_model(backend or "fast") if model is None else Path(model)
     return kept_model(path, backend, path.stat().st_mtime_ns if os.path.isfile(path) else 0)
+
+
+def models_to_ask(model: str | Path | FunctionModel | None, backend: str | None, function: str | None) -> list[Asked]:
+    """Return the model of each backend named, with what returns its model for single views.
+
+    Parameters
+    ----------
+    backend : str, optional
+        One, or several with commas between them: the first answers. See `classification.classify_by_all`.
+    function : str, optional
+        The only one that is asked for.
+
+    Raises
+    ------
+    InputError
+        See `load_model`; or if several backends are named with a model, which is one backend's.
+    """
+    names = [None] if backend is None else backend_names(backend)
+    if model is not None and len(names) > 1:
+        raise InputError(f"backend {backend!r}: expected one, as a model that is given is of one")
+    models = [inference_model(model, name) for name in names]
+    asked = models if function is None else [one.only(function) for one in models]
+    return [(one, partial(model_for_views, one, given=model is not None)) for one in asked]
 
 
 def model_for_views(asked: FunctionModel, *, given: bool) -> FunctionModel:

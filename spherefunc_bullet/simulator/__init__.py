@@ -205,6 +205,14 @@ def backend_entry_points() -> dict[str, EntryPoint]:
     return {point.name: point for point in entry_points(group="spherefunc.backends")}
 
 
+def backend_names(text: str) -> list[str]:
+    """Return the backends of a comma-separated list such as ``fast,bullet``, without repeats."""
+    names = list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+    if not names:
+        raise InputError(f"backend {text!r}: expected at least one name, such as fast or fast,bullet")
+    return names
+
+
 def make_simulator(simulator: str | Simulator, **options) -> Simulator:
     """Return a simulator by its registered name; one that is already made passes through.
 

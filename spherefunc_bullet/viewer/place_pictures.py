@@ -31,12 +31,12 @@ FAILED = "0.35"  # the grey of a place that did not hold when it was used
 WORDS = {"sit": "a place to sit", "put": "to put something", "pour": "to pour", FAILED: "did not hold when it was used"}
 EXPLAINED = (
     "Pale: the object. Drawn with small spheres, coloured by height: the outline of each place, a person "
-    f"{TALL} m tall who sits there, a stream that is poured; single spheres are poses at which the object stands that "
-    "was to be put down. Drag to turn, scroll to zoom."
+    "{person:g} m tall who sits there, a stream that is poured; single spheres are poses at which the object stands "
+    "that was to be put down. Drag to turn, scroll to zoom."
 )
 
 
-def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> bytes:
+def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], person: float = TALL) -> bytes:
     """Return a PNG with a panel for each object: its name, its points (N, 3) with z up, and its places.
 
     Places and points are in one frame, metres.
@@ -50,15 +50,15 @@ def places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]]) -> 
     figure = Figure(figsize=(5 * columns, 5 * rows), dpi=100)
     for number, (name, points, places) in enumerate(shown):
         axes = figure.add_subplot(rows, columns, number + 1, projection="3d", computed_zorder=False)
-        draw_object(axes, name, points, places)
+        draw_object(axes, name, points, places, person)
         for place in sorted((one for one in places if one.score >= DRAWN), key=did_not_hold, reverse=True):
-            draw_place(axes, place)
+            draw_place(axes, place, person)
     figure.subplots_adjust(left=0, right=1, bottom=0.08 / rows, top=1 - 0.08 / rows, wspace=0)
-    add_legend(figure, [place for _, _, places in shown for place in places if place.score >= DRAWN])
+    add_legend(figure, [place for _, _, places in shown for place in places if place.score >= DRAWN], person)
     return png_of_figure(figure)
 
 
-def add_legend(figure: Figure, places: Sequence[Place]):
+def add_legend(figure: Figure, places: Sequence[Place], person: float):
     """Write under the panels what each colour means that is in one of them."""
     from matplotlib.patches import Patch
 
@@ -69,7 +69,7 @@ def add_legend(figure: Figure, places: Sequence[Place]):
         if kind in used
     ]
     if "sit" in used:
-        keys.append(Patch(facecolor=BODY, label=f"a person {TALL} m tall who sits there"))
+        keys.append(Patch(facecolor=BODY, label=f"a person {person:g} m tall who sits there"))
     if keys:
         figure.legend(handles=keys, loc="lower center", ncols=len(keys), frameon=False)
 
@@ -79,12 +79,12 @@ def did_not_hold(place: Place) -> bool:
     return place.proven is not None and not place.proven.holds
 
 
-def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Place]):
+def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Place], person: float):
     """Draw an object's points, in a frame that has room for whoever sits on it."""
     some = points[:: max(1, len(points) // MOST_POINTS)]
     axes.scatter(*some.T, s=1.5, c="0.6", linewidths=0, depthshade=False)
     low, high = corners_of(points)
-    tall = max([high[2], *(place.position[2] + 0.95 for place in places if place.kind == "sit")])
+    tall = max([high[2], *(place.position[2] + 0.54 * person for place in places if place.kind == "sit")])
     side = max(float((high - low).max()), float(tall - low[2])) / 2
     middle = (low + high) / 2
     axes.set(xlim=(middle[0] - side, middle[0] + side), ylim=(middle[1] - side, middle[1] + side))
@@ -95,7 +95,7 @@ def draw_object(axes: Axes3D, name: str, points: np.ndarray, places: Sequence[Pl
     axes.set_title(name)
 
 
-def draw_place(axes: Axes3D, place: Place):
+def draw_place(axes: Axes3D, place: Place, person: float):
     """Draw one place's region, and how it is used."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -106,7 +106,7 @@ def draw_place(axes: Axes3D, place: Place):
     for ring in place.region:
         axes.plot(*np.vstack([ring, ring[:1]]).T, c=colour, lw=1.0 if failed else 1.5, zorder=2 if failed else 3)
     if place.kind == "sit":
-        faces = person_faces(seated_person(place))
+        faces = person_faces(seated_person(place, person))
         look = {"facecolors": FAILED, "alpha": 0.12} if failed else {"facecolors": BODY, "shade": True}
         axes.add_collection3d(Poly3DCollection(faces, **look, zorder=5))
     elif place.kind == "pour":
@@ -120,12 +120,12 @@ def stream_of(place: Place) -> np.ndarray:
     return np.array([place.position + [0, 0, 3 * (place.depth or 0.05) / 2], [*place.position[:2], place.height]])
 
 
-def write_places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], path: Path):
+def write_places_picture(shown: Sequence[tuple[str, np.ndarray, Sequence[Place]]], path: Path, person: float = TALL):
     """Write the picture of objects and their places."""
-    write_bytes(path, places_picture(shown))
+    write_bytes(path, places_picture(shown, person))
 
 
-def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path):
+def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path, person: float = TALL):
     """Write an interactive page of objects and their places, which are in the frames of the clouds, metres.
 
     Outlines, persons and streams are made of small spheres, each kind of place in a panel of its own. Places of
@@ -135,10 +135,10 @@ def write_places_page(shown: Sequence[tuple[Cloud, Sequence[Place]]], path: Path
     from .page import display_html, display_page
     from .still import still_picture
 
-    parts = [f"<p>{EXPLAINED}</p>"]
+    parts = [f"<p>{EXPLAINED.format(person=person)}</p>"]
     for cloud, places in shown:
         drawn = [one for one in places if one.score >= SHOWN]
-        panels = [panel_of(cloud, kind, [one for one in drawn if one.kind == kind]) for kind in COLOURS]
+        panels = [panel_of(cloud, kind, [one for one in drawn if one.kind == kind], person) for kind in COLOURS]
         some = [panel for panel in panels if len(panel.layers[0].centers)]
         parts.append(f"<h1>{escape(cloud.name)}</h1>")
         parts.append(display_html(display(cloud, some), still_picture(cloud, some)) if some else "<p>No place.</p>")
@@ -152,7 +152,7 @@ def left_out_text(count: int) -> str:
     return f"Not shown: {count} {'place' if count == 1 else 'places'} of functions that the object does not have."
 
 
-def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
+def panel_of(cloud: Cloud, kind: str, places: Sequence[Place], person: float) -> Panel:
     """Return the panel of one kind of places."""
     from ..learning.reasons.cubes import Cubes
     from .data import Layer, Panel
@@ -162,7 +162,7 @@ def panel_of(cloud: Cloud, kind: str, places: Sequence[Place]) -> Panel:
     bar = min(DRAWN, 0.5 * max((one.score for one in places), default=0.0))  # a shelf is no table, and yet has places
     drawn = [one for one in places if one.score >= bar]
     lines = [line for place in drawn for line in lines_of(place)]
-    persons = [person_points(seated_person(place), 1.3 * radius) for place in drawn if kind == "sit"]
+    persons = [person_points(seated_person(place, person), 1.3 * radius) for place in drawn if kind == "sit"]
     poses = [pose[None, :3, 3] for place in drawn for pose in place.poses[:POSES]]
     beads = np.vstack([*(beads_on(line, radius) for line in lines), *persons, *poses, np.empty((0, 3))])
     head = ["height / m", "faces", "score", "free above / m", "proof"]

@@ -10,7 +10,7 @@ import numpy as np
 from ..places.place import Place
 
 Rod = tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray, float]  # ends, radius
-TALL = 1.75  # metres: the person that is drawn
+TALL = 1.75  # metres: the person of the numbers below
 SHANK = 0.46  # metres from the knee to the ankle
 FOOT = 0.045  # metres: radius of a foot and of a shank
 KNEE = np.array([0.42, 0.10, 0.07])
@@ -58,15 +58,19 @@ class Limb:
         return np.linalg.norm(points - self.start - share[:, None] * way, axis=1) < 0.98 * self.radius
 
 
-def seated_person(place: Place) -> list[Limb]:
-    """Return the limbs of a person who sits at a place, both feet on the ground where the seat is low enough."""
+def seated_person(place: Place, person: float = TALL) -> list[Limb]:
+    """Return the limbs of a person, so tall in metres, who sits at a place.
+
+    Both feet are on the ground where the seat is low enough.
+    """
+    scale = person / TALL
     angle = np.radians(0.0 if place.heading_deg is None else place.heading_deg)
     ahead, left = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
-    axes = np.stack([ahead, left, [0.0, 0.0, 1.0]])
+    axes = scale * np.stack([ahead, left, [0.0, 0.0, 1.0]])
     limbs = [*SINGLE]
-    for start, end, radius in (*PAIRED, *shank_and_foot(place.height)):
+    for start, end, radius in (*PAIRED, *shank_and_foot(place.height / scale)):
         limbs += [(np.multiply(start, (1, side, 1)), np.multiply(end, (1, side, 1)), radius) for side in (1, -1)]
-    return [Limb(place.position + start @ axes, place.position + end @ axes, radius) for start, end, radius in limbs]
+    return [Limb(place.position + start @ axes, place.position + end @ axes, scale * r) for start, end, r in limbs]
 
 
 def shank_and_foot(height: float) -> list[Rod]:

@@ -202,6 +202,19 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
         assert reason.effect == decided["share"] and reason.unit in ("m", "m2", "share", "")
 
 
+def test_several_backends_are_asked_at_once(tmp_path):
+    path = tmp_path / "mug.npz"
+    np.savez(path, points=clouds.mug().points)
+    answer = sf.classify(path, backend="fast,bullet")
+    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--backend", "fast,bullet", "--json"]
+    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    assert answer.to_dict() | {"seconds": 0} == row | {"seconds": 0}
+    for name, opinion in row["backends"].items():
+        alone = sf.classify(path, backend=name)
+        assert {function: one["score"] for function, one in opinion.items()} == alone.scores
+    assert row["functions"] == row["backends"]["fast"] and set(row["backends"]) == {"fast", "bullet"}
+
+
 def test_an_answer_shows_itself_in_a_notebook():
     answer = sf.classify(clouds.mug())
     (axes,) = answer.plot().axes

@@ -34,6 +34,12 @@ def test_labels_that_are_none(labels, kind):
     assert "labels: expected functions' names" in refused(lambda: kind("fast").fit([POINTS, POINTS], labels))
 
 
+@pytest.mark.parametrize("model", [shipped_model("fast"), inference_model(None, "fast")])
+def test_a_model_that_is_given_is_of_one_backend(model):
+    asked = refused(lambda: sf.classify(POINTS, backend="fast,bullet", model=model))
+    assert "backend 'fast,bullet': expected one" in asked
+
+
 @pytest.mark.parametrize("call", [lambda name: sf.classify(POINTS, backend=name), sf.load_model, sf.shipped_model])
 def test_a_backend_that_is_none_is_answered_with_those_there_are(call):
     asked = (lambda: sf.load_model(backend="Bullet")) if call is sf.load_model else (lambda: call("Bullet"))

@@ -19,6 +19,7 @@ from spherefunc_bullet.classification import (
     ON_TOP,
     POSSIBLE,
     classify,
+    classify_by_all,
     nothing_settled,
     stands_with_y_up,
 )
@@ -124,6 +125,26 @@ def test_what_an_object_must_not_do_is_asked_where_it_has_a_function_alone(score
     for (name, found), score in zip(decision.memberships.items(), decision.scores, strict=True):
         denied = name not in functions and scores[name] > THRESHOLD
         assert found.score == score == (0 if denied else scores[name]) and found.member == (name in functions)
+
+
+@pytest.mark.parametrize(
+    ("second", "true", "disagreed"),
+    [
+        ({"cup": 0.9, "table": 0.4}, [], []),
+        ({"cup": 0.2, "table": 0.4}, [], ["cup: fast 0.80, bullet 0.20"]),
+        ({"cup": 0.2, "table": 0.6}, [], ["cup: fast 0.80, bullet 0.20", "table: fast 0.30, bullet 0.60"]),
+        ({"cup": 0.2, "table": 0.4}, ["falls_over"], []),  # then it has no function by either
+    ],
+)
+def test_the_first_of_several_backends_answers_and_is_unsure_where_another_disagrees(second, true, disagreed):
+    first, other = Model(cup=0.8, table=0.3), Model(**second)
+    other.simulator = "bullet"
+    asked = [(model, lambda: Model(cup=0.0, table=0.0)) for model in (first, other)]
+    decision = classify_by_all(lambda model: Item(*true), asked)
+    assert decision.functions == classify_by_all(lambda model: Item(*true), asked[:1]).functions
+    assert [one.partition("about ")[2] for one in decision.doubts() if "disagree" in one] == disagreed
+    assert set(decision.row("mug.ply", 0.0)["backends"]) == {"fast", "bullet"}
+    assert "backends" not in classify_by_all(lambda model: Item(*true), asked[:1]).row("mug.ply", 0.0)
 
 
 @pytest.mark.parametrize("columns", [None, ("a", "b")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pickle
+import shutil
 
 import numpy as np
 import pytest
@@ -16,7 +17,14 @@ from spherefunc_bullet.function_model import MOST_DROPS
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import METHODS
-from spherefunc_bullet.learning.model_file import inference_model, load_model, new_classifier, save_model, shipped_model
+from spherefunc_bullet.learning.model_file import (
+    inference_model,
+    kept_model,
+    load_model,
+    new_classifier,
+    save_model,
+    shipped_model,
+)
 from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
 from spherefunc_bullet.learning.profiles.quantities import NAMES
 from spherefunc_bullet.settling.drops import NO_DROPS
@@ -104,6 +112,28 @@ def test_a_model_that_was_written_since_is_read_anew(saved):
     assert len(inference_model(saved, None).names_) == 4 * 3 != len(first.names_)
     with pytest.raises(InputError):
         inference_model(saved.with_name("no such"), None)
+
+
+def test_a_model_of_a_file_goes_to_another_process_by_its_name():
+    """13 MB would go with each object otherwise, and be unpacked for each."""
+    model = inference_model(shipped_model("fast"), "fast")
+    alone = model.only("table")
+    for own in (model, alone):
+        sent = pickle.dumps(own)
+        again = pickle.loads(sent)
+        assert len(sent) < 1000 and again.functions_ == own.functions_
+        assert (again.score_profiles(own.profiles_[:9]) == own.score_profiles(own.profiles_[:9])).all()
+    assert pickle.loads(pickle.dumps(model)) is model and len(model.functions_) == 3 and alone is not model
+
+
+def test_a_model_written_while_others_ask_it_is_not_mixed_up(tmp_path):
+    path = tmp_path / "model.npz"
+    shutil.copy(shipped_model("fast"), path)
+    sent = pickle.dumps(inference_model(path, None))
+    os.utime(path, ns=(10**9, 10**9))
+    kept_model.cache_clear()  # as in a process that has not read it yet
+    with pytest.raises(InputError, match="written since"):
+        pickle.loads(sent)
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -280,6 +280,22 @@ def test_a_person_is_drawn_on_the_seat_in_one_piece():
         assert any(other.holds(ends[k]).any() or limb.holds(own).any() for other, own in others)
 
 
+@pytest.mark.parametrize("person", [1.1, 2.0])
+def test_a_person_is_drawn_as_tall_as_asked(person, tmp_path):
+    """The head is as high over the seat as the height asks, and the soles touch the ground all the same."""
+    from spherefunc_bullet.viewer.place_pictures import write_places_page
+    from spherefunc_bullet.viewer.seated_person import TALL, person_points, seated_person
+
+    cloud = cloud_from_mesh(*CHAIR)
+    place = next(place for place in places_of(cloud, scores=SEAT) if place.kind == "sit")
+    low = replace(place, height=0.25, position=np.array([0.0, 0.0, 0.25]))
+    usual, other = (person_points(seated_person(low, tall), 0.01)[:, 2] for tall in (TALL, person))
+    assert (other.max() - 0.25) / (usual.max() - 0.25) == pytest.approx(person / TALL, abs=0.01)
+    assert other.min() == pytest.approx(0.0, abs=0.003)
+    write_places_page([(cloud, [place])], tmp_path / "page.html", person)
+    assert f"a person {person:g} m tall" in (tmp_path / "page.html").read_text()
+
+
 def test_the_page_leaves_out_places_of_functions_that_the_object_does_not_have(tmp_path):
     from spherefunc_bullet.viewer.place_pictures import write_places_page
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import io
 import json
 import re
@@ -18,6 +19,7 @@ from browser import CHROMIUM, FLAGS, draw, needs_browser
 from PIL import Image
 from typer.testing import CliRunner
 
+import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.commands.view import RADII, SPHERES_ACROSS
@@ -286,6 +288,12 @@ def test_tables_and_a_still_stand_in_the_page_itself(tmp_path):
     for still in stills:
         picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(still))).convert("RGB"), float)
         assert picture.std() > 5 and len(np.unique(picture.reshape(-1, 3), axis=0)) > 50  # neither blank nor grey alone
+
+
+def test_a_page_explains_by_the_drops_that_classify_reads(tmp_path):
+    page = viewed(tmp_path, "--explain")
+    for sentence in sf.classify(tmp_path / "mug.xyz").reasons:
+        assert html.escape(sentence) in page
 
 
 @needs_browser

@@ -52,8 +52,11 @@ def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarr
 class KeptModel(ProfileModel):
     """A model of a file for asking alone: trees and training objects are unpacked when they are first needed.
 
-    Most answers need those of the first drops, ``early_``, alone.
+    Most answers need those of the first drops, ``early_``, alone. Where it is known how to read it again, that is what
+    goes to another process, so that a worker unpacks a model once and not for each object.
     """
+
+    origin: tuple[Callable[..., KeptModel], tuple] | None = None  # what returns this model, and its arguments
 
     def __init__(self, arrays: Mapping[str, np.ndarray], path: str | Path, **how: Any):
         super().__init__(**how)
@@ -73,6 +76,20 @@ class KeptModel(ProfileModel):
     def forests_(self) -> list[Forest | None]:
         """A forest for each function."""
         return self._unpacked(forests_in)
+
+    def __reduce_ex__(self, protocol: int) -> Any:
+        return self.origin or super().__reduce_ex__(protocol)
+
+    def only(self, name: str) -> KeptModel:
+        """Return a copy for one function alone."""
+        alone = super().only(name)
+        alone.origin = self.origin and (KeptModel.only, (self, name))
+        return alone
+
+    def __copy__(self) -> KeptModel:
+        other = object.__new__(type(self))
+        vars(other).update(vars(self) | {"origin": None})
+        return other
 
     def _unpacked(self, part: Callable[[ProfileModel, Mapping[str, np.ndarray]], Any]) -> Any:
         with fitting_together(self._path):
