@@ -152,16 +152,14 @@ def leaned_top(rng: Generator):
 
 
 def low_table(rng: Generator):
-    """Return a coffee table: a slab on a stand, a cube, a drum, or two levels, 0.25 to 0.5 m high."""
+    """Return a coffee table of one or two levels, 0.25 to 0.5 m high."""
     height, width = rng.uniform(0.25, 0.5), rng.uniform(0.5, 1.3)
-    shape, style = str(rng.choice(SHAPES)), str(rng.choice(["stand", "block", "levels"]))
+    shape = str(rng.choice(SHAPES))
     depth = width if shape in ("round", "octagon") else rng.uniform(0.45, 0.8)
     plan, thick = outline(shape, width, depth), rng.uniform(0.02, 0.06)
     top = prism(plan, thick, height - thick)
-    if style == "block":
-        return join(top, prism(0.92 * plan, height - thick + 0.002))
     parts = [top, stand_under(rng, ("four", "splayed", "sled", "panels", "hairpins"), width, depth, height - thick)]
-    if style == "levels":
+    if rng.uniform() < 0.5:
         parts.append(prism(0.9 * plan, 0.02, 0.35 * height))
     return join(parts)
 
