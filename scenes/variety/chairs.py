@@ -51,7 +51,7 @@ def bar_chair(rng: Generator):
 
 
 def toilet(rng: Generator):
-    """Return a toilet: a bowl with its lid down or its seat open, and a cistern or none."""
+    """Return a toilet: a bowl with its lid down or open, and a cistern."""
     width, seat = rng.uniform(0.35, 0.4), rng.uniform(0.38, 0.44)
     plan = superellipse(width, 1.3 * width, 2.4, 36)
     rings = [(0.6, 0), (0.6, 0.5 * seat), (0.95, 0.85 * seat), (1, seat - 0.02), (1, seat)]
@@ -65,7 +65,7 @@ def toilet(rng: Generator):
 
 
 def garden_bench(rng: Generator, *, back: bool):
-    """Return a bench of slats on panels or bent frames, with a leaning back or none."""
+    """Return a bench of slats on two panels, its seat level or hollow, with a leaning back or none."""
     width, seat, depth = rng.uniform(1.0, 1.9), rng.uniform(0.4, 0.48), rng.uniform(0.34, 0.5)
     count, thick, dish = int(rng.integers(3, 9)), rng.uniform(0.02, 0.05), rng.uniform(0, 0.018)
     pitch = depth / count
@@ -86,7 +86,7 @@ def garden_bench(rng: Generator, *, back: bool):
 
 
 def sagging(width: float, front, rear, sag: float, thick: float = 0.004) -> trimesh.Trimesh:
-    """Return a cloth of a width that hangs from a front to a rear bar, each (y, z), through by ``sag``; metres."""
+    """Return a cloth that hangs between a front and a rear bar, each (y, z), and sags in its middle; metres."""
     t, across = np.linspace(0, 1, 15), np.linspace(-1, 1, 5)
     line = np.outer(1 - t, front) + np.outer(t, rear)
     line[:, 1] -= 4 * sag * t * (1 - t)

@@ -170,7 +170,7 @@ def chest(rng: Generator):
 
 
 def basin(rng: Generator):
-    """Return a sink: hung on a wall, a trough for a laundry, or a bowl on a cabinet."""
+    """Return a sink or a deep laundry trough, on a cabinet or a foot, with its tap."""
     width, depth, height = rng.uniform(0.4, 0.9), rng.uniform(0.34, 0.55), rng.uniform(0.78, 0.92)
     plan, deep = rounded_rectangle(width, depth, 0.08), rng.uniform(0.1, 0.28)
     rings = [
@@ -222,7 +222,7 @@ def grill(rng: Generator):
 
 
 def barrow(rng: Generator):
-    """Return a trolley: a wheelbarrow, or a cart with a shelf and a bar to push."""
+    """Return a wheelbarrow."""
     width, length, height = rng.uniform(0.4, 0.55), rng.uniform(0.6, 0.9), rng.uniform(0.32, 0.5)
     plan = rectangle(width, length)
     tray = loft(

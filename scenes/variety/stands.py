@@ -127,7 +127,7 @@ def drying_rack(rng: Generator):
 
 
 def rack(rng: Generator):
-    """Return a low open shelf for shoes, a hat stand's bench, or a wine rack: levels of bars."""
+    """Return a low rack for shoes or wine: levels of bars between two sides."""
     width, depth, count = rng.uniform(0.5, 0.9), rng.uniform(0.24, 0.34), int(rng.integers(2, 5))
     height = count * rng.uniform(0.17, 0.24)
     levels = np.linspace(0.08, height - 0.02, count)

@@ -257,7 +257,7 @@ def camp_table(rng: Generator):
 
 
 def stone_table(rng: Generator):
-    """Return a heavy slab on blocks, or a drum of cable laid on its side."""
+    """Return a heavy slab on a block that stands on a plate, as a cable drum does."""
     height, width = rng.uniform(0.45, 0.78), rng.uniform(0.6, 1.3)
     plan = outline(str(rng.choice(["round", "octagon", "rectangle"])), width, rng.uniform(0.55, 0.9))
     thick = rng.uniform(0.05, 0.12)

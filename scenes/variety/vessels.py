@@ -93,7 +93,7 @@ def candle(rng: Generator):
 
 
 def fruit_bowl(rng: Generator):
-    """Return a large dish with fruit in it, or a nest of nuts."""
+    """Return a large dish with fruit in it."""
     reach, rise = rng.uniform(0.11, 0.18), rng.uniform(0.05, 0.09)
     dish = hollow(circle(1.0, 40), np.array([(0.4 * reach, 0), (0.8 * reach, 0.4 * rise), (reach, rise)]), 0.005, 0.008)
     spots = rng.uniform(-0.5, 0.5, (7, 2)) * reach
