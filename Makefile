@@ -73,9 +73,10 @@ WHOLE := household build/impaired $(LIKE_HOUSEHOLD) $(if $(OTHERS),build/others)
 # Copies of these are many: the more, the better tables in use are known (docs/in_use.md).
 COPIES := $(patsubst %,build/household-%-impaired,1 3 4) $(if $(OTHERS),build/others-impaired)
 FEWER_COPIES := $(filter %-1-impaired %/others-impaired,$(COPIES))  # bullet takes an hour for these
+VARIETY := build/variety-1 build/variety-2 build/variety-3 build/variety-1-impaired  # learnt with fast alone so far
 
-model: setup $(filter build/%,$(WHOLE) $(COPIES))  ## those that ship with the package
-	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) --backend fast --out $(MODELS)/household-fast.npz
+model: setup $(filter build/%,$(WHOLE) $(COPIES) $(VARIETY))  ## those that ship with the package
+	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) $(VARIETY) --backend fast --out $(MODELS)/household-fast.npz
 	@$(BIN)/spherefunc train $(WHOLE) $(FEWER_COPIES) --backend bullet --out $(MODELS)/household-bullet.npz
 
 CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # what is made of older ones is stale
@@ -84,6 +85,12 @@ build/impaired: $(CATALOGUE)  ## copies of some objects of household: useless, h
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair household $@ --copied 12
 
 build/household-%-impaired: build/household-%
+	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
+
+build/variety-%: $(CATALOGUE) $(shell find scenes/variety -name '*.py')  # from 3 on in other proportions as well
+	@rm -rf $@ && $(BIN)/spherefunc dataset build variety $@ --seed $* --stretch $(if $(filter 1 2,$*),0,0.15)
+
+build/variety-%-impaired: build/variety-%
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
 
 build/others: $(OTHERS)/manifest.csv  ## what other people's licences allow to learn from

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import clouds
 import numpy as np
 import pytest
+import trimesh
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
 from spherefunc_bullet.clouds.corners import convex_outline
@@ -22,7 +23,7 @@ from spherefunc_bullet.learning.profiles.on_top import objects_on_table
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
-from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, IN_USE
+from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN_USE, places_to_sit
 from spherefunc_bullet.scenes.impairment.use.placing import upright_box
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
 from spherefunc_bullet.settling.drops import RunLimit
@@ -124,6 +125,17 @@ def test_every_kind_of_use_is_made(specimens):
                 continue
             assert np.array_equal(copy.vertices, again.vertices), impairment.kind
             assert copy.bounds[0, 2] == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("width", "count"), [(0.45, 1), (1.6, 3), (2.6, 5)])
+def test_a_seat_is_taken_when_nobody_else_has_room(width, count):
+    """One on a chair, and on a bench one every half a metre, in one row."""
+    bench = trimesh.creation.box((width, 0.4, 0.45))
+    seat = Specimen(cloud_from_mesh(bench.vertices, bench.faces, "bench"), "sittable").level
+    places = np.array(places_to_sit(seat, np.array([0.0, 1.0])))
+    assert len(places) == count and np.abs(places[:, 1]).max() < 0.06  # cells are up to 5.4 cm wide
+    apart = np.linalg.norm(seat.grid.places(seat.flat)[:, None] - places, axis=2).min(axis=1)
+    assert apart.max() <= BESIDE
 
 
 def test_laid_tables_keep_their_top_and_count_what_stands_on_it(specimens):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import clouds
 import numpy as np
 import pytest
+from sklearn.ensemble import ExtraTreesClassifier
 from sklearn.tree import DecisionTreeClassifier
 from test_classifier import collection, fitted, heap
 from test_doubts import dropped as shelves
@@ -33,7 +34,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     group_copies,
 )
 from spherefunc_bullet.learning.profiles.columns import columns_of
-from spherefunc_bullet.learning.profiles.forest import LEAF, Forest
+from spherefunc_bullet.learning.profiles.forest import LEAF, Forest, forest_of, kept_forests, rebuilt_forests
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
@@ -183,6 +184,19 @@ def test_trees_that_lead_nowhere_are_refused():
     for name, values in ((name, value) for name, several in odd.items() for value in several):
         with pytest.raises(InputError, match="trees over 1"):
             replace(whole, **{name: np.array(values, getattr(whole, name).dtype)}).require_whole(1)
+
+
+def test_files_leave_out_what_follows_from_the_rest():
+    """The children's places, but for trees in another order; votes of nodes that nobody ends in are 0."""
+    X = RANDOM(0).uniform(size=(80, 3))
+    grown = forest_of(ExtraTreesClassifier(7, random_state=0).fit(X, X.sum(axis=1) + 0.3 * X[:, 0] ** 2 > 1.6))
+    other = replace(grown, below=np.where(grown.feature == LEAF, 0, grown.below).astype(np.int32))
+    assert (grown.vote[grown.feature != LEAF] == 0).all()
+    kept = kept_forests([grown, None, other])
+    assert "below_0" not in kept and "below_2" in kept
+    for one, again in zip([grown, None, other], rebuilt_forests(kept, 3), strict=True):
+        assert again is None or all(np.array_equal(again.arrays()[name], own) for name, own in one.arrays().items())
+        assert (one is None) == (again is None)
 
 
 def test_a_plain_forest_says_what_it_learnt():

@@ -16,6 +16,7 @@ from .placing import Placed, bag, book, small_object, upright_box, with_objects
 
 SPIKE = (0.06, 0.14)  # metres high, and
 PITCH = (0.05, 0.1)  # metres apart
+BESIDE = 0.5  # metres from one who sits to the next
 COAT = (0.35, 0.03, 0.45)  # metres: width, thickness of each side, how far it hangs down
 
 
@@ -80,7 +81,7 @@ def spikes_on_seat(specimen: Specimen, seat: Level, rng: np.random.Generator) ->
 
 @needs("level", triangles=True)
 def taken(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
-    """Seat a person: thighs, trunk and head, shins down to the ground."""
+    """Seat persons until nobody else has room: thighs, trunk and head, shins down to the ground."""
     toward = np.array([0.0, 1.0]) if specimen.back is None else specimen.back
     scale, thighs, trunk = rng.uniform(0.85, 1.1), np.array([0.36, 0.46, 0.15]), np.array([0.42, 0.24, 0.56])
     parts = [upright_box(thighs), upright_box(trunk) + [0, 0.16, 0.05]]
@@ -88,7 +89,20 @@ def taken(specimen: Specimen, seat: Level, rng: np.random.Generator) -> Surface:
     parts.append(upright_box(np.array([0.3, 0.12, seat.height / scale])) + [0, -0.26, -seat.height / scale])
     sideways = np.array([[toward[1], toward[0], 0], [-toward[0], toward[1], 0], [0, 0, 1]])
     person = scale * np.concatenate(parts) @ sideways.T
-    return specimen.surface.joined(Surface(person + [*seat.box.mean(axis=0), seat.height - 0.01]))
+    people = [person + [*place, seat.height - 0.01] for place in places_to_sit(seat, toward)]
+    return specimen.surface.joined(Surface(np.concatenate(people)))
+
+
+def places_to_sit(seat: Level, toward: np.ndarray) -> list[np.ndarray]:
+    """Return where people sit (2,) on a seat whose back is that way: in its middle, and beside each other, metres."""
+    cells, middle = seat.grid.places(seat.flat), seat.box.mean(axis=0)
+    places = [middle]
+    while True:
+        free = cells[np.min([np.linalg.norm(cells - place, axis=1) for place in places], axis=0) > BESIDE]
+        if not len(free):
+            return places
+        out_of_row = np.abs((free - middle) @ toward)
+        places.append(free[(out_of_row + 0.1 * np.linalg.norm(free - middle, axis=1)).argmin()])
 
 
 VIEWPOINTS = 4  # that are tried

@@ -37,7 +37,7 @@ def profiles_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.nda
 
 def learnt_kept(model: ProfileModel) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return what is kept of what was learnt from runs of one length."""
-    arrays = {"profiles": model.profiles_, "lines": np.array(model.lines_, float)}
+    arrays = {"profiles": model.profiles_.astype(np.float32), "lines": np.array(model.lines_, float)}
     arrays |= {"weights": model.copy_groups_.weights, "groups": model.copy_groups_.groups}
     for one in model.forests_:
         if one is not None and not isinstance(one, Forest):

@@ -31,7 +31,7 @@ class Forest:
     feature: np.ndarray  # (M,) int16, the quantity that is looked at, or LEAF
     threshold: np.ndarray  # (M,) float64
     below: np.ndarray  # (M,) int32, node
-    vote: np.ndarray  # (M,) float32, the share of members in a leaf, each side weighted alike
+    vote: np.ndarray  # (M,) float32, the share of members in a leaf, each side weighted alike; 0 of other nodes
 
     def votes(self, X: np.ndarray) -> np.ndarray:
         """Return the mean vote (N,) of all trees for members, of objects (N, Q) given as quantities."""
@@ -125,9 +125,22 @@ def forest_of(grown: ExtraTreesClassifier) -> Forest:
 
 
 def kept_forests(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
-    """Return the arrays of forests, by name and place."""
-    grown = [(place, one) for place, one in enumerate(forests) if one is not None]
-    return {f"{name}_{place}": values for place, one in grown for name, values in one.arrays().items()}
+    """Return the arrays of forests, by name and place; without ``below`` where that follows from the others."""
+    kept = {}
+    for place, one in enumerate(forests):
+        arrays = {} if one is None else one.arrays()
+        if one is not None and np.array_equal(one.below, below_in_pairs(one.roots, one.feature)):
+            del arrays["below"]
+        kept |= {f"{name}_{place}": values for name, values in arrays.items()}
+    return kept
+
+
+def below_in_pairs(roots: np.ndarray, feature: np.ndarray) -> np.ndarray:
+    """Return ``below`` (M,) of trees level by level, as `in_pairs` orders them; of a leaf, its tree's root."""
+    inner = feature != LEAF
+    before = np.cumsum(inner) - inner
+    start = roots[np.searchsorted(roots, np.arange(len(feature)), side="right") - 1]
+    return (start + np.where(inner, 1 + 2 * (before - before[start]), 0)).astype(np.int32)
 
 
 def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
@@ -137,11 +150,19 @@ def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.nda
 
 def rebuilt_forests(arrays: Mapping[str, np.ndarray], count: int) -> list[Forest | None]:
     """Return so many forests of the arrays of `kept_forests`, None where there is none."""
+    return [rebuilt(of_place(arrays, place)) if f"roots_{place}" in arrays else None for place in range(count)]
+
+
+def of_place(arrays: Mapping[str, np.ndarray], place: int) -> dict[str, np.ndarray]:
+    """Return the arrays of the forest at one place, by name."""
     names = ("roots", "feature", "threshold", "below", "vote")
-    return [
-        Forest(**{name: arrays[f"{name}_{place}"] for name in names}) if f"roots_{place}" in arrays else None
-        for place in range(count)
-    ]
+    return {name: arrays[f"{name}_{place}"] for name in names if name != "below" or f"below_{place}" in arrays}
+
+
+def rebuilt(arrays: dict[str, np.ndarray]) -> Forest:
+    """Return a forest of its arrays, with ``below`` or without."""
+    below = arrays["below"] if "below" in arrays else below_in_pairs(arrays["roots"], arrays["feature"])
+    return Forest(**(arrays | {"below": below}))
 
 
 def in_pairs(tree: Any) -> dict[str, np.ndarray]:
@@ -159,5 +180,5 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
         "feature": np.where(inner, tree.feature[order], LEAF),
         "threshold": np.where(inner, tree.threshold[order], 0.0),
         "below": np.array(below),
-        "vote": tree.value[order, 0, 1],  # shares of the two classes, which sum to one
+        "vote": np.where(inner, 0.0, tree.value[order, 0, 1]),  # shares of the two classes, which sum to one
     }

@@ -27,6 +27,11 @@ ROOMY = 2  # times as many as are few: for so many there has to be room
 SURE = 0.05  # how far from 0 or 1 each score may be after the first drops to be the answer: the error that is stated
 
 
+def as_kept(profiles: np.ndarray) -> np.ndarray:
+    """Return quantities as precisely as trees read them and files keep them."""
+    return profiles.astype(np.float32).astype(float)
+
+
 def hangs_on_few(drops: Drops) -> bool:
     """Return whether few spheres of a radius settled where there is room for many, as on a dome.
 
@@ -138,8 +143,8 @@ class ProfileModel(FunctionModel):
     def distances(self, profiles: np.ndarray) -> np.ndarray:
         """Return how far objects (A, R * Q) are from those in `compared`, (A, C): the mean difference of ranks."""
         if self._ranks is None or self._ranks[0] is not self.profiles_ or self._ranks[1] is not self.copy_groups_:
-            self._ranks = self.profiles_, self.copy_groups_, Ranks(self.profiles_[self.compared])
-        return self._ranks[2].distances(profiles)
+            self._ranks = self.profiles_, self.copy_groups_, Ranks(as_kept(self.profiles_[self.compared]))
+        return self._ranks[2].distances(as_kept(profiles))
 
     def sentences(self, reading: Reading) -> list[str]:
         """Return a sentence for each function that an object has, or for the likeliest where it has none."""
@@ -225,7 +230,7 @@ class ProfileModel(FunctionModel):
 
         Quantities are kept as precisely as trees read them, which changes no answer.
         """
-        self.profiles_ = self.profiles_[rows].astype(np.float32).astype(float)
+        self.profiles_ = as_kept(self.profiles_[rows])
         self.members_, self.copy_groups_ = self.members_[rows], self.copy_groups_.of(rows)
         self.names_ = [self.names_[row] for row in rows]
         return self._know()

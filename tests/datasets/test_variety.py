@@ -1,0 +1,142 @@
+"""The second catalogue: what it holds, and that each object is a sound model of what it claims to be."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from spherefunc_bullet.datasets.dataset import open_dataset
+from spherefunc_bullet.scenes.household.household import household_objects
+from spherefunc_bullet.scenes.household.parts.legs import stretched
+from spherefunc_bullet.scenes.variety.variety import variety_objects
+
+OBJECTS = variety_objects()
+BY_LABEL = {label: [item for item in OBJECTS if item.label == label] for label in ("cup", "table", "sittable", "none")}
+
+# Height and larger horizontal side in metres, of objects in shops: a swing's frame is 2.2 m high, a floor chair's back
+# 40 cm, a child's stool 18 cm; a picnic table with its benches is 2.2 m wide.
+SIZES = {
+    "cup": ((0.045, 0.26), (0.035, 0.2)),
+    "table": ((0.24, 1.15), (0.27, 2.4)),
+    "sittable": ((0.18, 2.25), (0.24, 2.5)),
+    "none": ((0.02, 2.1), (0.035, 2.0)),
+}
+
+
+def named(objects):
+    return pytest.mark.parametrize("item", objects, ids=[item.name for item in objects])
+
+
+def level_area(mesh, low: float, high: float, steepest_deg: float) -> np.ndarray:
+    """Return the area of faces that face up, no steeper than so, within each centimetre from low to high metres."""
+    faces_up = mesh.face_normals[:, 2] > np.cos(np.radians(steepest_deg))
+    return np.histogram(
+        mesh.triangles_center[faces_up, 2], np.arange(low, high, 0.01), weights=mesh.area_faces[faces_up]
+    )[0]
+
+
+def piece_of_vertices(mesh) -> tuple[int, np.ndarray]:
+    links = coo_matrix((np.ones(len(mesh.edges)), mesh.edges.T), shape=(len(mesh.vertices),) * 2)
+    return connected_components(links, directed=False)
+
+
+def test_each_function_has_many_families_and_what_was_missing_is_there():
+    """Furniture that the models had missed on other sources, and what they had taken for furniture."""
+    families = {label: {item.category for item in items} for label, items in BY_LABEL.items()}
+    assert {"rimmed_table", "tray_stand", "slatted_table", "glass_table", "picnic_bench_table"} <= families["table"]
+    assert {"floor_chair", "swing", "pouf", "bean_bag", "tub_seat", "toilet", "bar_chair"} <= families["sittable"]
+    assert {"aquarium", "espresso_machine", "crib", "pool", "bird_bath", "necked_vessel"} <= families["none"]
+    assert min(len(found) for found in families.values()) >= 9
+
+
+def test_names_are_unique_also_beside_household():
+    names = Counter(item.name for item in [*OBJECTS, *household_objects()])
+    assert max(names.values()) == 1
+
+
+@named(OBJECTS)
+def test_object_is_sound(item):
+    mesh = item.mesh
+    low, high = mesh.bounds
+    assert np.isfinite(mesh.vertices).all() and len(mesh.faces) <= 5000
+    # float64 round-off of a shift by at most a few metres
+    assert abs(low[2]) < 1e-9 and np.abs(low[:2] + high[:2]).max() < 1e-9
+    assert mesh.is_watertight == item.watertight
+    assert set(filter(None, item.also.split(";"))) <= {"cup", "table", "sittable"} - {item.label}
+
+
+@named(OBJECTS)
+def test_size_is_plausible(item):
+    (least, most), (narrow, wide) = SIZES[item.label]
+    width, depth, height = item.mesh.extents
+    assert least <= height <= most and narrow <= max(width, depth) <= wide
+
+
+@named(OBJECTS)
+def test_nothing_floats(item):
+    """What belongs together touches, within 2 mm, by its bounding boxes, and stands on the ground."""
+    mesh = item.mesh
+    count, piece = piece_of_vertices(mesh)
+    lows = np.array([mesh.vertices[piece == k].min(axis=0) for k in range(count)])
+    highs = np.array([mesh.vertices[piece == k].max(axis=0) for k in range(count)])
+    apart = (lows[:, None] > highs[None] + 0.002).any(axis=2)
+    groups, group = connected_components(~(apart | apart.T), directed=False)
+    # A splayed leg's foot is turned with the leg, so its edge is up to 5 mm below the benches beside it.
+    assert all(lows[group == k, 2].min() < 0.005 for k in range(groups))
+
+
+@named(BY_LABEL["cup"])
+def test_cup_is_hollow_and_open(item):
+    """A line down the middle of its rim meets nothing above the floor, 2.5 cm and a quarter of the height down."""
+    mesh = item.mesh
+    height = mesh.extents[2]
+    rim = mesh.vertices[mesh.vertices[:, 2] > 0.97 * height]
+    middle = (rim.min(axis=0) + rim.max(axis=0)) / 2
+    near = np.linalg.norm(mesh.triangles_center[:, :2] - middle[:2], axis=1) < 0.3 * np.ptp(rim[:, 0])
+    floor = mesh.triangles_center[near, 2].max()
+    assert height - floor > max(0.025, 0.25 * height)
+
+
+@named(BY_LABEL["table"])
+def test_table_has_one_level_to_put_things_on(item):
+    """Within two centimetres of one height lie at least as much level surface as a tray has, at a table's height."""
+    area = level_area(item.mesh, 0.2, 1.2, steepest_deg=5)
+    assert (area[:-1] + area[1:]).max() > 0.05
+
+
+@named([item for item in BY_LABEL["sittable"] if item.category != "wire_chair"])  # whose seat is a net
+def test_seat_has_room_for_one(item):
+    """Surfaces within 30 degrees of level below 0.85 m have room for one: 20 by 20 cm, a swing's board 15 by 36."""
+    assert level_area(item.mesh, 0.0, 0.85, steepest_deg=30).sum() > 0.04
+
+
+@pytest.mark.parametrize("seed", [1, 3, 12345])
+def test_another_seed_makes_other_objects_as_sound(seed):
+    others = variety_objects(seed)
+    assert [item.name for item in others] == [item.name for item in OBJECTS]
+    pairs = zip(others, OBJECTS, strict=True)
+    assert not any(np.array_equal(other.mesh.vertices, item.mesh.vertices) for other, item in pairs)
+    for item in others:
+        test_object_is_sound(item)
+        test_size_is_plausible(item)
+        test_nothing_floats(item)
+
+
+def test_same_seed_gives_the_same_meshes_bit_for_bit():
+    for one, other in zip(OBJECTS, variety_objects(0), strict=True):
+        assert one.name == other.name
+        assert one.mesh.vertices.tobytes() == other.mesh.vertices.tobytes()
+        assert one.mesh.faces.tobytes() == other.mesh.faces.tobytes()
+
+
+def test_stretching_leaves_objects_closed_and_on_the_ground():
+    for item in stretched(OBJECTS[::9], 0.15, seed=4):
+        assert item.mesh.is_watertight == item.watertight and abs(item.mesh.bounds[0, 2]) < 1e-9
+
+
+def test_it_is_a_catalogue_by_name():
+    assert len(open_dataset("variety").objects) == len(OBJECTS)
