@@ -137,10 +137,10 @@ def kept_forests(forests: Sequence[Forest | None]) -> dict[str, np.ndarray]:
 
 def below_in_pairs(roots: np.ndarray, feature: np.ndarray) -> np.ndarray:
     """Return ``below`` (M,) of trees level by level, as `in_pairs` orders them; of a leaf, its tree's root."""
-    inner = feature != LEAF
-    before = np.cumsum(inner) - inner
-    start = roots[np.searchsorted(roots, np.arange(len(feature)), side="right") - 1]
-    return (start + np.where(inner, 1 + 2 * (before - before[start]), 0)).astype(np.int32)
+    inner, sizes = feature != LEAF, np.diff(np.append(roots, len(feature)))
+    before = np.cumsum(inner, dtype=np.int32) - inner
+    first = np.repeat(roots + 1 - 2 * before[roots], sizes)
+    return np.where(inner, first + 2 * before, np.repeat(roots, sizes)).astype(np.int32, copy=False)
 
 
 def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
