@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import trimesh
 from numpy.random import Generator
@@ -85,7 +87,9 @@ def garden_bench(rng: Generator, *, back: bool):
     return join(parts)
 
 
-def sagging(width: float, front, rear, sag: float, thick: float = 0.004) -> trimesh.Trimesh:
+def sagging(
+    width: float, front: Sequence[float], rear: Sequence[float], sag: float, thick: float = 0.004
+) -> trimesh.Trimesh:
     """Return a cloth that hangs between a front and a rear bar, each (y, z), and sags in its middle; metres."""
     t, across = np.linspace(0, 1, 15), np.linspace(-1, 1, 5)
     line = np.outer(1 - t, front) + np.outer(t, rear)
