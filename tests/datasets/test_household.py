@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-import pytest
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
+from catalogue_checks import named, pieces_that_touch, require_others_as_sound, require_size, require_sound
 
 from spherefunc_bullet.datasets.catalogue import write_catalogue
 from spherefunc_bullet.datasets.dataset import open_dataset
@@ -25,10 +23,6 @@ SIZES = {
     "sittable": ((0.36, 1.45), (0.28, 3.0)),
     "none": ((0.004, 2.3), (0.04, 2.0)),
 }
-
-
-def named(objects):
-    return pytest.mark.parametrize("item", objects, ids=[item.name for item in objects])
 
 
 def hits(mesh, x: float, y: float) -> np.ndarray:
@@ -68,42 +62,22 @@ def test_names_are_unique_and_others_are_varied():
 
 @named(OBJECTS)
 def test_object_is_sound(item):
-    mesh = item.mesh
-    low, high = mesh.bounds
-    assert np.isfinite(mesh.vertices).all() and len(mesh.faces) <= 5000
-    # float64 round-off of a shift by at most a few metres
-    assert abs(low[2]) < 1e-9 and np.abs(low[:2] + high[:2]).max() < 1e-9
-    assert mesh.is_watertight == item.watertight
-    assert set(filter(None, item.also.split(";"))) <= {"cup", "table", "sittable"} - {item.label}
+    require_sound(item)
 
 
 @named(OBJECTS)
 def test_size_is_plausible(item):
-    (least, most), (narrow, wide) = SIZES[item.label]
-    width, depth, height = item.mesh.extents
-    assert least <= height <= most and narrow <= max(width, depth) <= wide
+    require_size(item, SIZES)
 
 
 @named(OBJECTS)
 def test_no_part_floats(item):
     """The bounding boxes of the parts touch one another, within 2 mm, in one connected whole."""
-    mesh = item.mesh
-    links = coo_matrix((np.ones(len(mesh.edges)), mesh.edges.T), shape=(len(mesh.vertices),) * 2)
-    count, part = connected_components(links, directed=False)
-    lows = np.array([mesh.vertices[part == k].min(axis=0) for k in range(count)])
-    highs = np.array([mesh.vertices[part == k].max(axis=0) for k in range(count)])
-    apart = (lows[:, None] > highs[None] + 0.002).any(axis=2)
-    assert connected_components(~(apart | apart.T), directed=False)[0] == 1
+    assert pieces_that_touch(item.mesh)[0] == 1
 
 
 def test_another_seed_makes_other_objects_as_sound():
-    others = household_objects(12345)
-    assert [item.name for item in others] == [item.name for item in OBJECTS]
-    pairs = zip(others, OBJECTS, strict=True)
-    assert not any(np.array_equal(other.mesh.vertices, item.mesh.vertices) for other, item in pairs)
-    for item in others:
-        test_object_is_sound(item)
-        test_size_is_plausible(item)
+    require_others_as_sound(household_objects(12345), OBJECTS, SIZES)
 
 
 @named(BY_LABEL["cup"])
