@@ -1,4 +1,4 @@
-.PHONY: setup tools demo test quick lint wheel-check fuzz mutants bench scans tables site figures model scan-model clean
+.PHONY: setup tools demo test quick newest lint packages wheel-check fuzz mutants bench scans tables site figures model scan-model clean
 
 BIN := .venv/bin
 
@@ -25,15 +25,30 @@ lint: tools  ## style, imports that run one way, and the types of the public nam
 	@cd build/installed && ../../$(BIN)/mypy --strict --follow-imports=silent --no-error-summary ../../tests/support/typed_script.py
 
 PYTHON ?= python3
+PACKAGES := *
 
-wheel-check: tools  ## wheel and source package, each in an empty environment of PYTHON, classify outside the checkout
-	@rm -rf build/check && mkdir -p build/check/packages build/check/elsewhere
-	@$(BIN)/python -m pip wheel -q --no-deps -w build/check/packages .
-	@$(BIN)/python -c "import setuptools.build_meta as b; b.build_sdist('build/check/packages')" >/dev/null 2>&1
-	@set -e; cd build/check/elsewhere; for package in ../packages/*; do \
+packages: tools  ## wheel and source package, in build/packages
+	@rm -rf build/packages && mkdir -p build/packages
+	@$(BIN)/python -m pip wheel -q --no-deps -w build/packages .
+	@$(BIN)/python -c "import setuptools.build_meta as b; b.build_sdist('build/packages')" >/dev/null 2>&1
+
+wheel-check: packages  ## each of PACKAGES (*.whl, *.tar.gz, or both) in an empty environment of PYTHON, outside the checkout
+	@rm -rf build/elsewhere && mkdir -p build/elsewhere
+	@set -e; cd build/elsewhere; for package in ../packages/$(PACKAGES); do \
 		echo "$$package, $$($(PYTHON) -V)"; $(PYTHON) -m venv --clear ../empty; ../empty/bin/pip install -q "$$package"; \
 		../empty/bin/spherefunc dataset build household objects --seed 7; \
 		../empty/bin/spherefunc classify objects/mug_02.ply; ../empty/bin/spherefunc backends; done
+
+# The newest Python of this machine, if one is newer than the oldest that is supported.
+NEWEST = $(shell for python in /usr/bin/python3.1? /usr/local/bin/python3.1? ~/.pyenv/versions/3.1*/bin/python3; do \
+	$$python -c 'import sys; v = sys.version_info[:2]; v > (3, 11) and print(*v, sys.executable)' 2>/dev/null; \
+	done | sort -k1,1n -k2,2n | tail -n 1 | cut -d " " -f 3)
+
+newest: packages  ## the wheel in an empty environment of the newest Python here, and the tests of `quick` with it
+	@newest=$(NEWEST); if [ -z "$$newest" ]; then echo "no Python newer than 3.11 here: no tests with one"; else set -e; \
+		$$newest -V; $$newest -m venv --clear build/newest; \
+		build/newest/bin/pip install -q --disable-pip-version-check "$$(ls build/packages/*.whl)[formats,ros,test]"; \
+		build/newest/bin/pytest -n 2 --dist loadfile -m "not slow"; fi
 
 FILES := 10000
 

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+import os
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import DropResult, DropSettings, provenance_of, require_fitting
 from spherefunc_bullet.simulator.mechanics import PoseResult, PoseSettings, StandResult, StandSettings
-
-from .options import FastOptions
 
 VERSION = "5"  # of the algorithm: another number, other centres of spheres that become features
 SHORT = 100  # drops: a run of so few is kept with the cloud, since more are asked for where these do not tell
 
 
 @dataclass(frozen=True, kw_only=True)
-class FastSimulator(FastOptions):
+class FastSimulator:
     """Rolls spheres over a point cloud, one at a time, without forces or time.
 
     A cloud needs no mesh, no normals and no order. Cost: a few microseconds a sphere. A run without a limit of drops
@@ -27,6 +27,21 @@ class FastSimulator(FastOptions):
 
     name = "fast"
     version = VERSION
+    cores: int = 1  # that a large object's drops are shared among; the same bits on any number of them
+    as_drawn: bool = False  # drop one after another, as the paper does, and not a large object's strip by strip
+    flat_angle_deg: float = 5.0  # a slope that still counts as flat: more than sampling noise, less than a ramp
+
+    def __post_init__(self):
+        if not 1 <= self.cores <= (os.cpu_count() or 1):
+            raise InputError(f"backend 'fast': cores: expected 1 to {os.cpu_count()}, got {self.cores}")
+
+    def options(self) -> dict:
+        """Return what is not as by default, by name (see `Simulator.options`)."""
+        return {"flat_angle_deg": self.flat_angle_deg} | {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if field.name != "cores" and getattr(self, field.name) != field.default
+        }
 
     def drop(self, cloud: Cloud, settings: DropSettings, seed: int = 0) -> DropResult:
         """Drop spheres on a cloud until the miss limit (see `Simulator.drop`).

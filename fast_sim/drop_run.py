@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -14,8 +14,7 @@ from spherefunc_bullet.simulator import DropResult, DropSettings, Stop
 from .contact import MAX_CONTACTS
 from .dropping import drop_spheres
 from .grid import BLOCK, grown, point_grid, point_spacing, sphere_grid
-from .nearby import POINT_REACH, empty_neighborhood
-from .options import FastOptions
+from .nearby import MAX_SPHERES, POINT_REACH, Nearby
 from .rolling import SETTLED, RollShape
 from .strips import LARGE, Strips
 
@@ -25,10 +24,25 @@ SPARSE = 0.5  # radii between points, about, where drops are few
 STALLED = 4  # steps that get no lower by which a sphere counts as blocked
 
 
+def empty_neighborhood(point_count: int) -> Nearby:
+    """Return room for the surroundings of any place of a cloud with so many points."""
+    rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
+    scratch = np.empty((MAX_CONTACTS + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
+    return Nearby(*rooms, np.full(3, np.inf), *scratch)
+
+
+class RollOptions(Protocol):
+    """What a run reads of its simulator, see `FastSimulator`."""
+
+    cores: int
+    as_drawn: bool
+    flat_angle_deg: float
+
+
 class DropRun:
     """The state of one run, which can go on: both grids, the tallies, and what the kernel needs beside them."""
 
-    def __init__(self, cloud: Cloud, settings: DropSettings, how: FastOptions, seed: int):
+    def __init__(self, cloud: Cloud, settings: DropSettings, how: RollOptions, seed: int):
         self.settings, self.how, self.seed = settings, how, seed
         self.seconds = 0.0
         self.low, self.high = cloud.bounds
@@ -39,13 +53,13 @@ class DropRun:
         spacing = point_spacing(self.points)
         if cloud.mesh is not None:  # of a thin wall the nearest sample may lie on the other side
             spacing = max(spacing, PITCH)
-        self.shape = roll_shape(settings.radius, spacing, how)
+        self.shape = roll_shape(settings.radius, spacing, how.flat_angle_deg)
         self.inside = (self.low, self.high)  # of which spheres on spheres alone stay
         self.spheres = sphere_grid(self.points, self.low, self.high, settings.radius, reach, CHUNK)
-        self.nearby = empty_neighborhood(len(points), MAX_CONTACTS)
+        self.nearby = empty_neighborhood(len(points))
         self.strips = None
         if settings.max_drops is None and not how.as_drawn and self.spheres.nx * self.spheres.ny >= LARGE:
-            scratch = [empty_neighborhood(len(points), MAX_CONTACTS) for _ in range(how.cores)]
+            scratch = [empty_neighborhood(len(points)) for _ in range(how.cores)]
             self.strips = Strips(self.spheres, settings.radius, scratch)
         self.state = np.zeros(5, np.int64)
         self.on_object = np.zeros(CHUNK, np.bool_)
@@ -64,7 +78,7 @@ class DropRun:
         """How many spheres have been dropped."""
         return int(self.state[:4].sum())
 
-    def begins(self, settings: DropSettings, how: FastOptions, seed: int) -> bool:
+    def begins(self, settings: DropSettings, how: RollOptions, seed: int) -> bool:
         """Tell whether a run is to make the same drops as this one, and more."""
         s = self.settings
         same = (s.radius, self.how, self.seed) == (settings.radius, how, seed)
@@ -161,7 +175,7 @@ class DropRun:
         )
 
 
-def roll_shape(radius: float, spacing: float, how: FastOptions):
+def roll_shape(radius: float, spacing: float, flat_angle_deg: float):
     """Derive the roller's lengths from the radius and the cloud's spacing, in metres."""
     gap = min(0.75 * spacing, 0.6 * radius)  # half the diagonal of a square lattice, and a little
     sink = radius - math.sqrt(radius * radius - gap * gap)
@@ -169,6 +183,6 @@ def roll_shape(radius: float, spacing: float, how: FastOptions):
         gap=1.1 * gap,
         patch=max(1.4 * spacing, 0.5 * radius),
         bump=max(1.2 * sink, 0.015 * radius),
-        flat=math.sin(math.radians(how.flat_angle_deg)),
+        flat=math.sin(math.radians(flat_angle_deg)),
         stalled=STALLED,
     )

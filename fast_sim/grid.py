@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .kernels import entry_jit, inline_jit
-from .sorting import cell_index, sorted_by_cell
+from .lanes import MOST_LANES
+from .sorting import cell_index, sort_by_cell
 
 MAX_CELLS = 40_000_000  # of either grid, 160 MB; a larger box gets larger cells, which cost time, not memory
 BLOCK = 4  # spheres, as many as `near_of_four` asks of
@@ -69,6 +70,21 @@ def cell_side(extent: np.ndarray, side: float) -> float:
     while np.prod(np.ceil(extent / side) + 3) > MAX_CELLS:
         side *= 1.3
     return side
+
+
+def sorted_by_cell(
+    points: np.ndarray, low: np.ndarray, top: float, steps: np.ndarray, per_metre: float, nx: int, ny: int, nz: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first point of each cell, and points (N, 3) by column and, within a column, by cell from the top down.
+
+    Within a cell by their place in steps (3,) from the lowest corner, x before y before z, all in metres.
+    """
+    count, start = len(points), np.zeros(nx * ny * nz + 1, np.uint32)
+    cells, order, keys = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.int64)
+    filled = np.empty(nx * ny * nz, np.uint32)
+    xyz = np.empty(3 * count + MOST_LANES)[: 3 * count].reshape(3, count).T  # lanes reach beyond the last point
+    sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz)
+    return start, xyz
 
 
 def point_grid(points: np.ndarray, low: np.ndarray, high: np.ndarray, radius: float) -> PointGrid:

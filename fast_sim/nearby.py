@@ -37,13 +37,6 @@ class Nearby(NamedTuple):
     asked: np.ndarray  # (16,) uint64 scratch: of whom the bits are that `copy_near_points` and its like are given
 
 
-def empty_neighborhood(point_count: int, max_contacts: int) -> Nearby:
-    """Return room for the surroundings of any place of a cloud with so many points."""
-    rooms = np.empty((3, point_count + 1)), np.empty((3, MAX_SPHERES)), np.zeros(2, np.int64)
-    scratch = np.empty((max_contacts + 1, 3)), np.array([-np.inf, np.inf] * 2), np.empty(16, np.uint64)
-    return Nearby(*rooms, np.full(3, np.inf), *scratch)
-
-
 @inline_jit
 def in_strip(nearby, x, y):
     """Tell whether it may be looked around at (x, y)."""

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from .kernels import entry_jit, inline_jit
-from .lanes import MOST_LANES
 
 ONE = np.uint32(1)
 INSERTED = np.uint32(40)  # points of a cell that are sorted by insertion as they come, at most
@@ -17,21 +16,6 @@ INSERTED = np.uint32(40)  # points of a cell that are sorted by insertion as the
 def cell_index(offset, per_metre, count):
     """Return the cell that holds an offset from the grid's edge, or the nearest one."""
     return min(count - 1, max(0, int(offset * per_metre)))
-
-
-def sorted_by_cell(
-    points: np.ndarray, low: np.ndarray, top: float, steps: np.ndarray, per_metre: float, nx: int, ny: int, nz: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first point of each cell, and points (N, 3) by column and, within a column, by cell from the top down.
-
-    Within a cell by their place in steps (3,) from the lowest corner, x before y before z, all in metres.
-    """
-    count, start = len(points), np.zeros(nx * ny * nz + 1, np.uint32)
-    cells, order, keys = np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.int64)
-    filled = np.empty(nx * ny * nz, np.uint32)
-    xyz = np.empty(3 * count + MOST_LANES)[: 3 * count].reshape(3, count).T  # lanes reach beyond the last point
-    sort_by_cell(points, low, top, steps, per_metre, nx, ny, nz, cells, filled, order, keys, start, xyz)
-    return start, xyz
 
 
 @inline_jit

@@ -15,7 +15,7 @@ from .clouds.cloud import Cloud
 from .clouds.conversion import Anything, as_cloud, holds_several
 from .formats.units import BY_FILE
 from .learning.model_file import models_to_ask
-from .settling.kept_object import CloudObject
+from .settling.dropping import CloudObject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,10 +16,9 @@ from .clouds.one_view import completed_clouds, looks_like_one_view
 from .clouds.orientation import likely_up, standing_margin
 from .formats.sources import Geometry
 from .function_model import THRESHOLD, FunctionModel, Membership, Reading
+from .settling.dropping import CloudObject
 from .settling.drops import FEW, DropsByRadius, RunLimit, settled_count
-from .settling.kept_object import CloudObject
-from .settling.settling import loses_water
-from .simulator.statics.falling_over import falls_over
+from .settling.settling import falls_over, loses_water
 
 CUP, TABLE = "cup", "table"
 POSSIBLE = 0.2  # the score of a completed view from which on what was not seen may decide

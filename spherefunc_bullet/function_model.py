@@ -12,8 +12,8 @@ import numpy as np
 from .clouds.cloud import Cloud
 from .errors import InputError, warn_renamed
 from .formats.units import format_length
+from .settling.dropping import Dropping, Loading
 from .settling.drops import DropsByRadius, RunLimit
-from .settling.records import Dropping, Loading
 from .simulator import Simulator
 
 # Limits of models: a model file may come from a stranger, and its runs must end.

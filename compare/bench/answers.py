@@ -32,17 +32,16 @@ from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.console import Failures, print_table, progress, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
+from spherefunc_bullet.settling.dropping import CloudObject, Dropping
 from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
-from spherefunc_bullet.settling.kept_object import CloudObject
 from spherefunc_bullet.settling.places import resting_places
-from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, StandSettings

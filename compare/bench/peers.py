@@ -30,7 +30,7 @@ from spherefunc_bullet.clouds.cloud import Mesh, load_cloud, placed
 from spherefunc_bullet.clouds.raycasting import raycasting_scene
 from spherefunc_bullet.console import print_table, say
 from spherefunc_bullet.errors import require_known
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator

@@ -18,10 +18,10 @@ import typer
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import print_json, print_table, progress
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.formats.units import format_length, parse_length
 from spherefunc_bullet.learning.histogram import CubeHistogram
-from spherefunc_bullet.processes.memory import peak_bytes
+from spherefunc_bullet.settling.settling import peak_bytes
 from spherefunc_bullet.simulator import DropSettings
 
 from ..machine import machine, usable_backends

@@ -61,7 +61,7 @@ def compare(
 ):
     """Compare simulators on the same objects: how well they tell functions, at what cost, and whether they agree."""
     from spherefunc_bullet.datasets.dataset import open_dataset
-    from spherefunc_bullet.formats.writing import prepare_folder
+    from spherefunc_bullet.formats.files import prepare_folder
 
     from ..comparison.comparison import compare_entries, tasks_of
     from ..comparison.entries import repeatable, require_splittable, simulate_candidates

@@ -17,7 +17,7 @@ from ..evaluation import TRAIN_SIZES
 if TYPE_CHECKING:
     from spherefunc_bullet.batch.simulated import Simulated
     from spherefunc_bullet.datasets.dataset import Dataset
-    from spherefunc_bullet.settling.records import Dropping
+    from spherefunc_bullet.settling.dropping import Dropping
 
     from ..mechanics.measures import Measured
 

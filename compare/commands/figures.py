@@ -37,7 +37,7 @@ def figures(
     """Draw the paper's figures from a data set: PNG, SVG and CSV."""
     from spherefunc_bullet.batch.simulated import simulate_dataset
     from spherefunc_bullet.datasets.dataset import open_dataset
-    from spherefunc_bullet.formats.writing import prepare_folder
+    from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.learning.method import find_cube_method
 
     from ..evaluation.protocol import Protocol
@@ -81,7 +81,7 @@ def fitting(train_sizes: str, count: int) -> tuple[int, ...]:
 
 def write_figures(data: EvaluatedData, out: Path, left_out: int) -> list[Path]:
     """Write all figures, their captions, and how they were made; return the paths."""
-    from spherefunc_bullet.formats.writing import write_text
+    from spherefunc_bullet.formats.files import write_text
 
     from ..figures.confusion_matrices import confusion_matrices, learning_curve
     from ..figures.function_quality import function_quality

@@ -49,7 +49,7 @@ def rooms(
 ):
     """Furnish virtual rooms, scan them, take the scans apart, and compare with the truth."""
     from spherefunc_bullet.datasets.dataset import open_dataset
-    from spherefunc_bullet.formats.writing import prepare_folder
+    from spherefunc_bullet.formats.files import prepare_folder
     from spherefunc_bullet.learning.method import find_method
     from spherefunc_bullet.scenes.recognition.completion import steps_of
     from spherefunc_bullet.scenes.recognition.proposals import kinds_of

@@ -14,8 +14,8 @@ from spherefunc_bullet.datasets.catalogue import catalogue_entry_points
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import BY_FILE, parse_lengths
 from spherefunc_bullet.learning.method import PROFILE, PROFILE_RADII, find_method
+from spherefunc_bullet.settling.dropping import Dropping, Loading
 from spherefunc_bullet.settling.drops import LIMITED, RunLimit
-from spherefunc_bullet.settling.records import Dropping, Loading
 from spherefunc_bullet.simulator import make_simulator
 
 from ..mechanics.measures import TASKS, read_tasks

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from spherefunc_bullet.console import progress, say
-from spherefunc_bullet.formats.writing import write_text
+from spherefunc_bullet.formats.files import write_text
 
 from .charts import accuracy_chart, cost_chart
 from .entries import Comparison

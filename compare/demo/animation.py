@@ -22,8 +22,8 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
+from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import parse_length
-from spherefunc_bullet.formats.writing import write_bytes
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import inference_model
 from spherefunc_bullet.settling.drops import RunLimit

@@ -15,18 +15,17 @@ from PIL import Image
 
 from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.commands.answer_tables import Row, print_functions
-from spherefunc_bullet.commands.classify import classified_file
+from spherefunc_bullet.commands.classify import Row, classified_file, print_functions
 from spherefunc_bullet.commands.train import train_on
 from spherefunc_bullet.console import Failures, progress, say, show
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
+from spherefunc_bullet.formats.files import write_text
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_lengths
-from spherefunc_bullet.formats.writing import write_text
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.method import METHODS, PROFILE
 from spherefunc_bullet.learning.model_file import model_for_views
-from spherefunc_bullet.settling.records import Dropping, Loading
+from spherefunc_bullet.settling.dropping import Dropping, Loading
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radius, object_picture

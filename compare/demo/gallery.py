@@ -19,8 +19,8 @@ from trimesh import Trimesh
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
 from spherefunc_bullet.console import progress, run, say
 from spherefunc_bullet.datasets.catalogue import make_catalogue
+from spherefunc_bullet.formats.files import write_bytes
 from spherefunc_bullet.formats.units import format_length, parse_length
-from spherefunc_bullet.formats.writing import write_bytes
 from spherefunc_bullet.simulator import DropSettings, Simulator, make_simulator
 from spherefunc_bullet.viewer.colours import sphere_colours
 from spherefunc_bullet.viewer.pictures import CUT_COLOUR, GROUND_COLOUR, View, object_picture

@@ -22,10 +22,9 @@ NEVER_DECIDES = (
     f"{PACKAGE}/commands/",
     f"{PACKAGE}/console.py",
     f"{PACKAGE}/errors.py",
-    f"{PACKAGE}/formats/limits.py",
+    f"{PACKAGE}/formats/files.py",
     f"{PACKAGE}/formats/points/",
     f"{PACKAGE}/formats/scenes/",
-    f"{PACKAGE}/formats/writing.py",
     f"{PACKAGE}/processes/",
 )
 

@@ -20,12 +20,12 @@ from spherefunc_bullet.console import print_table
 from spherefunc_bullet.datasets.catalogue import built_once
 from spherefunc_bullet.datasets.dataset import Dataset, label_text
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import cache_home
+from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.learning.method import AnyMethod
 from spherefunc_bullet.learning.profiles.calibration import COPY_WEIGHT, CopyGroups
 from spherefunc_bullet.scenes.impairment.folder import Copy, evenly_chosen, function_of, impair_dataset, read_copies
 from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
-from spherefunc_bullet.settling.records import Dropping, Loading
+from spherefunc_bullet.settling.dropping import Dropping, Loading
 
 from .features import SPHERES
 from .protocol import Labels, Split, labels_of, sources_or_halves

@@ -8,7 +8,7 @@ from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.method import Method
-from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.settling.dropping import Dropping
 
 from ..evaluation.evaluation import Evaluation, evaluate
 from ..evaluation.features import sphere_distances

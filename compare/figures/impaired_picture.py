@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import writing
+from spherefunc_bullet.formats.files import writing
 
 from ..evaluation.impaired import (
     COPIES_LEARNT,

@@ -23,7 +23,7 @@ from spherefunc_bullet.scenes.impairment.levels import Level
 from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
 from spherefunc_bullet.scenes.impairment.surfaces import Surface
 from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
-from spherefunc_bullet.settling.records import Loading
+from spherefunc_bullet.settling.dropping import Loading
 from spherefunc_bullet.simulator import Simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spherefunc_bullet.formats.writing import write_csv, writing
+from spherefunc_bullet.formats.files import write_csv, writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

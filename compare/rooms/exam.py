@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spherefunc_bullet.console import print_table, show
-from spherefunc_bullet.formats.writing import write_text
+from spherefunc_bullet.formats.files import write_text
 from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.scenes.recognition.partial_places import room_places
 from spherefunc_bullet.scenes.recognition.room import Room

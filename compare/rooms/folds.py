@@ -15,8 +15,8 @@ from spherefunc_bullet.learning.model_file import load_model, new_classifier
 from spherefunc_bullet.scenes.recognition.judging import LARGE
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, scan_room
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import DropsByRadius
-from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import settle
 
 from .trials import Fold, split_in_halves

@@ -18,8 +18,9 @@ from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import explaining
 from spherefunc_bullet.formats import FormatError
+from spherefunc_bullet.formats.files import write_whole, writing
 from spherefunc_bullet.formats.npz import DAMAGE, read_arrays
-from spherefunc_bullet.formats.writing import write_whole, writing
+from spherefunc_bullet.formats.npz import packed as npz_bytes
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
 from spherefunc_bullet.scenes.recognition.surroundings import alone
@@ -27,9 +28,9 @@ from spherefunc_bullet.scenes.segmentation.clusters import bounding_box
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, VirtualRoom, transformed
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
-from spherefunc_bullet.settling.cache import packed as npz_bytes
+from spherefunc_bullet.settling.dropping import settle_kept
 from spherefunc_bullet.settling.drops import DropsByRadius, drops_from_rows
-from spherefunc_bullet.settling.records import ObjectRecord, settle_kept, shape_of
+from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
 

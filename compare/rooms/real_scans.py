@@ -17,7 +17,7 @@ import typer
 
 from spherefunc_bullet.console import Failures, print_json, print_table, run, say, show
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import prepare_folder, writing
+from spherefunc_bullet.formats.files import prepare_folder, writing
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import Room, compile_kernels, recognise

@@ -22,7 +22,8 @@ from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import VirtualRoom
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import LivedIn, furnish_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import AS_SEEN, Resolution, VirtualScan, scan_room
-from spherefunc_bullet.settling.records import Dropping, simulate_objects
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import simulate_objects
 
 from .matching import Counts, Functions, Matches, Row, function_counts, match_parts, rounded, segmentation_counts
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from spherefunc_bullet.datasets.dataset import parse_functions
 from spherefunc_bullet.errors import InputError, explaining
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.scenes.recognition.recognition import Room, SceneObject
 from spherefunc_bullet.scenes.scans.scan import Scan
 from spherefunc_bullet.scenes.segmentation.clusters import Box

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
-from spherefunc_bullet.formats.writing import write_text
+from spherefunc_bullet.formats.files import write_text
 from spherefunc_bullet.viewer.mechanics_pictures import INK, PAPER, STYLE, png_of
 from spherefunc_bullet.viewer.page import image_html, page_html, table_html
 from spherefunc_bullet.viewer.pictures import View, render_balls

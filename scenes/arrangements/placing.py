@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh
-from spherefunc_bullet.clouds.heading import headed, turned
+from spherefunc_bullet.clouds.preparation import headed, turned
 from spherefunc_bullet.errors import InputError, explaining
 
 from .surfaces import Surface, surface_of
@@ -130,7 +130,7 @@ class ArrangedObject:
 def along_heading(objects: Sequence[ArrangedObject], number: int) -> tuple[list[ArrangedObject], float]:
     """Return objects turned together so that one of them lies along its heading, and by which angle it lay off it.
 
-    Spheres fall on the narrowest rectangle around that object then, as they do on it alone: see `clouds.heading`. Its
+    Spheres fall on the narrowest rectangle around that object then, as they do on it alone (`preparation.headed`). Its
     own frame is turned by the angle, radians.
     """
     asked = objects[number]

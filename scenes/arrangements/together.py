@@ -18,6 +18,7 @@ from spherefunc_bullet.errors import InputError, warn_renamed
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.function_model import FunctionModel, Membership
 from spherefunc_bullet.learning.model_file import inference_model
+from spherefunc_bullet.settling.dropping import CloudObject
 from spherefunc_bullet.settling.drops import (
     LOST,
     Drops,
@@ -26,7 +27,6 @@ from spherefunc_bullet.settling.drops import (
     fallen_where_they_rest,
     resting_drops,
 )
-from spherefunc_bullet.settling.kept_object import CloudObject
 from spherefunc_bullet.settling.places import ACROSS, LIMITS
 from spherefunc_bullet.settling.settling import DENSE, drop_settings, no_drops, too_fine
 from spherefunc_bullet.simulator import DropResult, DropSettings, Outcome, Simulator, make_simulator

@@ -162,8 +162,8 @@ def select(
     from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
     from spherefunc_bullet.datasets.dataset import is_permissive, label_text, open_dataset
     from spherefunc_bullet.errors import InputError
+    from spherefunc_bullet.formats.files import prepare_folder, writing
     from spherefunc_bullet.formats.units import parse_length
-    from spherefunc_bullet.formats.writing import prepare_folder, writing
 
     lower, upper = parse_length(least) if least else 0.0, parse_length(up_to) if up_to else float("inf")
     objects = [item for item in open_dataset(data).objects if not permissive or is_permissive(item.license)]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.errors import InputError, explaining, one_line
-from spherefunc_bullet.formats.limits import require_file
+from spherefunc_bullet.formats.files import require_file
 
 from ..scans.depth_image import Intrinsics, camera_of_matrix, kinect_like, read_depth, read_intrinsics
 from ..scans.scan import Report

@@ -18,8 +18,8 @@ from spherefunc_bullet.console import passed
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, Dataset, DatasetObject, label_text, open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.files import prepare_folder, write_bytes
 from spherefunc_bullet.formats.units import BY_FILE
-from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
 from spherefunc_bullet.processes.tasks import run_tasks
 
 from .impairments import IMPAIRMENTS

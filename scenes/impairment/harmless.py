@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
-from spherefunc_bullet.simulator.statics.falling_over import falls_over
+from spherefunc_bullet.settling.settling import falls_over
 
 from .levels import Cavity, Level
 from .specimen import Specimen, box, needs, turn, turned

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from spherefunc_bullet.formats.files import write_bytes, write_text, writing
 from spherefunc_bullet.formats.ply import ply_bytes
-from spherefunc_bullet.formats.writing import write_bytes, write_text, writing
 from spherefunc_bullet.places.place import Place
 from spherefunc_bullet.viewer.data import packed, quantised, rounded
 from spherefunc_bullet.viewer.page import page_html, table_html, viewer_file

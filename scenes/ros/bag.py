@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spherefunc_bullet.errors import InputError, explaining, one_line
-from spherefunc_bullet.formats.limits import require_ordinary
+from spherefunc_bullet.formats.files import require_ordinary
 
 from ..scans.scan import Report, Scan, scan_from_points
 from .frames import FrameTree, plain, seconds

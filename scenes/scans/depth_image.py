@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, explaining, one_line
-from spherefunc_bullet.formats.limits import require_file
+from spherefunc_bullet.formats.files import require_file
 
 from .cells import NEIGHBORS, cells, crowded
 from .scan import Report, Scan, scan_from_points

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spherefunc_bullet.errors import InputError, one_line
-from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.formats.sources import Geometry
+from spherefunc_bullet.formats.sources import Geometry, read_geometry
 from spherefunc_bullet.formats.units import METRES
 
 Report = Callable[[str], None]

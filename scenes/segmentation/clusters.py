@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spherefunc_bullet.clouds.corners import well_within
+from spherefunc_bullet.clouds.outline import well_within
 from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells

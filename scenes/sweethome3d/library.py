@@ -21,8 +21,7 @@ import trimesh
 
 from spherefunc_bullet.datasets.catalogue import write_manifest
 from spherefunc_bullet.errors import InputError, explaining
-from spherefunc_bullet.formats.limits import require_ordinary
-from spherefunc_bullet.formats.writing import prepare_folder, write_bytes
+from spherefunc_bullet.formats.files import prepare_folder, require_ordinary, write_bytes
 
 from ..household.parts.solids import stand
 from .purposes import Purpose, purpose_of, slug

@@ -14,8 +14,8 @@ import numpy as np
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.datasets.dataset import NONE, DatasetObject, label_text
+from spherefunc_bullet.formats.files import write_bytes, write_csv
 from spherefunc_bullet.formats.ply import ply_bytes
-from spherefunc_bullet.formats.writing import write_bytes, write_csv
 
 from ..recognition.examples import Example
 from .furnishing import FLOOR, WALL

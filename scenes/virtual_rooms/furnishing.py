@@ -15,7 +15,7 @@ import numpy as np
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh, load_cloud
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 
 from .grounds import Ground, floor_of, top_of
 

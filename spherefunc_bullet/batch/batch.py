@@ -17,7 +17,7 @@ from pathlib import Path
 from ..datasets.dataset import Dataset
 from ..errors import InputError
 from ..processes.tasks import run_tasks
-from ..settling.records import Dropping
+from ..settling.dropping import Dropping
 from .folder import RunFolder
 from .ledger import Ledger, Row, RunConfig, settings_json
 from .task import Task, kept_rows, settled_rows, valid_row

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import FAILURES, InputError
-from ..formats.writing import write_whole, writing
-from ..settling.cache import entry_path, packed, read_entry
+from ..formats.files import write_whole, writing
+from ..formats.npz import entry_path, packed, read_entry
 from .ledger import DONE, WAITING, Ledger, Row
 
 KIND = "settled"

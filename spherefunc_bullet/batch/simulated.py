@@ -9,8 +9,9 @@ from pathlib import Path
 from ..console import progress
 from ..datasets.dataset import Dataset, DatasetObject
 from ..errors import InputError
+from ..settling.dropping import Dropping
 from ..settling.drops import DropsByRadius
-from ..settling.records import Dropping, ObjectRecord, simulate_by_several
+from ..settling.records import ObjectRecord, simulate_by_several
 from .batch import known_failures
 
 

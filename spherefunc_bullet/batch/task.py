@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, Unexpected
+from ..formats.npz import read_entry
 from ..formats.sources import Source, as_source
-from ..settling.cache import read_entry
+from ..settling.dropping import Dropping
 from ..settling.drops import drops_from_rows
-from ..settling.records import Dropping
 from .folder import FullDisk, RunFolder, digest, size_and_time
 from .ledger import DONE, WAITING, Row
 

@@ -17,20 +17,6 @@ ONE, SIDE, LINE, CELLS = np.uint32(1), np.uint32(2), np.uint32(4), np.uint32(6) 
 INSIDE = np.uint32(3)  # the bits of a cell's place within its brick, along one axis
 
 
-def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return room for a grid of so many cells (3,) that so many points are entered in, as kernels take it.
-
-    Returns
-    -------
-    bricks : (X, Y, Z) uint32
-        The number of each brick, from 1; 0 where there is none yet.
-    contents : ((B + 1) * 64,) uint32
-        What each cell of each brick holds, brick 0 nothing; untouched parts of it cost nothing.
-    """
-    bricks = np.zeros((cells.astype(np.int64) + 3) // 4, np.uint32)
-    return bricks, np.zeros(64 * (min(points, bricks.size) + 1), np.uint32)
-
-
 @lean_njit(forceinline=True)
 def within(i, j, k):
     """Return the place of a cell within its brick."""

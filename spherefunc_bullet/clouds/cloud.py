@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError, explaining, one_line, warn_renamed
-from ..formats.reading import read_geometry
-from ..formats.sources import Geometry, Source, as_source
+from ..formats.sources import Geometry, Source, as_source, read_geometry
 from ..formats.units import BY_FILE
-from .corners import corners_of
 from .orientation import Report, require_choices, require_size, to_metres, to_z_up, unit_question
+from .outline import corners_of
 
 MIN_POINTS = 10
 MAX_SAMPLES = 8_000_000  # 110 square metres; their sampling stays below 2 GiB

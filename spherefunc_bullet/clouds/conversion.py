@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, explaining
-from ..formats.reading import read_geometry
-from ..formats.sources import Geometry
+from ..formats.sources import Geometry, read_geometry
 from ..formats.units import BY_FILE
 from .cloud import Cloud, cloud_of
 from .orientation import Report

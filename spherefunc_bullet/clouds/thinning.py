@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..processes.compilation import njit
-from .bricks import empty_bricks, stands_above, stands_for, thin_in_bricks, top_in_bricks
-from .corners import corners_of
+from .bricks import stands_above, stands_for, thin_in_bricks, top_in_bricks
+from .outline import corners_of
 
 _MIX = np.int64(-7046029254386353131)  # 2**64 / golden ratio: spreads consecutive keys over the table
 MAX_CELLS = 20_000_000  # of a grid, 80 MB; what is larger or emptier is looked up in a table
@@ -27,6 +27,20 @@ class Planes(NamedTuple):
     normals: np.ndarray  # (R, 3) unit normal of each run of points in one plane; 0 for points in none
     ends: np.ndarray  # (R,) int64, how many points there are up to the end of each run
     aside: float  # metres: farther from its plane no kept point is too near to a point
+
+
+def empty_bricks(cells: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return room for a grid of so many cells (3,) that so many points are entered in, as kernels take it.
+
+    Returns
+    -------
+    bricks : (X, Y, Z) uint32
+        The number of each brick, from 1; 0 where there is none yet.
+    contents : ((B + 1) * 64,) uint32
+        What each cell of each brick holds, brick 0 nothing; untouched parts of it cost nothing.
+    """
+    bricks = np.zeros((cells.astype(np.int64) + 3) // 4, np.uint32)
+    return bricks, np.zeros(64 * (min(points, bricks.size) + 1), np.uint32)
 
 
 @njit(cache=True)

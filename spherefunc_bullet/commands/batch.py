@@ -17,7 +17,7 @@ from . import options
 if TYPE_CHECKING:
     from ..batch.batch import Batch, Limits
     from ..batch.folder import RunFolder
-    from ..settling.records import Dropping
+    from ..settling.dropping import Dropping
 
 INTERRUPTED = 130  # what shells expect after Ctrl-C
 

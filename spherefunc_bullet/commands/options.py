@@ -15,7 +15,7 @@ from ..formats.units import BY_FILE as BY_FILE
 from ..formats.units import format_length, parse_lengths, parse_mass
 
 if TYPE_CHECKING:
-    from ..settling.records import Dropping
+    from ..settling.dropping import Dropping
     from ..simulator import Simulator
     from ..simulator.mechanics import Matter
 
@@ -75,7 +75,7 @@ def dropping(
     """Return how spheres are dropped, as options say it and otherwise as a method has it."""
     from ..function_model import SPHERES
     from ..learning.method import find_method
-    from ..settling.records import Dropping, Loading
+    from ..settling.dropping import Dropping, Loading
     from ..simulator import make_simulator
 
     simulator = make_simulator(backend, **simulator_options(shape=shape))

@@ -45,7 +45,7 @@ def shapes(
     json: Json = False,
 ):
     """Say what of an object each collision shape keeps: what it holds, carries and lets through, and at what cost."""
-    from ..formats.writing import prepare_folder
+    from ..formats.files import prepare_folder
     from ..shapes.library import SUFFIX, Asked, answers
 
     if form not in SUFFIX:
@@ -93,7 +93,7 @@ def require_other_folder(files: list[Path], out: Path):
 
 def write_report(report: Path, results: list[dict[str, Any]], table: Path | None) -> Path:
     """Write the page of a library; return where its CSV goes."""
-    from ..formats.writing import write_bytes
+    from ..formats.files import write_bytes
     from ..shapes.library import page
 
     write_bytes(report / "report.html", page("What collision shapes keep", results).encode())
@@ -137,7 +137,7 @@ def objects_in(files: list[Path]) -> Iterator[Path]:
 
 def write_table(path: Path, results: list[dict[str, Any]]):
     """Write all shapes of all objects as CSV."""
-    from ..formats.writing import write_csv
+    from ..formats.files import write_csv
 
     rows = []
     for result in results:

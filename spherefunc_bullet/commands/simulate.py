@@ -10,8 +10,8 @@ import typer
 
 from ..console import Failures, print_json, print_table, progress, say
 from ..errors import InputError
+from ..formats.files import prepare_folder, unused_name, write_bytes
 from ..formats.units import format_length, parse_lengths
-from ..formats.writing import prepare_folder, unused_name, write_bytes
 from . import options
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def save_result(result: DropResult, path: Path, bounding_box: list[list[float]])
 
     import numpy as np
 
-    from ..settling.cache import packed
+    from ..formats.npz import packed
 
     arrays = {"centers": result.centers, "on_object": result.on_object, "bounding_box": np.array(bounding_box)}
     write_bytes(path, packed(arrays | {"provenance": np.array(json.dumps(result.provenance))}))

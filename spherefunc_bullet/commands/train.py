@@ -11,15 +11,15 @@ import typer
 from ..console import Failures, print_json, print_table, say
 from ..datasets.dataset import label_text
 from ..errors import InputError
+from ..formats.files import require_place
 from ..formats.units import format_length
-from ..formats.writing import require_place
 from . import options
 
 if TYPE_CHECKING:
     from ..batch.simulated import Simulated
     from ..datasets.dataset import Dataset
     from ..learning.classifier import CloudClassifier
-    from ..settling.records import Dropping
+    from ..settling.dropping import Dropping
 
 Summary = dict[str, Any]  # what the contract prints of a training
 FEW = 3  # examples of a function from which something can be learnt

@@ -13,8 +13,8 @@ import typer
 
 from ..console import Failures, passed, print_json, say
 from ..errors import InputError
+from ..formats.files import require_place, unused_name, write_text
 from ..formats.units import format_length, parse_lengths
-from ..formats.writing import require_place, unused_name, write_text
 from .options import BY_FILE, Json, PackagePath, Seed, Shape, Units, Up, simulator_options
 
 if TYPE_CHECKING:
@@ -180,7 +180,7 @@ def settle_on_all(objects: Sequence[Viewed], classifier: CloudClassifier, failur
 
 def drops_read(cloud: Cloud, classifier: CloudClassifier) -> DropsByRadius:
     """Return the drops that a classifier's answer about a cloud is read from; for a worker."""
-    from ..settling.kept_object import CloudObject
+    from ..settling.dropping import CloudObject
 
     return classifier.read(CloudObject(own=cloud, dropping=classifier.dropping()).drops).drops
 

@@ -13,7 +13,7 @@ from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
 from ..errors import InputError
-from ..formats.writing import cache_home, write_bytes, write_csv, writing
+from ..formats.files import cache_home, write_bytes, write_csv, writing
 
 COLUMNS = ("file", "label", "also", "category", "group")
 VERSION = 2  # of the built catalogues on disk; another number, built anew

@@ -1,4 +1,7 @@
-"""NPZ: an array ``points``, or ``vertices`` and ``faces``, or the only array of shape (N, 3). NPY: one such."""
+"""NPZ and NPY: a model or cloud as an array ``points``, or ``vertices`` and ``faces``, or the only one of shape (N, 3).
+
+Also the cache: arrays kept by the hash of what produced them, in the user's cache folder or in a run's.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,22 @@ import io
 import math
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
 from . import FormatError
-from .limits import require_counts, require_members, require_unpacked
+from .files import cache_home, require_counts, require_members, require_unpacked, write_whole
 from .sources import Geometry, Source
 
 # What reading a damaged archive raises; a bare array in place of an archive is a TypeError.
 DAMAGE = (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError, NotImplementedError, RuntimeError)
+_ANSWER = "told"  # what entries call the answer of a check
+
+
 DAMAGE += (zipfile.BadZipFile, zlib.error)
 
 
@@ -98,7 +105,7 @@ class Archive(Mapping[str, np.ndarray]):
     Raises
     ------
     one of DAMAGE
-        If it is no archive, or unpacks to more than `limits.MAX_UNPACKED_BYTES`; of an array that is not whole, when it
+        If it is no archive, or unpacks to more than `files.MAX_UNPACKED_BYTES`; of an array that is not whole, when it
         is asked for.
     """
 
@@ -128,3 +135,57 @@ def read_arrays(path: str | Path, names: Sequence[str] | None = None) -> dict[st
     """Return the arrays of an archive by name, all or some; see `Archive`."""
     archive = Archive(Path(path).read_bytes())
     return {name: archive[name] for name in names or archive}
+
+
+def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
+    """Return where an entry lies in a folder, by default the cache."""
+    return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
+
+
+def read_entry(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray] | None:
+    """Return an entry's arrays, all or those of some names, or None where there is none that is whole."""
+    try:
+        return read_arrays(path, names)
+    except DAMAGE:
+        return None  # absent, or cut short by an earlier crash: computed again
+
+
+def write_entry(path: Path, arrays: dict[str, np.ndarray]):
+    """Write an entry if that is possible: a full or read-only disk costs the cache, not the run."""
+    with suppress(OSError):
+        write_whole(path, packed(arrays))
+
+
+def packed(arrays: dict[str, np.ndarray]) -> bytes:
+    """Return arrays as a compressed NPZ file; the same arrays give the same bytes.
+
+    At zlib's first level, which numpy does not offer: a fifth of the time of its usual one, and entries no larger.
+    """
+    buffer = io.BytesIO()
+    try:
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+            for name, array in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
+    except ValueError as error:
+        # Interrupted between two of its lines, zipfile cannot close its archive, and says that instead.
+        if isinstance(error.__context__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        raise
+    return buffer.getvalue()
+
+
+def kept_answer(content: str, name: str, check: Callable[[], bool], home: Path | None = None) -> bool:
+    """Return what ``check``, which is known by a name, says of the object with this hash."""
+    return bool(computed_once(entry_path(name, content, home), lambda: {_ANSWER: np.array(check())})[_ANSWER])
+
+
+def computed_once(
+    entry: Path, compute: Callable[[], dict[str, np.ndarray]], names: Sequence[str] | None = None
+) -> dict[str, np.ndarray]:
+    """Return the arrays of an entry, all or those of some names; where there is none they are computed and kept."""
+    arrays = read_entry(entry, names)
+    if arrays is None:
+        arrays = compute()
+        write_entry(entry, arrays)
+    return arrays

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import FormatError
-from .limits import require_counts, require_text_size
+from .files import require_counts, require_text_size
 from .sources import Geometry, Source, fan_triangles
 
 

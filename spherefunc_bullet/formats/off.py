@@ -8,7 +8,7 @@ from array import array
 import numpy as np
 
 from . import FormatError
-from .limits import require_counts, require_text_size
+from .files import require_counts, require_text_size
 from .sources import Geometry, Source, fan_triangles
 
 _HEADER = re.compile(r"\s*(?:ST)?(?:C)?(?:N)?OFF\b")

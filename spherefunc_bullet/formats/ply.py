@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import FormatError
-from .limits import require_counts, require_text_size
+from .files import require_counts, require_text_size
 from .sources import Geometry, Source, fan_triangles
 
 _TYPES = {

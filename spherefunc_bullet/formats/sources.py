@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,7 +19,7 @@ import numpy as np
 
 from ..errors import InputError, one_line
 from . import FormatError
-from .limits import MAX_FILE_BYTES, refusing, require_counts, require_file
+from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
 # By ending: the module in ``formats`` and its function that gives the sources which a file names, by those names.
 NAMING = {
@@ -32,6 +33,27 @@ _SIGNATURES = {
     b"PK\x03\x04": "NPZ, 3MF or ZIP", b"ply\n": "PLY", b"ply\r": "PLY", b"glTF": "GLB", b"OFF\n": "OFF",
     b"# .PCD": "PCD", b"LASF": "LAS or LAZ", b"\x93NUMPY": "NPY",
 }  # fmt: skip
+# By ending: the module in ``formats`` and its function; imported only when such a file is read.
+READERS = {
+    ".ply": ("ply", "read_ply"),
+    ".pcd": ("points.pcd", "read_pcd"),
+    ".obj": ("obj", "read_obj"),
+    ".stl": ("stl", "read_stl"),
+    ".3ds": ("three_ds", "read_3ds"),
+    ".off": ("off", "read_off"),
+    ".glb": ("scenes.gltf", "read_gltf"),
+    ".gltf": ("scenes.gltf", "read_gltf"),
+    ".dae": ("scenes.collada", "read_dae"),
+    ".3mf": ("scenes.three_mf", "read_3mf"),
+    ".urdf": ("scenes.urdf", "read_urdf"),
+    ".xyz": ("points.xyz", "read_xyz"),
+    ".csv": ("points.xyz", "read_xyz"),
+    ".txt": ("points.xyz", "read_xyz"),
+    ".las": ("points.las", "read_las"),
+    ".laz": ("points.las", "read_las"),
+    ".npz": ("npz", "read_npz"),
+    ".npy": ("npz", "read_npy"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,3 +206,36 @@ def fan_triangles(counts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     first = np.repeat(np.cumsum(counts) - counts, fans)
     step = np.arange(len(first)) - np.repeat(np.cumsum(fans) - fans, fans)
     return np.column_stack([corners[first], corners[first + step + 1], corners[first + step + 2]]).reshape(-1, 3)
+
+
+def read_geometry(file: str | Path | Source) -> Geometry:
+    """Return the vertices and triangles of a file, or its points.
+
+    Parameters
+    ----------
+    file : str, Path or Source
+        PLY, PCD, OBJ, STL, 3DS, OFF, GLB, glTF, DAE, 3MF, URDF, XYZ, CSV, TXT, LAS, LAZ, NPZ or NPY, recognised by the
+        ending. Polygons are cut into triangles; the parts of a scene become one object in the scene's frame.
+
+    Returns
+    -------
+    Geometry
+        In the file's own units and axes, but in metres and z up of a DAE and in metres of a 3MF, which say theirs; with
+        the colours of its vertices and their labels where a PLY or PCD has them.
+        The points of a cloud may be NaN, where a sensor saw nothing; the vertices of a mesh are finite.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is not what its ending says, or damaged, or too large.
+    """
+    source = as_source(file)
+    if source.kind not in READERS and not os.path.isdir(source.path):
+        endings, name = ", ".join(READERS), one_line(source.path)
+        raise InputError(f"{name}: expected one of {endings}, got '{source.path.suffix}'; convert it")
+    source.data  # noqa: B018 - whether there is a file comes first, as whether its reader is installed comes later
+    with refusing(source.path), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        module, name = READERS[source.kind]
+        reader = getattr(importlib.import_module(f".{module}", __package__), name)
+        return reader(source).checked()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import FormatError
-from .limits import require_counts, require_text_size
+from .files import require_counts, require_text_size
 from .scenes.parts import scene_of
 from .sources import Geometry, Source
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh, placed
 from ..function_model import FunctionModel, Membership
-from ..settling.kept_object import CloudObject
+from ..settling.dropping import CloudObject
 from ..simulator.mechanics import Pose
 
 

@@ -18,9 +18,8 @@ from ..classification import decide
 from ..clouds.cloud import Cloud
 from ..clouds.conversion import Anything, as_clouds
 from ..function_model import THRESHOLD, FunctionModel
+from ..settling.dropping import CloudObject, settle_kept
 from ..settling.drops import DropsByRadius
-from ..settling.kept_object import CloudObject
-from ..settling.records import settle_kept
 from ..settling.settling import settle
 from ..simulator import Simulator
 from .labels import Label, Labels, columns_of_indicator, in_columns, labels_of_indicator, sets_of

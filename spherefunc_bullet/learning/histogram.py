@@ -205,7 +205,7 @@ class SphereHistogram(TransformerMixin, BaseEstimator):
         return self.cubes_.transform(self._settled(X))
 
     def _settled(self, X: Iterable[Anything]) -> list[np.ndarray]:
-        from ..settling.records import settle_kept
+        from ..settling.dropping import settle_kept
         from ..settling.settling import settle
 
         drop = settle_kept if self.cache else settle

@@ -18,11 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from ..formats.limits import require_file
+from ..formats.files import require_file, writing
 from ..formats.npz import Archive
-from ..formats.writing import writing
 from ..function_model import FunctionModel, require_bounds
-from ..settling.records import Dropping
+from ..settling.dropping import Dropping
 from ..simulator import Simulator, backend_names, make_simulator
 from .profiles.arrays import EARLY, KeptModel, fill_early, fill_profiles, fitting_together, profiles_kept
 from .profiles.forest import of_prefix

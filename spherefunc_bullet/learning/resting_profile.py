@@ -9,8 +9,8 @@ import numpy as np
 from sklearn.base import BaseEstimator, TransformerMixin
 
 from ..clouds.conversion import Anything, as_cloud
+from ..settling.dropping import settle_kept
 from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
-from ..settling.records import settle_kept
 from ..settling.settling import settle
 from ..simulator import Simulator
 from .classifier import Alias, simulator_named

@@ -19,12 +19,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 from ..console import log_on_stderr
 from ..errors import Crashed, InputError, OutOfMemory, TimedOut, attempt
-from .memory import cap_memory
 
 PRELOADED = ["spherefunc_bullet.settling.records", "spherefunc_bullet.commands.command_line"]
+FIRST_TO_GO = Path("/proc/self/oom_score_adj")  # Linux
 OUT_OF_MEMORY = 77  # exit code of a worker that was refused memory
 LIBRARIES = ("OMP_NUM", "OPENBLAS_NUM", "MKL_NUM", "BLIS_NUM", "NUMBA_NUM", "VECLIB_MAXIMUM")
 ONE_THREAD = {f"{library}_THREADS": "1" for library in LIBRARIES}  # so that n workers use n cores
@@ -247,3 +248,16 @@ def cause(code: int) -> str:
     names = {number.value: number.name for number in signal.Signals}
     hint = "; is there enough memory?" if -code == signal.SIGKILL else ""
     return f"by {names.get(-code, f'signal {-code}')} ({signal.strsignal(-code)}){hint}"
+
+
+def cap_memory(limit: int | None):
+    """Let the system refuse this process more than so many bytes of data, where it can: on Linux.
+
+    With a limit or without, a system that runs short of memory ends this process before its parent.
+    """
+    with suppress(OSError):
+        FIRST_TO_GO.write_text("1000", encoding="ascii")
+    if limit is not None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..clouds.heading import turned
+from ..clouds.preparation import turned
 from ..errors import InputError, warn_renamed
 from ..simulator import MISS_LIMIT, DropResult, Outcome
 

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from ..clouds.cloud import Cloud, Mesh
-from ..clouds.heading import headed
+from ..clouds.preparation import SAFE, headed, reach_around
 from ..errors import InputError
-from ..processes.memory import peak_bytes, reset_peak
 from ..processes.tasks import run_tasks
 from ..simulator import DropSettings, Simulator, isolated, make_simulator, one_by_one, sphere_limit
+from ..simulator.mechanics import LEVEL, Matter, StandSettings
 from .drops import DROPS, LIMITED, NO_DROPS, Drops, DropsByRadius, RunLimit, drops_of, resting_drops
 
 DENSE = 0.5  # radii between points, about, that few drops pay for
 SMALL = 0.005  # metres: of spheres among which water is to stand
 FINE, HANDHELD = 0.01, 0.4  # metres: spheres smaller than this fall only on what a hand can hold, if drops are few
+FALLS_DEG = 20.0  # by which an object would turn: no useful one of 382 models by other people does so (tests)
+STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")  # Linux
 
 _warm: set[str] = set()  # the simulators that have run in this process
 
@@ -145,3 +149,47 @@ def small_plate() -> Cloud:
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, 0.1)])
     corners = np.array([[-0.05, -0.05, 0.1], [0.05, -0.05, 0.1], [0.05, 0.05, 0.1], [-0.05, 0.05, 0.1]])
     return Cloud(points, "plate", Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]])))
+
+
+def falls_over(cloud: Cloud) -> bool:
+    """Return whether an object turns by more than 20 degrees when it is let go as it stands.
+
+    Of points alone nobody knows: what the sensor did not see has weight, too, and feet. Nor does a sheet fall.
+    """
+    if cloud.mesh is None or stands_safely(cloud):
+        return False
+    from ..simulator.statics.body import body_of  # scipy's hull, which takes longer to load than most answers
+    from ..simulator.statics.standing import stand
+
+    try:
+        body = body_of(cloud, Matter())
+    except InputError:
+        return False
+    return stand(body, StandSettings()).tilt_deg > FALLS_DEG
+
+
+def stands_safely(cloud: Cloud) -> bool:
+    """Return whether an object's weight acts well within the polygon of its feet: most do, which is quickly seen."""
+    vertices, extent = cloud.mesh.vertices, cloud.size.max()
+    feet = vertices[vertices[:, 2] < vertices[:, 2].min() + LEVEL * extent, :2]
+    return bool(reach_around(feet, cloud) > SAFE * extent)
+
+
+def reset_peak():
+    """Begin to measure anew, where the system can: on Linux. Elsewhere the peak is since the process began."""
+    with suppress(OSError):
+        RESET.write_text("5", encoding="ascii")
+
+
+def peak_bytes() -> int | None:
+    """Return the most memory that this process has had, interpreter and libraries included; None if unknown."""
+    with suppress(OSError):
+        for line in STATUS.read_text(encoding="ascii", errors="replace").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    unit = 1 if sys.platform == "darwin" else 1024  # macOS counts bytes, others kibibytes
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit

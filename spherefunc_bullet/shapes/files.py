@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from ..errors import InputError
-from ..formats.writing import write_bytes
+from ..formats.files import write_bytes
 from ..simulator.statics.body import Body
 from .solid import Solid, hull_of
 

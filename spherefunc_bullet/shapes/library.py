@@ -14,7 +14,7 @@ from typing import Any
 
 from ..console import say
 from ..errors import InputError, one_line
-from ..formats.writing import write_bytes
+from ..formats.files import write_bytes
 from ..processes.tasks import run_tasks
 from ..viewer.page import page_html, viewer_file
 from .compared import SAYS_COLLISION, Shapes, as_row, compare_shapes

@@ -16,11 +16,10 @@ import numpy as np
 
 from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, explaining, one_line
-from ..formats.limits import refusing
-from ..formats.reading import READERS, read_geometry
+from ..formats.files import refusing
 from ..formats.scenes.packages import find_mesh
 from ..formats.scenes.parts import plain_xml
-from ..formats.sources import Geometry, as_source, joined_meshes
+from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .solid import Solid, of_pieces, surface
 
 MOST_PIECES = 20_000

@@ -16,8 +16,8 @@ from ..learning.function_classifier import FunctionClassifier
 from ..learning.profiles.words import Deciding, cells_of, deciding, nearest
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.validation import THRESHOLD
+from ..settling.dropping import CloudObject
 from ..settling.drops import NO_DROPS, DropsByRadius
-from ..settling.kept_object import CloudObject
 from .data import Layer, Panel, display, histogram_cubes
 from .page import display_html, table_html
 from .still import still_picture

@@ -13,7 +13,7 @@ from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from ..clouds.cloud import Cloud
 from ..errors import InputError
-from ..formats.writing import write_bytes, write_text
+from ..formats.files import write_bytes, write_text
 from ..learning.any_pose import PoseFunctions, best_poses, turned_cloud
 from ..simulator.mechanics import CarryResult, StandResult
 from .page import image_html, page_html, table_html

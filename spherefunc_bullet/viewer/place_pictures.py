@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..clouds.cloud import Cloud, corners_of
-from ..formats.writing import write_bytes, write_text
+from ..formats.files import write_bytes, write_text
 from ..places.place import SHOWN
 from .seated_person import TALL, person_faces, person_points, seated_person
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..errors import explaining
-from ..formats.writing import writing
+from ..formats.files import writing
 from ..simulator import DropResult, Outcome
 from .colours import sphere_colours
 

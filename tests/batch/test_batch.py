@@ -29,7 +29,8 @@ from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset, parse_shard, shard_of
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import Dropping, simulate_objects
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import simulate_objects
 from spherefunc_bullet.simulator import make_simulator
 
 pytestmark = pytest.mark.slow

@@ -24,7 +24,7 @@ from spherefunc_bullet.batch.cluster import DaskExecutor, on_executor, on_schedu
 from spherefunc_bullet.batch.folder import RunFolder
 from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.settling.dropping import Dropping
 
 pytestmark = pytest.mark.slow
 

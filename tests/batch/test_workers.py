@@ -19,7 +19,8 @@ from mishaps import MishapSimulator, happen, surroundings
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
-from spherefunc_bullet.settling.records import Dropping, simulate_by_several, simulate_objects
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 DEATHS = {

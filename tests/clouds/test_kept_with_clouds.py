@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.clouds.heading import headed
+from spherefunc_bullet.clouds.preparation import headed, prepare
 from spherefunc_bullet.fast_sim import drop_run
-from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
 SHORT, LONG = (DropSettings(radius=0.008, miss_limit=count, max_drops=count) for count in (40, 200))

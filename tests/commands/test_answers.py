@@ -18,7 +18,7 @@ from checkout import ROOT
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.conversion import as_cloud
-from spherefunc_bullet.formats.writing import cache_home
+from spherefunc_bullet.formats.files import cache_home
 
 README = ROOT / "docs" / "python.md"
 TURNED = {"y": ((0, 2, 1), (1, 1, -1)), "-y": ((0, 2, 1), (1, -1, 1)), "-z": ((0, 1, 2), (1, -1, -1))}

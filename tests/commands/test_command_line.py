@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.units import parse_lengths
-from spherefunc_bullet.formats.writing import cache_home
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SIMULATE_FIELDS = {
@@ -343,13 +343,13 @@ def test_one_function_alone_runs_its_radius_alone(call, subset, data, tmp_path):
 
 @pytest.mark.parametrize(("count", "width"), [(2, 70), (3, 40), (9, 70), (30, 70)])
 def test_a_narrow_terminal_gets_whole_scores(monkeypatch, capsys, count, width):
-    from spherefunc_bullet.commands import answer_tables
+    from spherefunc_bullet.commands import classify
 
-    monkeypatch.setattr(answer_tables, "terminal_width", lambda: width)
+    monkeypatch.setattr(classify, "terminal_width", lambda: width)
     names = [f"function_{i:02}" for i in range(count)]
     scores = {name: 0.9 if i == 1 else 0.01 * i for i, name in enumerate(names)}
     answer = {name: {"member": score > 0.5, "score": score, "radius": 0.01} for name, score in scores.items()}
-    answer_tables.print_functions([{"file": "a/object.ply", "functions": answer, "unsure": False}], names, False)
+    classify.print_functions([{"file": "a/object.ply", "functions": answer, "unsure": False}], names, False)
     printed = capsys.readouterr().out
     assert "function_01" in printed and "0.90" in printed and "…" not in printed
     assert max(map(len, printed.splitlines()[1:])) <= max(width, 75)

@@ -34,10 +34,11 @@ from spherefunc_bullet.compare.comparison.tables import Table
 from spherefunc_bullet.datasets.catalogue import make_catalogue, write_catalogue
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import cache_home
-from spherefunc_bullet.settling.cache import read_entry, write_entry
+from spherefunc_bullet.formats.files import cache_home
+from spherefunc_bullet.formats.npz import read_entry, write_entry
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import resting_drops
-from spherefunc_bullet.settling.records import Dropping, ObjectRecord, simulate_objects
+from spherefunc_bullet.settling.records import ObjectRecord, simulate_objects
 from spherefunc_bullet.simulator import DropResult, Stop, make_simulator, provenance_of
 
 COMMAND = Path(sys.executable).with_name("spherefunc")

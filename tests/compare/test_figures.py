@@ -24,8 +24,9 @@ from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import find_method
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import resting_drops
-from spherefunc_bullet.settling.records import Dropping, ObjectRecord
+from spherefunc_bullet.settling.records import ObjectRecord
 
 STEMS = {
     "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",

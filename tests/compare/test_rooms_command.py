@@ -17,7 +17,7 @@ from spherefunc_bullet.compare.rooms.trials import Condition
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import shipped_model
-from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.simulator import make_simulator
 
 

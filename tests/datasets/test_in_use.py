@@ -11,9 +11,8 @@ import pytest
 import trimesh
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, placed
-from spherefunc_bullet.clouds.corners import convex_outline
-from spherefunc_bullet.clouds.filling import filled
-from spherefunc_bullet.clouds.heading import headed, turned_cloud
+from spherefunc_bullet.clouds.outline import convex_outline
+from spherefunc_bullet.clouds.preparation import filled, headed, levelled, prepare, rotation_to_z, turned_cloud
 from spherefunc_bullet.compare.evaluation.evaluation import Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels
 from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
@@ -27,9 +26,7 @@ from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, BESIDE, IN
 from spherefunc_bullet.scenes.impairment.use.placing import upright_box
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
 from spherefunc_bullet.settling.drops import RunLimit
-from spherefunc_bullet.settling.preparation import prepare
 from spherefunc_bullet.settling.settling import settle
-from spherefunc_bullet.simulator.statics.levelling import levelled, rotation_to_z
 
 DROPS = RunLimit(drops=200)
 

@@ -15,9 +15,8 @@ from checkout import DATA
 from scipy.spatial import cKDTree
 
 from spherefunc_bullet.clouds.cloud import load_cloud
-from spherefunc_bullet.settling.settling import loses_water
+from spherefunc_bullet.settling.settling import falls_over, loses_water
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
-from spherefunc_bullet.simulator.statics.falling_over import falls_over
 
 MODELS = DATA / "models"
 pytestmark = pytest.mark.skipif(not MODELS.is_dir(), reason="no ../shared/data/models beside the repository")

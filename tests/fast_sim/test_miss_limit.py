@@ -15,8 +15,8 @@ from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.comparison.experiment import Experiment, as_toml, candidates, read_experiment
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import METHODS
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import LIMITED, TO_THE_END
-from spherefunc_bullet.settling.records import Dropping
 from spherefunc_bullet.settling.settling import drop_settings
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.fast_sim.contact import MAX_CONTACTS
-from spherefunc_bullet.fast_sim.drop_run import roll_shape
+from spherefunc_bullet.fast_sim.drop_run import empty_neighborhood, roll_shape
 from spherefunc_bullet.fast_sim.falling import stands_on_floor
 from spherefunc_bullet.fast_sim.grid import insert, may_touch_points, point_grid, sphere_grid
 from spherefunc_bullet.fast_sim.nearby import (
     POINT_REACH,
     SPHERE_REACH,
-    empty_neighborhood,
     in_strip,
     look_around,
     still_serves,
     touches_points,
 )
-from spherefunc_bullet.fast_sim.options import FastOptions
 
 RADIUS = 0.03
 LOW, HIGH = np.array([-0.3, -0.2, 0.0]), np.array([0.2, 0.3, 0.25])
@@ -50,7 +47,7 @@ def within(points: np.ndarray, place: np.ndarray, reach: float) -> np.ndarray:
 def test_all_that_is_near_is_found_and_nothing_else(points, known):
     reach = POINT_REACH * RADIUS
     cloud, centers, grid, settled = surroundings(points, 150, reach if known else None)
-    nearby = empty_neighborhood(points, MAX_CONTACTS)
+    nearby = empty_neighborhood(points)
     for place in places(150):
         look_around(grid, settled, nearby, *place, RADIUS)
         found, spheres = nearby.points[:, : nearby.counts[0]].T, nearby.spheres[:, : nearby.counts[1]].T
@@ -88,7 +85,7 @@ def test_where_no_point_is_said_to_be_near_there_is_none():
 
 
 def test_a_strip_ends_at_its_edges_and_surroundings_serve_for_a_fifth_of_a_radius():
-    nearby = empty_neighborhood(1, MAX_CONTACTS)
+    nearby = empty_neighborhood(1)
     assert in_strip(nearby, -1e9, 1e9)
     nearby.strip[:] = -0.1, 0.2, -0.3, 0.4
     for x, y in [(-0.1, 0), (0.2, 0), (0, -0.3), (0, 0.4)]:
@@ -106,7 +103,7 @@ def test_a_strip_ends_at_its_edges_and_surroundings_serve_for_a_fifth_of_a_radiu
 @pytest.mark.parametrize("radius", [0.005, 0.02])
 def test_a_sphere_climbs_out_of_where_it_sinks_between_points(radius, spacing):
     """It sinks deepest in the middle of four; and three points at least make the plane around its contact."""
-    shape = roll_shape(radius, spacing, FastOptions(flat_angle_deg=30.0))
+    shape = roll_shape(radius, spacing, 30.0)
     aside = min(spacing / np.sqrt(2), 0.6 * radius)
     sink = radius - np.sqrt(radius**2 - aside**2)
     assert sink <= shape.bump < max(1.6 * sink, 0.02 * radius)

@@ -17,9 +17,10 @@ from spherefunc_bullet.fast_sim.contact import (
     plane_normal,
     steepest_descent,
 )
+from spherefunc_bullet.fast_sim.drop_run import empty_neighborhood
 from spherefunc_bullet.fast_sim.falling import GRAZE_POINT, TIGHT_POINT, fall, fall_on_nearby, short_fall
 from spherefunc_bullet.fast_sim.grid import find_nearest, insert, point_grid, sphere_grid
-from spherefunc_bullet.fast_sim.nearby import DEPTH, empty_neighborhood, knows_fall, look_around
+from spherefunc_bullet.fast_sim.nearby import DEPTH, knows_fall, look_around
 from spherefunc_bullet.fast_sim.rolling import free_path
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 
@@ -379,7 +380,7 @@ def test_fall_past_what_is_nearby_is_the_fall_through_the_grids(reach):
     points = point_grid(cloud, low, high, radius)
     spheres = sphere_grid(points, low, high, radius, reach and reach * radius, 512)
     enter(spheres, random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.5], (400, 3)))
-    nearby = empty_neighborhood(len(cloud), MAX_CONTACTS)
+    nearby = empty_neighborhood(len(cloud))
     decided = []
     for x, y, z in random.uniform([-0.3, -0.3, 0.1], [0.3, 0.3, 0.7], (600, 3)):
         look_around(points, spheres, nearby, x, y, z, radius)

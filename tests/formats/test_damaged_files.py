@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats import limits
-from spherefunc_bullet.formats.reading import READERS
+from spherefunc_bullet.formats import files
+from spherefunc_bullet.formats.sources import READERS
 
 KINDS = ["ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "3ds", "npz", "dae", "3mf", "urdf"]
 CLOUD_KINDS = ["pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy"]
@@ -73,7 +73,7 @@ def test_a_file_that_may_not_be_read(tmp_path, monkeypatch):
 
 
 def test_a_file_too_large_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, "MAX_FILE_BYTES", 1000)
+    monkeypatch.setattr(files, "MAX_FILE_BYTES", 1000)
     path = tmp_path / "huge.ply"
     path.write_bytes(good("ply"))
     assert "simplify" in refusal(path)

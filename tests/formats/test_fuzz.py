@@ -8,7 +8,7 @@ import pytest
 from cloud_files import require_reader
 from fuzzing import HERE, KINDS, MEMORY, SECONDS, damaged, fuzz, good, load
 
-from spherefunc_bullet.formats.reading import READERS
+from spherefunc_bullet.formats.sources import READERS
 
 
 def test_every_reader_is_a_target():

@@ -15,10 +15,10 @@ from cloud_files import mesh_bytes, mug, npz_bytes, pcd_bytes
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats import limits
+from spherefunc_bullet.formats import files
 from spherefunc_bullet.learning.model_file import load_model
-from spherefunc_bullet.processes.memory import peak_bytes, reset_peak
-from spherefunc_bullet.settling.records import Dropping
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
 
 DROPPING = Dropping(simulator="fast", radii=(0.02,))
 MANY = 100_000_000  # triangles
@@ -78,14 +78,14 @@ def test_a_file_of_a_hundred_million_triangles_is_not_even_opened(tmp_path, read
 
 
 def test_triangles_of_a_binary_stl_are_counted_before_they_are_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(limits, "MAX_TRIANGLES", 10)
+    monkeypatch.setattr(files, "MAX_TRIANGLES", 10)
     (tmp_path / "mug.stl").write_bytes(mesh_bytes("stl", *mug()))
     assert "at most 10 triangles" in refused(tmp_path / "mug.stl")
 
 
 @pytest.mark.parametrize("ending", ["obj", "off", "xyz", "ply ascii", "stl ascii", "pcd ascii"])
 def test_text_has_a_limit_of_its_own(tmp_path, monkeypatch, ending):
-    monkeypatch.setattr(limits, "MAX_TEXT_BYTES", 1 << 10)
+    monkeypatch.setattr(files, "MAX_TEXT_BYTES", 1 << 10)
     data = {"xyz": b"0 0 0\n" * 1000, "pcd ascii": pcd_bytes(np.ones((1000, 3)), "ascii")}
     path = tmp_path / f"mug.{ending.split()[0]}"
     path.write_bytes(data.get(ending) or mesh_bytes(ending, *mug()))

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 
 pytest.importorskip("yourdfpy", reason="yourdfpy is not installed: pip install 'spherefunc-bullet[formats]'")
 

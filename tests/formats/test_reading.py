@@ -9,8 +9,7 @@ import trimesh
 from cloud_files import cloud_bytes, mesh_bytes, mug, npz_bytes, pcd_bytes, require_reader
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_geometry
-from spherefunc_bullet.formats.sources import as_source
+from spherefunc_bullet.formats.sources import as_source, read_geometry
 
 
 def read(folder, name, data):

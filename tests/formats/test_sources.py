@@ -19,9 +19,9 @@ from spherefunc_bullet.batch.task import source_stamp
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats import sources
-from spherefunc_bullet.formats.reading import READERS, read_geometry
-from spherefunc_bullet.formats.sources import as_source
-from spherefunc_bullet.settling.records import Dropping, object_record
+from spherefunc_bullet.formats.sources import READERS, as_source, read_geometry
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import object_record
 
 DROPPING = Dropping(simulator="fast", radii=(0.02,))
 

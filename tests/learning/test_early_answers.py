@@ -8,7 +8,7 @@ import trimesh
 
 from spherefunc_bullet.answer import classify
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
-from spherefunc_bullet.clouds.heading import turned_cloud
+from spherefunc_bullet.clouds.preparation import turned_cloud
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.profiles.profile_model import hangs_on_few
 from spherefunc_bullet.settling.drops import Drops, RunLimit, drops_from_rows, first_drops

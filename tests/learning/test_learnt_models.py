@@ -39,8 +39,8 @@ from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.profiles.trees import PlainForest
 from spherefunc_bullet.learning.reasons.cubes import cube_evidence, side_weights, strongest_cubes
 from spherefunc_bullet.learning.validation import member_scores, radius_weights
+from spherefunc_bullet.settling.dropping import settle_kept
 from spherefunc_bullet.settling.drops import RunLimit, drops_from_rows, resting_drops
-from spherefunc_bullet.settling.records import settle_kept
 from spherefunc_bullet.settling.settling import settle
 
 RANDOM = np.random.default_rng

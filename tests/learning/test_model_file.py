@@ -27,8 +27,8 @@ from spherefunc_bullet.learning.model_file import (
 )
 from spherefunc_bullet.learning.profiles.profile_model import PROFILE, ProfileModel
 from spherefunc_bullet.learning.profiles.quantities import NAMES
+from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import NO_DROPS
-from spherefunc_bullet.settling.records import Dropping
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ KEPT = {
     "compare/comparison/tables.py": {"things"},
     "compare/documents/*": {"told"},
     "compare/rooms/lessons.py": {"thing"},
-    "spherefunc_bullet/settling/cache.py": {"told"},
+    "spherefunc_bullet/formats/npz.py": {"told"},
     "scenes/report/*.js": {"thing", "things"},
 }
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, cKDTree
 
-from spherefunc_bullet.clouds.corners import well_within
+from spherefunc_bullet.clouds.outline import well_within
 from spherefunc_bullet.learning.profiles.columns import outline_of
 from spherefunc_bullet.scenes.scans.cells import NEIGHBORS, Near, cells, crowded
 from spherefunc_bullet.scenes.segmentation.clusters import euclidean_clusters

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.reading import read_geometry
+from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.scenes.commands.dataset import app
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import FLOOR, GAP, WALL, furnish
 from spherefunc_bullet.scenes.virtual_rooms.grounds import CELL, floor_of, footprint, top_of

@@ -11,7 +11,7 @@ from sklearn.base import clone
 from sklearn.ensemble import ExtraTreesClassifier
 
 from spherefunc_bullet.clouds.cloud import THINNED, Cloud
-from spherefunc_bullet.clouds.heading import headed, turned_cloud
+from spherefunc_bullet.clouds.preparation import headed, turned_cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import inference_model, load_model, save_model

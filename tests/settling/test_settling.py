@@ -19,6 +19,7 @@ from spherefunc_bullet.learning.histogram import SphereHistogram
 from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_at
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
+from spherefunc_bullet.settling.dropping import Dropping, KeptFile, Loading, cloud_hash, settle_kept
 from spherefunc_bullet.settling.drops import (
     ASKED,
     LIMITED,
@@ -30,9 +31,8 @@ from spherefunc_bullet.settling.drops import (
     fallen_where_they_rest,
     resting_drops,
 )
-from spherefunc_bullet.settling.kept_object import KeptFile
 from spherefunc_bullet.settling.places import place_radius, resting_places
-from spherefunc_bullet.settling.records import VOXEL, Dropping, Loading, ObjectRecord, cloud_hash, settle_kept, shape_of
+from spherefunc_bullet.settling.records import VOXEL, ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import FINE, HANDHELD
 from spherefunc_bullet.simulator import DropSettings, Outcome, make_simulator
 

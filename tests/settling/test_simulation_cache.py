@@ -11,11 +11,11 @@ import trimesh
 from objects_to_scan import slab_on_posts
 
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.formats.writing import cache_home
-from spherefunc_bullet.settling.cache import packed, read_entry
+from spherefunc_bullet.formats.files import cache_home
+from spherefunc_bullet.formats.npz import packed, read_entry
+from spherefunc_bullet.settling.dropping import CloudObject, Dropping, KeptFile, Loading
 from spherefunc_bullet.settling.drops import TO_THE_END, RunLimit
-from spherefunc_bullet.settling.kept_object import CloudObject, KeptFile
-from spherefunc_bullet.settling.records import Dropping, Loading, simulate_by_several, simulate_objects
+from spherefunc_bullet.settling.records import simulate_by_several, simulate_objects
 from spherefunc_bullet.settling.settling import drop_settings, settle
 from spherefunc_bullet.simulator import DropSettings, make_simulator
 

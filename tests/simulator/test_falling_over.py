@@ -22,7 +22,7 @@ from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.impairment.harmless import other_legs
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.simulator.statics.falling_over import falls_over, stands_safely
+from spherefunc_bullet.settling.settling import falls_over, stands_safely
 
 TABLE = (1.2, 0.8, 0.74)
 

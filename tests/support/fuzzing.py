@@ -22,8 +22,8 @@ from cloud_files import cloud_bytes, mesh_bytes, missing_packages, mug
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.errors import InputError
-from spherefunc_bullet.processes.memory import peak_bytes, reset_peak
 from spherefunc_bullet.processes.tasks import run_tasks
+from spherefunc_bullet.settling.settling import peak_bytes, reset_peak
 
 MESHES = ("ply", "ply ascii", "obj", "stl", "stl ascii", "off", "glb", "gltf", "3ds", "npz", "dae", "3mf", "urdf")
 CLOUDS = ("pcd ascii", "pcd binary", "pcd binary_compressed", "xyz", "csv", "txt", "las", "laz", "npy")

@@ -16,6 +16,7 @@ import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.cloud import Cloud
+from spherefunc_bullet.clouds.preparation import prepare
 from spherefunc_bullet.console import passed, print_table
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
@@ -25,8 +26,8 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.scenes.impairment.folder import evenly_spread
 from spherefunc_bullet.scenes.impairment.specimen import FUNCTIONS, NONE
 from spherefunc_bullet.scenes.impairment.use.sensed import CORRUPTIONS, corrupted
-from spherefunc_bullet.settling.preparation import prepare
-from spherefunc_bullet.settling.records import Dropping, ObjectRecord, shape_of
+from spherefunc_bullet.settling.dropping import Dropping
+from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 
 from ..evaluation import Trial

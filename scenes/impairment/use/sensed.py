@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import placed
-from spherefunc_bullet.clouds.corners import corners_of
+from spherefunc_bullet.clouds.outline import corners_of
 
 from ..specimen import level_direction, turn
 

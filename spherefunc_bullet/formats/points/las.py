@@ -6,7 +6,7 @@ import io
 import struct
 
 from .. import FormatError
-from ..limits import require_counts, require_unpacked
+from ..files import require_counts, require_unpacked
 from ..sources import Geometry, Source
 
 _RECORD, _LONG_RECORD = 54, 60  # bytes at least, of what the header counts beside the points

@@ -11,7 +11,7 @@ import io
 import numpy as np
 
 from .. import FormatError
-from ..limits import require_counts, require_text_size, require_unpacked
+from ..files import require_counts, require_text_size, require_unpacked
 from ..sources import Geometry, Source
 
 _KINDS = {"F": "f", "I": "i", "U": "u"}

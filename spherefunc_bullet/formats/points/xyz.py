@@ -11,7 +11,7 @@ import re
 import numpy as np
 
 from .. import FormatError
-from ..limits import require_counts, require_text_size
+from ..files import require_counts, require_text_size
 from ..sources import Geometry, Source
 
 _COMMENT = re.compile(r"(?:#|//|%)[^\n]*")

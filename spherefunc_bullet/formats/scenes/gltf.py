@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from .. import FormatError
-from ..limits import MAX_FILE_BYTES, MAX_TRIANGLES
+from ..files import MAX_FILE_BYTES, MAX_TRIANGLES
 from ..sources import Geometry, Source, inside
 from .parts import joined, parts_of, scene_of
 

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .. import FormatError
-from ..limits import require_text_size
+from ..files import require_text_size
 from ..sources import Geometry, joined_meshes
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import io
 import zipfile
 
 from .. import FormatError
-from ..limits import require_members
+from ..files import require_members
 from ..sources import Geometry, Source
 from .parts import joined, parts_of, plain_xml, require_few_instances, scene_of
 

@@ -79,7 +79,7 @@ def _part(shape: yourdfpy.Geometry, read: Callable[[str], Part]) -> Part:
 
 def _mesh(name: str, named: dict[str, Source]) -> Part:
     """Return the vertices and faces of a mesh."""
-    from ..reading import read_geometry
+    from ..sources import read_geometry
 
     geometry = read_geometry(named[name])
     if not len(geometry.faces):

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from spherefunc_bullet.clouds.corners import well_within
+from spherefunc_bullet.clouds.outline import well_within
 
 _MANY = 60  # points: of fewer, those within the others are not worth finding
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart

@@ -14,9 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
+from ...clouds.preparation import rotation_to_z
 from ..mechanics import Pose, PoseSettings
 from .body import Body
-from .levelling import rotation_to_z
 
 TURN_DEG = 35.0  # between neighbouring poses of one way to lie: a prism of eleven sides is round
 SILL = 0.04  # of the height of the centre of mass: how much it may rise between them
