@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spherefunc_bullet.batch.simulated import Simulated
+from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.labels import memberships
 
@@ -39,7 +40,7 @@ class Labels:
         return Labels((self.functions[column],), self.members[:, only], self.also[:, only], self.groups)
 
 
-def labels_of(simulated: Simulated) -> Labels:
+def labels_of(simulated: Simulated | Dataset) -> Labels:
     """Return what is true of a data set's objects.
 
     Raises

@@ -8,22 +8,35 @@ source, and of copies of them, is said by what has learnt nothing of that source
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
+from spherefunc_bullet.batch.simulated import simulate_dataset
 from spherefunc_bullet.commands import options
 from spherefunc_bullet.console import Failures, print_json, print_table, run
-from spherefunc_bullet.datasets.dataset import Dataset, distinct_names, joined_datasets, open_dataset, sources_of
+from spherefunc_bullet.datasets.dataset import (
+    Dataset,
+    DatasetObject,
+    distinct_names,
+    joined_datasets,
+    open_dataset,
+    sources_of,
+)
+from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning.classifier import CloudClassifier
+from spherefunc_bullet.learning.function_classifier import FunctionClassifier
+from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.impairment.folder import function_of, read_copies
 from spherefunc_bullet.scenes.impairment.specimen import NONE
+from spherefunc_bullet.settling.dropping import Dropping
 
 from ..evaluation import Trial
 from ..protocol import Labels, Split, labels_of
-from ..readings import spheres_profiled, sure_across_sources
+from ..readings import Checks, Profiled, spheres_profiled, sure_across_sources
 
 WHOLE = "whole objects"
 COVERAGES = (1.0, 0.95, 0.9, 0.85, 0.8)  # shares of the answers that are given, the surest first
@@ -48,18 +61,44 @@ def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
     return kinds
 
 
-def answered(simulated: Simulated, kinds: dict[str, str], radii: tuple[float, ...]) -> Answered:
+def kept_profiled(
+    model: CloudClassifier, dataset: Dataset, dropping: Dropping, jobs: int, failures: Failures
+) -> Profiled:
+    """Return the quantities of a data set's objects that a model has kept, and what checks those of sources.
+
+    Raises
+    ------
+    InputError
+        If the model has not learnt these objects, in this order.
+    """
+    names, _ = distinct_names(dataset.objects)
+    if not isinstance(model, FunctionClassifier) or names != list(model.names_):
+        learnt = f"expected a model that has learnt the {len(names)} objects of {dataset.name}, in this order"
+        raise InputError(f"{learnt}, got one of {len(model.names_)} objects")
+    asked = [item for item, source in zip(dataset.objects, sources_of(dataset.objects), strict=True) if source]
+    of_sources = Dataset(dataset.name, tuple(asked))
+    checked = simulate_dataset(of_sources, replace(dropping, radii=()), jobs=jobs, failed=failures.add)
+    records = {record.path: record for record in checked.records}
+    known = [records.get(item.path) for item in dataset.objects]
+    checks = Checks(
+        fallen=np.array([one is not None and one.falls_over for one in known]),
+        leaks=tuple(bool if one is None else one.leaks for one in known),
+    )
+    classifier = FunctionClassifier(radii=model.radii)
+    return Profiled(profiles=model.profiles_, labels=labels_of(dataset), classifier=classifier, checks=checks)
+
+
+def answered(read: Profiled, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> Answered:
     """Return what is said of the objects of each source when it is left out."""
-    labels, objects = labels_of(simulated), simulated.objects
     sources = np.array(sources_of(objects))
     rows = np.arange(len(objects))
     splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
-    read = sure_across_sources(spheres_profiled(simulated, labels, radii), objects)
+    read = sure_across_sources(read, objects)
     names, originals = distinct_names(objects)
     of = {name: function_of(item) or NONE for name, item in zip(names, objects, strict=True) if not item.of}
     return Answered(
         trial=read.trial(splits),
-        labels=labels,
+        labels=read.labels,
         kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
         originals=np.array([of.get(original or name, NONE) for name, original in zip(names, originals, strict=True)]),
     )
@@ -121,6 +160,7 @@ def print_report(report: dict):
 def main(
     data: Annotated[list[str], typer.Argument(help="All that is learnt: catalogues, others' objects, copies of both.")],
     backend: options.Backend = "fast",
+    model: Annotated[Path | None, typer.Option(help="One that has learnt DATA, whose quantities are taken.")] = None,
     seed: options.Seed = 0,
     jobs: options.Jobs = -1,
     json: options.Json = False,
@@ -128,8 +168,13 @@ def main(
     """Measure a recipe on the sources that it would learn, each left out in turn."""
     failures, datasets = Failures(), [open_dataset(name) for name in data]
     dropping = options.dropping(backend, None, None, seed, options.BY_FILE, "m", options.DEFAULT_METHOD, None)
-    simulated = simulate_dataset(joined_datasets(datasets), dropping, jobs=jobs, failed=failures.add)
-    report = report_of(answered(simulated, kinds_of(datasets), dropping.radii))
+    dataset = joined_datasets(datasets)
+    if model is None:
+        simulated = simulate_dataset(dataset, dropping, jobs=jobs, failed=failures.add)
+        objects, read = simulated.objects, spheres_profiled(simulated, labels_of(simulated), dropping.radii)
+    else:
+        objects, read = dataset.objects, kept_profiled(load_model(model), dataset, dropping, jobs, failures)
+    report = report_of(answered(read, objects, kinds_of(datasets)))
     print_json(report) if json else print_report(report)
     failures.exit()
 
