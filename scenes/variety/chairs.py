@@ -9,7 +9,7 @@ import trimesh
 from numpy.random import Generator
 
 from ..household.parts.legs import crossed_tubes, families, family, four_legs, pedestal, stretchers
-from ..household.parts.outlines import circle, rounded, superellipse
+from ..household.parts.outlines import circle, outline, rounded, superellipse
 from ..household.parts.solids import (
     beam,
     box,
@@ -26,7 +26,6 @@ from ..household.parts.solids import (
     tube,
     turn,
 )
-from .tops import outline
 
 
 def bar_chair(rng: Generator):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import families, family, four_legs
-from ..household.parts.outlines import arch, at_height, circle, rectangle, rounded, rounded_rectangle
+from ..household.parts.outlines import arch, at_height, circle, outline, rectangle, rounded, rounded_rectangle
 from ..household.parts.solids import (
     box,
     crossbar,
@@ -23,7 +23,7 @@ from ..household.parts.solids import (
     tube,
     turn,
 )
-from .tops import border, outline, tripod
+from .tops import border, tripod
 
 
 def lamp(rng: Generator, *, kind: str):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import crossed_tubes, families, family, four_legs, pedestal
-from ..household.parts.outlines import at_height, circle, rectangle
+from ..household.parts.outlines import at_height, circle, outline, rectangle
 from ..household.parts.solids import (
     beam,
     box,
@@ -22,7 +22,7 @@ from ..household.parts.solids import (
     tube,
     turn,
 )
-from .tops import outline, slats, tripod
+from .tops import slats, tripod
 
 
 def stairs(rng: Generator):

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import apron, crossed_tubes, families, family, four_legs
-from ..household.parts.outlines import at_height
+from ..household.parts.outlines import at_height, outline
 from ..household.parts.solids import beam, box, crossbar, join, lathe, loft, prism, rail, rod, shift, stacked
-from .tops import SHAPES, STANDS, around, border, column, grips, outline, rough_slab, slats, stand_under
+from .tops import SHAPES, STANDS, around, border, column, grips, rough_slab, slats, stand_under
 
 LIGHT = ("splayed", "crossed", "column", "cross", "tripod", "hairpins", "four", "sled")
 

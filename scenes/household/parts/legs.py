@@ -80,7 +80,7 @@ def star_base(reach: float, height: float):
         x, y = np.cos(angle), np.sin(angle)
         parts.append(beam([0, 0, 0.1], [reach * x, reach * y, 0.065], 0.05, 0.035, taper=0.7))
         parts.append(shift(castor, reach * x, reach * y, 0.028))
-        parts.append(tube([[reach * x, reach * y, 0.03], [reach * x, reach * y, 0.075]], 0.008, sections=6))
+        parts.append(rod([reach * x, reach * y, 0.03], [reach * x, reach * y, 0.075], 0.008))
     return parts
 
 
