@@ -76,7 +76,7 @@ def whole(*printed: Printed) -> list[str]:
 
 
 SPEED, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "rooms", "mechanics"))
-COMPARISON, OTHERS = (f"docs/{name}.md" for name in ("comparison", "backends"))
+COMPARISON = "docs/comparison.md"
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
@@ -138,16 +138,6 @@ TASKS = Measurement(
     json=False,
     timed=True,
 )
-ENGINES = script(
-    "bench-backends",
-    "bench backends",
-    "household --backends fast,bullet,mujoco --count 40",
-    *BOTH,
-    *HOUSEHOLD,
-    files=("examples/mujoco_backend/spherefunc_mujoco.py",),
-    json=False,
-    timed=True,
-)
 
 
 def shown(name: str, document: str, *measurements: Measurement) -> Table:
@@ -164,5 +154,4 @@ SHOWN = (
     shown("rooms-noise", ROOMS, NOISE),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
-    shown("engines", OTHERS, ENGINES),
 )
