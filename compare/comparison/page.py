@@ -1,4 +1,4 @@
-"""The files of a comparison's report, above all one page of HTML: which simulator to use for what, and everything that the answer rests on.
+"""The files of a comparison's report, above all a page: which simulator to use for what, and what that rests on.
 
 Every number on it comes from the report (`comparison.compare_entries`) and the comparison that it is given; its words
 are in ``page.html``.
