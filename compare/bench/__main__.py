@@ -13,7 +13,6 @@ BENCHES = {  # where each is, and its function
     "mechanics": ("answers", "time_mechanics"),
     "scene_stages": ("answers", "time_scenes"),
     "peers": ("peers", "compare_peers"),
-    "backends": ("answers", "compare_backends"),
 }
 
 

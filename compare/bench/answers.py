@@ -1,8 +1,7 @@
-"""What answers cost: a process, a label and its steps, backends, questions of mechanics, and the stages of a scan.
+"""What answers cost: a process, a label and its steps, questions of mechanics, and the stages of a scan.
 
     python -m spherefunc_bullet.compare.bench answers [--backend fast] [--repeats 5]
     python -m spherefunc_bullet.compare.bench labels DATA [--backends fast,bullet] [--count 40]
-    python -m spherefunc_bullet.compare.bench backends DATA [--backends fast,bullet,mujoco] [--count 40]
     python -m spherefunc_bullet.compare.bench mechanics [--repeats 3]
     python -m spherefunc_bullet.compare.bench scene_stages ../shared/data/scenes [--points 300000] [--only NAME]
 
@@ -24,31 +23,25 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from sklearn.metrics import f1_score
 
-from spherefunc_bullet.batch.simulated import Simulated, simulate_dataset
 from spherefunc_bullet.classification import decide
 from spherefunc_bullet.clouds.cloud import Cloud, load_cloud
-from spherefunc_bullet.console import Failures, print_table, progress, say
+from spherefunc_bullet.console import print_table, progress, say
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.sources import read_geometry
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
-from spherefunc_bullet.learning.method import METHODS, PROFILE, PROFILE_RADII
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import Scan, load_scan
-from spherefunc_bullet.settling.dropping import CloudObject, Dropping
+from spherefunc_bullet.settling.dropping import CloudObject
 from spherefunc_bullet.settling.drops import DropsByRadius, RunLimit
 from spherefunc_bullet.settling.places import resting_places
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import Simulator, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, PoseSettings, StandSettings
 
-from ..comparison.entries import evenly
-from ..evaluation.protocol import labels_of, leave_one_out
-from ..evaluation.readings import spheres_profiled
 from ..machine import usable_backends
 from ..rooms.real_scans import scan_files
 from .harness import Backends, Count, Data, Repeats, of_household, timed
@@ -59,7 +52,6 @@ IMPORT = "import spherefunc_bullet as sf; sf.load_cloud, sf.make_simulator, sf.l
 STEPS = ("reading", "sampling", "simulation", "features", "scores")  # of one label
 SMALL = 1 / 26  # of a mug's largest extent, the radius of which 300 spheres are half of what it holds
 WANTED = {"poses, 100 drops": "2", "keeping 300 small spheres": "3"}  # seconds at most
-HEAD = ["backend", "objects", "drops", "drops/s", "median ms an object", "spheres kept"]
 TURNS = 3  # of each scan, of which the fastest counts
 
 
@@ -205,33 +197,3 @@ def time_scenes(
     table.append(["mean", *np.mean([row[1:] for row in table], axis=0)])
     cells = [[row[0], *(f"{value:.3f}" for value in row[1:])] for row in table]
     print_table(f"Seconds of scans of {points:,} points", ["scan", *stages, "all"], cells)
-
-
-def table_row(backend: str, simulated: Simulated) -> tuple[list[str], dict[str, float]]:
-    """Return a backend's row of the table, and its F-measure of each function, leaving one object out."""
-    records = simulated.records
-    drops = sum(sum(record.drops.values()) for record in records)
-    seconds = np.array([sum(record.seconds.values()) for record in records])
-    kept = sum(len(drops.rests) for record in records for drops in record.settled.values())
-    row = [backend, str(len(records)), str(drops), f"{drops / seconds.sum():.0f}", f"{1e3 * np.median(seconds):.0f}"]
-    return [*row, f"{kept / drops:.2f}"], left_out_f_measures(simulated)
-
-
-def left_out_f_measures(simulated: Simulated) -> dict[str, float]:
-    """Return the F-measure of each function, every object classified by a model of all others."""
-    labels = labels_of(simulated)
-    trial = spheres_profiled(simulated, labels, PROFILE_RADII).trial(leave_one_out(len(labels), 0))
-    said, true = trial.scores > 0.5, labels.members[trial.rows]
-    return {name: float(f1_score(true[:, k], said[:, k], zero_division=0.0)) for k, name in enumerate(labels.functions)}
-
-
-def compare_backends(data: Data, backends: Backends = "fast,bullet", count: Count = 40):
-    """Print one row for each backend: its speed, and its quality by the default method, leaving one object out."""
-    dataset, rows, functions = open_dataset(data), [], []
-    some = replace(dataset, objects=evenly(dataset.objects, count))  # so in the data set's proportions
-    for backend in backends.split(","):
-        dropping = Dropping(simulator=backend, radii=PROFILE_RADII, length=METHODS[PROFILE].length)
-        row, f_measures = table_row(backend, simulate_dataset(some, dropping, jobs=1, failed=Failures().add))
-        functions = [f"F {name}" for name in f_measures]
-        rows.append([*row, *(f"{value:.2f}" for value in f_measures.values())])
-    print_table(f"backends on {data}: 200 drops at each radius, one process, leaving one out", HEAD + functions, rows)

@@ -67,7 +67,7 @@ def compare(
     from ..comparison.entries import repeatable, require_splittable, simulate_candidates
     from ..comparison.evaluations import shares_of_copies
     from ..comparison.experiment import candidates, read_experiment
-    from ..comparison.files import IMPAIRED, write_report
+    from ..comparison.page import IMPAIRED, write_report
     from ..figures.impaired_picture import draw_impaired
 
     given = {"backends": backends, "shapes": shapes, "radii": radii, "trials": trials, "methods": methods}

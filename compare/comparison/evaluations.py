@@ -13,11 +13,11 @@ from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.method import AnyMethod, Method, find_method
 
-from ..evaluation.evaluation import Evaluation, evaluate
-from ..evaluation.features import SPHERES, distances_again, sphere_distances
+from ..evaluation.evaluation import Evaluation, trial_again
+from ..evaluation.features import SPHERES, distances_again
 from ..evaluation.impaired import Shares, impaired_copies, impaired_shares
 from ..evaluation.protocol import Labels, Split, Splits
-from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled
+from ..evaluation.readings import baselines_read, evaluations, shapes_read, spheres_profiled, spheres_read
 from .entries import Comparison, Entry, dropped_twice
 from .experiment import Experiment
 
@@ -78,9 +78,16 @@ def evaluate_entry(entry: Entry, labels: Labels, method: AnyMethod, splits: Spli
     """Return the evaluation of one simulator, with each radius alone, and with the second seed's spheres."""
     if not isinstance(method, Method):
         return evaluate_profiles(entry, labels, splits)
-    distances, twice = sphere_distances(entry.simulated, entry.radii, method), dropped_twice(entry)
-    again = distances_again(entry.simulated, twice, entry.radii, method) if twice else None
-    return evaluate(distances, labels, method, splits, again=again, each_radius=True)
+    read, twice = spheres_read(entry.simulated, entry.radii, method), dropped_twice(entry)
+    evaluation, again = read.evaluation(splits), None
+    if twice:
+        distances = distances_again(entry.simulated, twice, entry.radii, method)
+        again = trial_again(distances, list(twice), evaluation.left_out[ALONE], labels, method)
+    by_radius = {
+        radius: replace(read, distances={radius: matrix}).evaluation(Splits(halves=splits.halves))
+        for radius, matrix in read.distances.items()
+    }
+    return replace(evaluation, again=again, by_radius=by_radius)
 
 
 def evaluate_profiles(entry: Entry, labels: Labels, splits: Splits) -> Evaluation:

@@ -1,4 +1,4 @@
-"""The comparison as one page of HTML: which simulator to use for what, and everything that the answer rests on.
+"""The files of a comparison's report, above all a page: which simulator to use for what, and what that rests on.
 
 Every number on it comes from the report (`comparison.compare_entries`) and the comparison that it is given; its words
 are in ``page.html``.
@@ -6,16 +6,22 @@ are in ``page.html``.
 
 from __future__ import annotations
 
+import json as json_format
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
 
-from PIL.Image import Image
+from PIL import Image
 
+from spherefunc_bullet.console import progress, say
 from spherefunc_bullet.datasets.dataset import label_text
+from spherefunc_bullet.formats.files import write_text
 from spherefunc_bullet.learning.validation import THRESHOLD
 
 from ..machine import options_text
 from ..pages.html import filled_template, report_page
 from . import tables
+from .charts import accuracy_chart, cost_chart
 from .disagreements import Disagreement, clearest, disagreements, displays_of
 from .entries import Comparison
 from .evaluations import RADIUS_TRIALS
@@ -25,7 +31,28 @@ from .report import ObjectReport, Report
 from .significance import COARSE, enumeration
 from .tables import Table
 
+IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
 LONGEST = 60  # disagreements in the list; all are in report.json
+
+
+def write_report(folder: Path, report: Report, comparison: Comparison, experiment: Experiment):
+    """Write the page to look at, everything that was found, its tables, and the experiment that repeats it."""
+    picture = Image.open(folder / IMPAIRED).convert("RGB") if "impaired" in report else None
+    about = "# Repeats this comparison: spherefunc compare experiment.toml. Lengths are in metres.\n"
+    accuracy, cost = cache(lambda: accuracy_chart(report)), cache(lambda: cost_chart(comparison))
+    files = {  # what can be read by programs first, so that it is there if drawing is interrupted
+        "report.json": lambda: json_format.dumps(report, indent=1) + "\n",
+        "report.md": lambda: tables.markdown(report),
+        "experiment.toml": lambda: about + as_toml(experiment),
+        "accuracy.svg": accuracy,
+        "cost.svg": cost,
+        "report.html": lambda: comparison_page(
+            report, comparison, experiment, {"accuracy": accuracy(), "cost": cost()}, picture
+        ),
+    }
+    for name, content in progress(files.items(), len(files), "drawing the report"):
+        write_text(folder / name, content())
+    say(f"wrote {', '.join(files)} in {folder}")
 
 
 def comparison_page(
@@ -33,7 +60,7 @@ def comparison_page(
     comparison: Comparison,
     experiment: Experiment,
     charts: Mapping[str, str],
-    copies: Image | None = None,
+    copies: Image.Image | None = None,
 ) -> str:
     """Return the page, with charts as SVG; with a picture of what was said of impaired copies, where that was asked."""
     names, chosen = list(report["backends"]), recommendations(report)

@@ -33,7 +33,7 @@ from spherefunc_bullet.viewer.pictures import SPHERES_ACROSS, View, fitting_radi
 from ..comparison.comparison import compare_entries
 from ..comparison.entries import repeatable, simulate_candidates
 from ..comparison.experiment import BACKENDS, Experiment, candidates
-from ..comparison.files import write_report
+from ..comparison.page import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
 from ..comparison.report import Report
 from ..evaluation.confusion import Confusion, count_confusion

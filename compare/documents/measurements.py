@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from ..bench.__main__ import BENCHES
 from .saved import Measurement
@@ -18,14 +19,15 @@ BACKENDS = {"fast": "fast_sim/backend.py", "bullet": "spherefunc_bullet/bullet/b
 WITHOUT_BODIES = ("spherefunc_bullet/bullet/bodies/",)  # objects that are free to move: of mechanics, not of labels
 
 
-def labels(name: str, command: str, *modules: str, backend: str = "fast") -> Measurement:
+def measured(name: str, command: str, *modules: str, **how: Any) -> Measurement:
+    """Return the measurement of one command, without the bodies that are free to move unless that is said."""
+    return Measurement(name=name, command=command, modules=modules, **{"without": WITHOUT_BODIES} | how)
+
+
+def labels(name: str, arguments: str, *modules: str, backend: str = "fast") -> Measurement:
     """Return the measurement of one `spherefunc evaluate`."""
-    return Measurement(
-        name=f"{name}-{backend}",
-        command=f"spherefunc evaluate {command}" + ("" if backend == "fast" else f" --backend {backend}"),
-        modules=(*EVALUATION, BACKENDS[backend], *modules),
-        without=WITHOUT_BODIES,
-    )
+    command = f"spherefunc evaluate {arguments}" + ("" if backend == "fast" else f" --backend {backend}")
+    return measured(f"{name}-{backend}", command, *EVALUATION, BACKENDS[backend], *modules)
 
 
 def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
@@ -42,30 +44,6 @@ CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-o
 PAPER = "--method paper --train-sizes 20,45,85"
 PAPER_ON_HOUSEHOLD = labels("household-paper", f"household {PAPER},half --leave-one-out --confusion", *HOUSEHOLD)
 PAPER_ON_MODELS = labels("models-paper", f"{MODELS} {PAPER},100,half --leave-one-out --groups --confusion")
-def script(
-    name: str,
-    module: str,
-    arguments: str,
-    *modules: str,
-    backend: str = "fast",
-    files: tuple[str, ...] = (),
-    json: bool = True,
-    timed: bool = False,
-) -> Measurement:
-    """Return the measurement of one module that is run as a program, or of ``bench NAME``."""
-    place = f"bench.{BENCHES[module.split()[1]][0]}" if module.startswith("bench ") else module
-    path = f"compare/{place.replace('.', '/')}.py"
-    return Measurement(
-        name=name,
-        command=f"python -m spherefunc_bullet.compare.{module} {arguments}".strip(),
-        modules=(path, *EVALUATION, BACKENDS[backend], *modules),
-        without=WITHOUT_BODIES,
-        files=files,
-        json=json,
-        timed=timed,
-    )
-
-
 Printed = Sequence[str]  # the lines that a program printed
 
 
@@ -76,78 +54,46 @@ def whole(*printed: Printed) -> list[str]:
 
 
 SPEED, ROOMS, MECHANICS = (f"docs/{name}.md" for name in ("speed", "rooms", "mechanics"))
-COMPARISON, OTHERS = (f"docs/{name}.md" for name in ("comparison", "backends"))
+COMPARISON = "docs/comparison.md"
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
 BOTH = tuple(BACKENDS.values())
 
 
+IN_ROOMS = ("compare/rooms/trials.py", "compare/rooms/matching.py", BACKENDS["fast"], EVALUATION[1])
+PRINTED = {"json": False}
+TIMED = PRINTED | {"timed": True}
+
+
 def timed(name: str, arguments: str = "", files: tuple[str, ...] = ()) -> Measurement:
     """Return one of the programs of ``compare/bench``, which take times."""
-    modules = (*BOTH, *HOUSEHOLD)
-    return script(f"bench-{name}", f"bench {name}", arguments, *modules, files=files, json=False, timed=True)
+    command = f"python -m spherefunc_bullet.compare.bench {name} {arguments}".strip()
+    modules = (f"compare/bench/{BENCHES[name][0]}.py", *EVALUATION, *BOTH, *HOUSEHOLD)
+    return measured(f"bench-{name}", command, *modules, files=files, **TIMED)
 
 
-BENCH = {
-    backend: Measurement(
-        name=f"bench-{backend}",
-        command=f"python -m spherefunc_bullet.compare.bench --backends {backend}",
-        modules=("compare/bench/speed.py", path, *HOUSEHOLD),
-        without=("spherefunc_bullet/bullet/bodies/",),
-        json=False,
-        timed=True,
-    )
-    for backend, path in BACKENDS.items()
-}
-LABELS = timed("labels", MODELS, files=SHIPPED)
-IN_ROOMS = (
-    "compare/rooms/trials.py",
-    "compare/rooms/matching.py",
-    BACKENDS["fast"],
-    "spherefunc_bullet/formats/ply.py",
-)
+def speed(backend: str) -> Measurement:
+    """Return the speed of one simulator."""
+    command = f"python -m spherefunc_bullet.compare.bench --backends {backend}"
+    return measured(f"bench-{backend}", command, "compare/bench/speed.py", BACKENDS[backend], *HOUSEHOLD, **TIMED)
 
 
 def rooms(name: str, options: str) -> Measurement:
     """Return the measurement of virtual rooms of the real models, by the model for scans."""
-    return Measurement(
-        name=name,
-        command=f"spherefunc rooms {MODELS} --model {FOR_SCANS} {options}",
-        modules=IN_ROOMS,
-        files=(FOR_SCANS,),
-        json=False,
-    )
+    command = f"spherefunc rooms {MODELS} --model {FOR_SCANS} {options}"
+    return measured(name, command, *IN_ROOMS, without=(), files=(FOR_SCANS,), **PRINTED)
 
 
-VIEWS = rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")
-NOISE = rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")
-COMPARED = Measurement(
-    name="compare-cubes",
-    command=f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
-    modules=("compare/comparison/comparison.py", *EVALUATION, *BOTH),
-    without=("compare/mechanics/", "spherefunc_bullet/bullet/bodies/", "compare/evaluation/impaired.py"),
-    json=False,
-    timed=True,
+COMPARED = measured(
+    "compare-cubes",
+    f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
+    *("compare/comparison/comparison.py", *EVALUATION, *BOTH),
+    without=("compare/mechanics/", *WITHOUT_BODIES, "compare/evaluation/impaired.py"),
+    **TIMED,
 )
-TASKS = Measurement(
-    name="mechanics",
-    command=f"spherefunc mechanics {MODELS}",
-    modules=("compare/mechanics/measures.py", "spherefunc_bullet/formats/ply.py", *BOTH),
-    files=(SHIPPED[0],),
-    json=False,
-    timed=True,
-)
-ENGINES = script(
-    "bench-backends",
-    "bench backends",
-    "household --backends fast,bullet,mujoco --count 40",
-    *BOTH,
-    *HOUSEHOLD,
-    files=("examples/mujoco_backend/spherefunc_mujoco.py",),
-    json=False,
-    timed=True,
-)
+MECHANICAL = ("compare/mechanics/measures.py", "spherefunc_bullet/formats/ply.py", *BOTH)
+TASKS = measured("mechanics", f"spherefunc mechanics {MODELS}", *MECHANICAL, without=(), files=SHIPPED[:1], **TIMED)
 
 
 def shown(name: str, document: str, *measurements: Measurement) -> Table:
@@ -156,13 +102,12 @@ def shown(name: str, document: str, *measurements: Measurement) -> Table:
 
 
 SHOWN = (
-    shown("bench", SPEED, *BENCH.values()),
+    shown("bench", SPEED, *map(speed, BACKENDS)),
     shown("peers", SPEED, timed("peers", "--drops 870")),
-    shown("labels", SPEED, LABELS),
+    shown("labels", SPEED, timed("labels", MODELS, files=SHIPPED)),
     shown("answers", SPEED, timed("answers", files=SHIPPED[:1])),
-    shown("rooms-views", ROOMS, VIEWS),
-    shown("rooms-noise", ROOMS, NOISE),
+    shown("rooms-views", ROOMS, rooms("rooms-views", "--rooms 24 --views whole,1,2,3,5 --cut-out")),
+    shown("rooms-noise", ROOMS, rooms("rooms-noise", "--rooms 24 --views 3 --noise 0,2")),
     shown("compared", COMPARISON, COMPARED),
     shown("mechanics", MECHANICS, TASKS),
-    shown("engines", OTHERS, ENGINES),
 )

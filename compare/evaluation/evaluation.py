@@ -17,7 +17,7 @@ import numpy as np
 from spherefunc_bullet.learning.method import AnyMethod, Method
 from spherefunc_bullet.learning.validation import THRESHOLD, Quality, quality, radius_weights, voted_scores
 
-from .features import Again, Distances
+from .features import Distances
 from .protocol import Labels, Split, Splits
 
 FOLDS = 20  # of leave-one-out, for the choice of the radius
@@ -145,51 +145,25 @@ def evaluation_of(read: Reading, splits: Splits, said: Iterator[Trial]) -> Evalu
     )
 
 
-def evaluate(
-    distances: Distances,
-    labels: Labels,
-    method: Method,
-    splits: Splits,
-    *,
-    again: Again | None = None,
-    each_radius: bool = False,
-) -> Evaluation:
-    """Return what a feature said, given its distances between all objects.
+def trial_again(
+    distances: Distances, rows: Sequence[int], left_out: Trial, labels: Labels, method: Method
+) -> Trial:
+    """Return what is said of some objects (R,) by other spheres on them, each with itself left out, as it was at first.
+
+    Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.
 
     Parameters
     ----------
-    again : Again
-        Distances of other spheres on some of the objects, which are tested as the first ones were.
-    each_radius : bool
-        Whether to run the trials with each radius alone besides.
-    """
-    halves, alone = Splits(halves=splits.halves), distances if each_radius else {}
-    pooled = {name: pooled_trial(distances, labels, every, method) for name, every in splits.left_out.items()}
-    return Evaluation(
-        labels=labels,
-        method=method,
-        trials={
-            size: [run_trial(distances, labels, split, method) for split in trials]
-            for size, trials in splits.halves.items()
-        },
-        left_out=pooled,
-        again=None if again is None else trial_again(again, pooled["leave_one_out"], labels, method),
-        by_radius={radius: evaluate({radius: matrix}, labels, method, halves) for radius, matrix in alone.items()},
-    )
-
-
-def trial_again(again: Again, left_out: Trial, labels: Labels, method: Method) -> Trial:
-    """Return what is said of objects by other spheres on them, each with itself left out, as it was at first.
-
-    Both are compared with the first histograms of all other objects, so that only the object's own spheres differ.
+    distances : of each radius (R, N)
+        From the other spheres to the first ones of all objects.
     """
     weights = dict(zip(left_out.rows.tolist(), left_out.weights, strict=True))
-    scores = np.zeros((len(again.rows), len(labels.functions)))
-    for place, row in enumerate(again.rows):
+    scores = np.zeros((len(rows), len(labels.functions)))
+    for place, row in enumerate(rows):
         train = np.delete(np.arange(len(labels)), row)
-        across = {radius: matrix[[place]][:, train] for radius, matrix in again.distances.items()}
+        across = {radius: matrix[[place]][:, train] for radius, matrix in distances.items()}
         scores[place] = function_scores(across, labels.members[train], weights[row], method)[0]
-    return Trial(learnt=left_out.learnt, rows=np.array(again.rows, int), scores=scores, weights=())
+    return Trial(learnt=left_out.learnt, rows=np.array(rows, int), scores=scores, weights=())
 
 
 def run_trial(

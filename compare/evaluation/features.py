@@ -6,7 +6,7 @@ If nearest neighbours on the bounding box do as well as the spheres, the physics
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeVar
 
@@ -35,25 +35,17 @@ def sphere_distances(simulated: Simulated, radii: Sequence[float], method: Metho
     return distances
 
 
-@dataclass(frozen=True, kw_only=True)
-class Again:
-    """Other spheres on some of the objects, beside the first ones on all."""
-
-    rows: Sequence[int]  # (R,) which objects
-    distances: Distances  # (R, N) at each radius
-
-
 def distances_again(
     simulated: Simulated, twice: Mapping[int, ObjectRecord], radii: Sequence[float], method: Method
-) -> Again:
-    """Return the distances from the histograms of objects dropped on again, by row, to those of all objects."""
+) -> Distances:
+    """Return the distances (R, N) from other runs on some objects to the first runs on all."""
     distances = {}
     for radius in radii:
         histogram = method.histogram(radius)
         learnt = histogram.fit_transform([record.centers(radius) for record in simulated.records])
         asked = histogram.transform([record.centers(radius) for record in twice.values()])
         distances[radius] = euclidean_distances(asked, learnt)
-    return Again(rows=list(twice), distances=distances)
+    return distances
 
 
 def of_each(ask: Callable[[ObjectRecord], Answer], records: Sequence[ObjectRecord]) -> list[Answer]:

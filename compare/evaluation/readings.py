@@ -179,7 +179,8 @@ class Neighbours(Reading):
 
     def trials(self, asked: Sequence[Sequence[Split]]) -> list[Trial]:
         """Return several trials, each what is said of the objects that its splits test."""
-        return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in asked]
+        each = progress(asked, len(asked), "learning and testing")
+        return [pooled_trial(self.distances, self.labels, splits, self.method) for splits in each]
 
 
 def readings(simulated: Simulated, radii: tuple[float, ...], method: AnyMethod) -> dict[str, Reading]:

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.clouds.cloud import Cloud
-from spherefunc_bullet.console import progress
 from spherefunc_bullet.learning.method import Method
 from spherefunc_bullet.settling.dropping import Dropping
 
-from ..evaluation.evaluation import Evaluation, evaluate
-from ..evaluation.features import sphere_distances
+from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import Labels, Protocol, labels_of, require_enough
+from ..evaluation.readings import spheres_read
 
 LADDER = (5, 10, 20, 30, 45, 65, 85, 125, 175, 250, 350, 500, 700, 1000)  # training sizes, the paper's among them
 APART = 0.9  # of the last rung: one nearer to it would only crowd the figure
@@ -60,13 +59,9 @@ def evaluate_data(simulated: Simulated, dropping: Dropping, method: Method, prot
     """
     labels = labels_of(simulated)
     require_enough(simulated.name, len(labels))
-    distances, trials = sphere_distances(simulated, dropping.radii, method), {}
-    sizes = ladder(len(labels), protocol.train_sizes)
-    for size in progress(sizes, len(sizes), "learning and testing"):
-        splits = replace(protocol, train_sizes=(size,)).splits(labels)
-        trials |= evaluate(distances, labels, method, splits).trials
-    alone = replace(protocol, train_sizes=(), leave_one_out=True).splits(labels)
-    evaluation = replace(evaluate(distances, labels, method, alone), trials=trials)
+    sizes = tuple(ladder(len(labels), protocol.train_sizes))
+    splits = replace(protocol, train_sizes=sizes, leave_one_out=True).splits(labels)
+    evaluation = spheres_read(simulated, dropping.radii, method).evaluation(splits)
     return EvaluatedData(simulated=simulated, dropping=dropping, protocol=protocol, evaluation=evaluation)
 
 

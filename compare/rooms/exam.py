@@ -23,7 +23,7 @@ from spherefunc_bullet.scenes.recognition.room import Room
 from spherefunc_bullet.scenes.scans.scan import Scan
 
 from ..pages.plates import DOUBLE, GREY, Plate, look, write_plate
-from .matching import Row, Score, Verdict, rounded, score_of
+from .matching import Row, Score, Verdict, rounded, score_of, score_row
 from .truth import RecognisedObject, TrueObject, aligned_box
 
 OBJECT, PLACE = "object", "place"
@@ -112,7 +112,7 @@ def interval(scores: Sequence[Score], figure: Callable[[np.ndarray], np.ndarray]
     figure : callable
         From counts found, missed and false (R, 3) to the figure of each sample (R,).
     """
-    counts = np.array([[one.found, one.missed, one.false] for one in scores]).reshape(-1, 3)
+    counts = np.array([[one[name] for name in ("found", "missed", "false")] for one in scores]).reshape(-1, 3)
     if not counts.sum():
         return None, None
     chosen = np.random.default_rng(0).integers(len(counts), size=(RESAMPLED, len(counts)))
@@ -142,7 +142,7 @@ def exam_row(unit: str, of: str, scores: Sequence[Score]) -> Row:
         "by": unit,
         "of": of,
         "scans": len(scores),
-        **sum(scores, Score()).row(),
+        **score_row(sum(scores, Score())),
         "recall_interval": interval(scores, lambda counts: counts[:, 0] / counts[:, :2].sum(axis=1)),
         "precision_interval": interval(scores, lambda counts: counts[:, 0] / counts[:, ::2].sum(axis=1)),
     }

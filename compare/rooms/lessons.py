@@ -7,20 +7,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 
+import joblib
 import numpy as np
 
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import explaining
-from spherefunc_bullet.formats import FormatError
 from spherefunc_bullet.formats.files import write_whole, writing
-from spherefunc_bullet.formats.npz import DAMAGE, read_arrays
-from spherefunc_bullet.formats.npz import packed as npz_bytes
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.scenes.recognition.examples import Example, proposed_examples
 from spherefunc_bullet.scenes.recognition.surroundings import alone
@@ -29,7 +28,7 @@ from spherefunc_bullet.scenes.virtual_rooms.furnishing import PlacedObject, Virt
 from spherefunc_bullet.scenes.virtual_rooms.kinect import Kinect
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, VirtualScan, close_ups, scan_room
 from spherefunc_bullet.settling.dropping import settle_kept
-from spherefunc_bullet.settling.drops import DropsByRadius, drops_from_rows
+from spherefunc_bullet.settling.drops import DropsByRadius
 from spherefunc_bullet.settling.records import ObjectRecord, shape_of
 from spherefunc_bullet.settling.settling import settle
 from spherefunc_bullet.simulator import make_simulator
@@ -172,9 +171,7 @@ def examples_kept(useful: np.ndarray) -> np.ndarray:
     return np.sort(np.append(np.flatnonzero(useful), others[np.arange(0, len(others), step).astype(int)]))
 
 
-FORMAT = 5  # of the files; another number, scanned anew
-_SOURCE = "thing"  # what files call the source of a lesson
-_RADIUS = "drops at "  # begins the name of the drops of a radius in metres
+FORMAT = 6  # of the files; another number, scanned anew
 
 
 def kept_lessons(
@@ -189,10 +186,14 @@ def kept_lessons(
     """
     if folder is None:
         return room_lessons(room, sight, model, seed)
-    path = folder / f"{room_hash(room, sight, model, seed)}.npz"
+    path = folder / f"{room_hash(room, sight, model, seed)}.joblib"
     if not path.is_file():
-        write_lessons(path, room_lessons(room, sight, model, seed))
-    return read_lessons(path)
+        memory = BytesIO()
+        joblib.dump(room_lessons(room, sight, model, seed), memory, compress=3)
+        with writing(path):
+            write_whole(path, memory.getvalue())
+    with explaining(f"{path}: expected lessons of a room, as scan_model keeps them; cannot be read", Exception):
+        return joblib.load(path)
 
 
 def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: int) -> str:
@@ -203,66 +204,3 @@ def room_hash(room: VirtualRoom, sight: Sight, model: FunctionClassifier, seed: 
     for placed in room.objects:
         digest.update(placed.item.path.name.encode() + placed.points.tobytes())
     return digest.hexdigest()[:24]
-
-
-def write_lessons(path: Path, lessons: Sequence[Lesson]):
-    """Write lessons as arrays, whole or not at all."""
-    records = [one.record for one in lessons]
-    arrays = {name: np.array([getattr(one, name) for one in lessons], str) for name in ("name", "source")}
-    arrays[_SOURCE] = arrays.pop("source")
-    arrays |= {name: np.array([getattr(one, name) for one in lessons], float) for name in ("overlap", "shown")}
-    arrays["functions"] = np.array([";".join(sorted(one.functions)) for one in lessons], str)
-    arrays["beside"] = np.array([one.beside for one in lessons], float)
-    arrays["size"] = np.array([record.size for record in records], float).reshape(-1, 3)
-    arrays |= packed("voxels", [record.voxels for record in records])
-    for radius in records[0].settled if records else ():
-        arrays |= packed(f"{_RADIUS}{radius!r}", [record.settled[radius].rows() for record in records])
-    with writing(path):
-        write_whole(path, npz_bytes(arrays))
-
-
-def read_lessons(path: Path) -> list[Lesson]:
-    """Return the lessons of a file.
-
-    Raises
-    ------
-    InputError
-        If it is none, or damaged.
-    """
-    line = f"{path}: expected lessons of a room, as scan_model keeps them; cannot be read"
-    with explaining(line, FormatError, *DAMAGE):
-        return lessons_of(read_arrays(path))
-
-
-def lessons_of(arrays: dict[str, np.ndarray]) -> list[Lesson]:
-    """Return lessons of the arrays of their file."""
-    voxels = unpacked("voxels", arrays) if len(arrays["name"]) else []
-    radii = [name.removeprefix(_RADIUS) for name in arrays if name.startswith(_RADIUS) and "," not in name]
-    drops = {float(radius): unpacked(f"{_RADIUS}{radius}", arrays) for radius in radii}
-    return [
-        Lesson(
-            name=str(name),
-            source=str(arrays[_SOURCE][row]),
-            functions=frozenset(filter(None, str(arrays["functions"][row]).split(";"))),
-            overlap=float(arrays["overlap"][row]),
-            shown=float(arrays["shown"][row]),
-            beside=arrays["beside"][row],
-            record=record_of(
-                Path(str(name)),
-                {"size": arrays["size"][row], "voxels": voxels[row]},
-                {radius: drops_from_rows(radius, runs[row]) for radius, runs in drops.items()},
-            ),
-        )
-        for row, name in enumerate(arrays["name"])
-    ]
-
-
-def packed(name: str, parts: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return arrays of one width as one, and how long each is; nothing where there are none."""
-    lengths = {f"{name}, lengths": np.array([len(part) for part in parts], int)}
-    return lengths | {name: np.concatenate(parts)} if parts else {}
-
-
-def unpacked(name: str, arrays: dict[str, np.ndarray]) -> list[np.ndarray]:
-    """Return the arrays that `packed` was given."""
-    return np.split(arrays[name], np.cumsum(arrays[f"{name}, lengths"])[:-1])

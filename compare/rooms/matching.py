@@ -18,6 +18,7 @@ IOU = 0.5  # above one half no two parts can claim the same object
 Row = dict[str, Any]  # of a report, as JSON has it; a figure is None where there is nothing to divide by
 Matches = Mapping[int, int | None]  # a part's number -> the number of the true object that it is, None for none
 Functions = Mapping[int, frozenset[str]]  # the functions of a part or of an object, by its number
+Score = Counter[str]  # how many verdicts there are of each outcome; they add up over scans and functions
 
 
 @dataclass(frozen=True)
@@ -137,49 +138,25 @@ class Verdict:
         return f"back {ending}" if self.true.visible == BACK_ONLY else "uncounted"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Score:
-    """Counts of verdicts, which add up over scans and functions."""
-
-    found: int = 0  # of what the sensor saw
-    missed: int = 0
-    false: int = 0  # claims
-    backs_found: int = 0  # of chairs of which only the back shows; neither recall nor precision counts them
-    backs_missed: int = 0
-    disputed: int = 0  # claims of what people would dispute, likewise
-
-    @property
-    def recall(self) -> float | None:
-        """Of the functions that were seen, the share found; None where there are none."""
-        return ratio(self.found, self.found + self.missed)
-
-    @property
-    def precision(self) -> float | None:
-        """Of the functions claimed, the share that is true; None where none is claimed."""
-        return ratio(self.found, self.found + self.false)
-
-    def __add__(self, other: Score) -> Score:
-        return Score(**{name: getattr(self, name) + getattr(other, name) for name in self.__dataclass_fields__})
-
-    def row(self) -> Row:
-        """Return the figures for a report."""
-        return {
-            "found": self.found,
-            "seen": self.found + self.missed,
-            "recall": rounded(self.recall, 3),
-            "true_claims": self.found,
-            "claims": self.found + self.false,
-            "precision": rounded(self.precision, 3),
-            "backs_found": self.backs_found,
-            "backs": self.backs_found + self.backs_missed,
-            "disputed": self.disputed,
-        }
-
-
 def score_of(verdicts: Iterable[Verdict]) -> Score:
     """Return how many verdicts there are of each outcome."""
-    outcomes = Counter(verdict.outcome for verdict in verdicts)
-    return Score(**{name: outcomes[name.replace("backs_", "back ")] for name in Score.__dataclass_fields__})
+    return Counter(verdict.outcome for verdict in verdicts)
+
+
+def score_row(score: Score) -> Row:
+    """Return the figures for a report; backs, and what people would dispute, count for neither recall nor precision."""
+    found, seen, claims = score["found"], score["found"] + score["missed"], score["found"] + score["false"]
+    return {
+        "found": found,
+        "seen": seen,
+        "recall": rounded(ratio(found, seen), 3),
+        "true_claims": found,
+        "claims": claims,
+        "precision": rounded(ratio(found, claims), 3),
+        "backs_found": score["back found"],
+        "backs": score["back found"] + score["back missed"],
+        "disputed": score["disputed"],
+    }
 
 
 def sufficient_overlap(true: TrueObject, recognised: RecognisedObject) -> float:

@@ -27,7 +27,7 @@ from spherefunc_bullet.settling.settling import warm_up
 from spherefunc_bullet.simulator import make_simulator
 
 from .exam import OBJECT, PLACE, ExaminedScan, exam_rows, judged_places, print_exam, source_of
-from .matching import Row, Score, Verdict, judged, judged_by_place, score_of
+from .matching import Row, Score, Verdict, judged, judged_by_place, score_of, score_row
 from .truth import inferred_in, read_rows, recognised_in, true_objects
 
 Verdicts = Sequence[Verdict]
@@ -46,8 +46,8 @@ class Measured:
         """Return it for JSON."""
         return {
             "scans": self.rows,
-            **score_of(self.verdicts).row(),
-            "functions": {name: score.row() for name, score in scores_by_function(self.verdicts).items()},
+            **score_row(score_of(self.verdicts)),
+            "functions": {name: score_row(score) for name, score in scores_by_function(self.verdicts).items()},
             "exam": exam_rows(self.examined),
             "inferred": inferred_row(self.inferred),
         }
@@ -57,7 +57,7 @@ class Measured:
         print_scans(self.rows)
         print_exam(exam_rows(self.examined))
         print_inferred(self.inferred)
-        score = score_of(self.verdicts).row()
+        score = score_row(score_of(self.verdicts))
         show(f"all: {score['found']} of {score['seen']} found, {score['found']} of {score['claims']} claims true")
 
 
@@ -151,20 +151,20 @@ def scores_by_function(verdicts: Verdicts) -> dict[str, Score]:
 
 def known_row(verdicts: Verdicts) -> Row:
     """Return how what was recognised in a scan compares with what is known of it."""
-    score = score_of(verdicts)
+    score = score_row(score_of(verdicts))
 
     def named(outcome: str) -> list[str]:
         return [verdict.true.name for verdict in verdicts if verdict.outcome == outcome]
 
     return {
-        "functions": {name: own.row() for name, own in scores_by_function(verdicts).items()},
+        "functions": {name: score_row(own) for name, own in scores_by_function(verdicts).items()},
         "found": named("found"),
         "missed": named("missed"),
         "wrong": [verdict.function for verdict in verdicts if verdict.outcome == "false"],
         "backs_found": named("back found"),
         "disputed": named("disputed"),
-        "recall": score.row()["recall"],
-        "precision": score.row()["precision"],
+        "recall": score["recall"],
+        "precision": score["precision"],
     }
 
 
@@ -195,7 +195,7 @@ def scan_cells(row: Row, names: Sequence[str]) -> list[str]:
     if known is None:
         claims = f"{len(row['functional'])} claims, no truth" if row["functional"] else "-"
         return ["-" for _ in names] + [claims, "-", "-"]
-    empty = Score().row()
+    empty = score_row(Score())
     own = [known.get(name, empty) for name in names]
     sums = {key: sum(score[key] for score in known.values()) for key in empty if key not in ("recall", "precision")}
     shares = [plain(score["found"], score["seen"]) for score in own]

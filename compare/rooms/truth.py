@@ -44,7 +44,6 @@ class RecognisedObject:
     functions: frozenset[str]
     box: Box
     points: np.ndarray  # (N,) bool
-    scores: dict[str, float]  # of each function
 
 
 def true_objects(scan_file: Path) -> list[TrueObject] | None:
@@ -171,7 +170,7 @@ def inferred_in(scan: Scan, room: Room) -> list[RecognisedObject]:
     """Return the objects that nobody saw, of which there are boxes alone."""
     none = np.zeros(len(scan), bool)
     return [
-        RecognisedObject(functions=frozenset({item.function}), box=room.box_in_scan(item.box), points=none, scores={})
+        RecognisedObject(functions=frozenset({item.function}), box=room.box_in_scan(item.box), points=none)
         for item in room.inferred
     ]
 
@@ -184,7 +183,6 @@ def as_recognised(item: SceneObject, scan: Scan, room: Room) -> RecognisedObject
         functions=item.members,
         box=aligned_box(scan.points[own]) if tilted else room.box_in_scan(item.box),
         points=own,
-        scores={name: membership.score for name, membership in item.functions.items()},
     )
 
 

@@ -43,16 +43,12 @@ def rooms(
     fused: Fused = None,
     points: Points = None,
     seed: Annotated[int, typer.Option(min=0, help="Another seed, other rooms.")] = 0,
-    proposed: Annotated[
-        bool, typer.Option("--proposed", help="Objects as recognition meets them: its proposals, useless ones too.")
-    ] = False,
     as_json: Json = False,
 ) -> None:
     """Furnish virtual rooms and scan them by a virtual Kinect; every point's owner is known."""
     from spherefunc_bullet.datasets.dataset import open_dataset
     from spherefunc_bullet.formats.units import parse_length
 
-    from ..recognition.examples import proposed_examples
     from ..virtual_rooms.folder import RoomFolder
     from ..virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
     from ..virtual_rooms.scans import Resolution, parse_views, partial_views, scan_room
@@ -63,11 +59,7 @@ def rooms(
     rooms = furnish_lived_in(dataset, count, seed=seed, failed=failures.add, lived_in=disorder)
     for room in progress(rooms, count, "scanning rooms"):
         scan = scan_room(room, number, noise, seed, resolution)
-        if proposed:
-            examples = proposed_examples(scan.points, scan.labels)
-            folder.write_proposed(scan, (one for one in examples if not one.disputed))
-        else:
-            folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
+        folder.write(scan, (cloud.points for _, cloud in partial_views(scan)))
     manifest = folder.close()
     about = {"scans": folder.scans, "objects": len(folder.rows), "manifest": str(manifest)}
     print_json(about) if as_json else say(f"{len(folder.scans)} scans of {len(folder.rows)} objects in {directory}")

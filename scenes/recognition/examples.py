@@ -26,8 +26,6 @@ from .recognition import Room, scene_object
 from .room import Candidate
 from .surroundings import Surroundings
 
-_OBJECT = 0.4  # intersection over union from which on a proposal is an object
-_PART = 0.25  # from here to there it is disputed, and no example
 _FEWEST = 20  # points of the scan in an example
 
 
@@ -41,19 +39,9 @@ class Example:
     by: str  # what proposed it
     beside: np.ndarray  # (S,) what surrounds it, see `surroundings`
 
-    @property
-    def number(self) -> int | None:
-        """The object that it is; None where it is none: a shelf, a part, several objects at once."""
-        return self.nearest if self.overlap >= _OBJECT else None
-
-    @property
-    def disputed(self) -> bool:
-        """Whether it is neither an object nor none."""
-        return _PART <= self.overlap < _OBJECT
-
 
 def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Simulator = "fast") -> Iterator[Example]:
-    """Yield the proposals of a scan, completed as recognition completes them, the disputed ones too.
+    """Yield the proposals of a scan, completed as recognition completes them.
 
     Pools are cut out cautiously: taught by what half is guessed, models recognised seats less well.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import families, family, four_legs
-from ..household.parts.outlines import at_height, circle, rectangle, rounded, rounded_rectangle
+from ..household.parts.outlines import arch, at_height, circle, outline, rectangle, rounded, rounded_rectangle
 from ..household.parts.solids import (
     box,
     crossbar,
@@ -15,22 +15,23 @@ from ..household.parts.solids import (
     hoop,
     join,
     lathe,
-    loft,
     prism,
+    rail,
+    rod,
     shift,
+    stacked,
     tube,
     turn,
 )
-from .tops import border, outline, tripod
+from .tops import border, tripod
 
 
 def lamp(rng: Generator, *, kind: str):
     """Return a lamp: a bowl that shines upwards, several shades on arms, a globe, or a shade on a tripod."""
     height, wide = rng.uniform(0.35, 0.6) if kind == "globe" else rng.uniform(1.3, 1.85), rng.uniform(0.1, 0.24)
     foot = [lathe([(0, 0), (0.14, 0), (0.14, 0.015), (0.012, 0.03), (0.012, height - 0.05), (0, height - 0.05)])]
-    bowl = lathe(
-        [(0.01, -0.06), (0.6 * wide, -0.03), (wide, 0.04), (0.97 * wide, 0.04), (0.57 * wide, -0.02), (0.01, -0.05)]
-    )
+    outside, inside = [(0.01, -0.06), (0.6 * wide, -0.03), (wide, 0.04)], [(0.97 * wide, 0.04), (0.57 * wide, -0.02)]
+    bowl = lathe([*outside, *inside, (0.01, -0.05)])
     shade = lathe([(wide, -0.2), (0.6 * wide, 0), (0.58 * wide, 0), (0.98 * wide, -0.2)], loop=True)
     spokes = crossbar(1.3 * wide, 0, -0.03, 0.008, 0.008)
     if kind == "uplight":
@@ -38,18 +39,13 @@ def lamp(rng: Generator, *, kind: str):
     if kind == "globe":
         return join(foot, ellipsoid(2 * wide, 2 * wide, 2 * wide, z=height + 0.4 * wide))
     if kind == "tripod":
-        return join(
-            tripod(height - 0.15, 0.3, 0.014),
-            shift(join(shade, spokes), z=height),
-            tube([[0, 0, height - 0.2], [0, 0, height]], 0.012),
-        )
+        post = rod([0, 0, height - 0.2], [0, 0, height], 0.012, 10)
+        return join(tripod(height - 0.15, 0.3, 0.014), shift(join(shade, spokes), z=height), post)
     small = join(bowl).apply_scale(0.6) if rng.uniform() < 0.5 else join(shade, spokes).apply_scale(0.6)
     reach = rng.uniform(0.18, 0.35)
     ends = [reach * np.array([np.cos(a), np.sin(a)]) for a in np.radians([0, 120, 240])]
-    arms = [
-        tube(rounded([[0, 0, 0.8 * height], [*(0.7 * e), 0.85 * height], [*e, height]], 2), 0.008, sections=6)
-        for e in ends
-    ]
+    bends = [rounded([[0, 0, 0.8 * height], [*(0.7 * e), 0.85 * height], [*e, height]], 2) for e in ends]
+    arms = [tube(path, 0.008, sections=6) for path in bends]
     return join(foot, arms, [shift(small, *e, height) for e in ends])
 
 
@@ -60,13 +56,9 @@ def coffee_machine(rng: Generator):
     parts = [box(width, depth, 0.045), grid, box(width, 0.5 * depth, height, y=0.25 * depth)]
     parts.append(box(width, depth, 0.3 * height, z=0.7 * height))
     head = lathe([(0, 0.55 * height), (0.03, 0.55 * height), (0.035, 0.71 * height), (0, 0.71 * height)], sections=16)
-    lever = tube([[0, -0.3 * depth, 0.6 * height], [0, -0.3 * depth - 0.16, 0.58 * height]], 0.012)
-    return join(
-        parts,
-        shift(head, y=-0.3 * depth),
-        lever,
-        border(rectangle(width, depth) * 0.97, rng.uniform(0.005, 0.03), 0.006, height - 0.002),
-    )
+    lever = rod([0, -0.3 * depth, 0.6 * height], [0, -0.3 * depth - 0.16, 0.58 * height], 0.012, 10)
+    edge = border(rectangle(width, depth) * 0.97, rng.uniform(0.005, 0.03), 0.006, height - 0.002)
+    return join(parts, shift(head, y=-0.3 * depth), lever, edge)
 
 
 def toaster(rng: Generator):
@@ -85,16 +77,11 @@ def aquarium(rng: Generator):
     parts = [box(width, depth, 0.012, z=low), border(rectangle(width, depth), height, wall, low)]
     level = rng.choice([0.012, rng.uniform(0.03, 0.07), rng.uniform(0.7, 0.92) * height])
     parts.append(box(width - wall, depth - wall, level, z=low))
-    parts += (
-        [ellipsoid(0.1, 0.08, 0.09, x=x * width, z=low + level) for x in rng.uniform(-0.35, 0.35, 3)]
-        if level < 0.1
-        else []
-    )
+    if level < 0.1:
+        parts += [ellipsoid(0.1, 0.08, 0.09, x=x * width, z=low + level) for x in rng.uniform(-0.35, 0.35, 3)]
     if low:
-        parts += [
-            box(width, depth, 0.03, z=low - 0.03),
-            [box(0.03, depth, low - 0.02, x=x * (width / 2 - 0.015)) for x in (-1, 1)],
-        ]
+        parts.append(box(width, depth, 0.03, z=low - 0.03))
+        parts += [box(0.03, depth, low - 0.02, x=x * (width / 2 - 0.015)) for x in (-1, 1)]
     return join(parts)
 
 
@@ -120,9 +107,8 @@ def pool(rng: Generator):
     width, height, thick = rng.uniform(0.9, 1.8), rng.uniform(0.16, 0.4), rng.uniform(0.02, 0.09)
     plan = outline(str(rng.choice(["round", "octagon", "rounded"])), width, width * rng.uniform(0.7, 1.0))
     level = rng.choice([0.015, rng.uniform(0.3, 0.85) * height])
-    rings = (
-        [] if rng.uniform() < 0.5 else [hoop(plan * 0.98, z, thick / 2) for z in np.arange(thick / 2, height, thick)]
-    )
+    levels = [] if rng.uniform() < 0.5 else np.arange(thick / 2, height, thick)
+    rings = [hoop(plan * 0.98, z, thick / 2) for z in levels]
     return join(prism(0.97 * plan, level), border(plan, height, thick, 0.0), rings)
 
 
@@ -131,23 +117,11 @@ def crate(rng: Generator):
     width, depth, height = rng.uniform(0.3, 0.6), rng.uniform(0.22, 0.42), rng.uniform(0.14, 0.38)
     plan, count = rectangle(width, depth), int(rng.integers(2, 5))
     bands = [border(plan, 0.72 * height / count, 0.01, z) for z in np.arange(count) * height / count]
-    posts = [
-        box(0.025, 0.025, height - 0.01, x=x * (width / 2 - 0.02), y=y * (depth / 2 - 0.02))
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
-    bar = rounded(
-        [
-            [-width / 2 + 0.01, 0, height - 0.05],
-            [-width / 2 + 0.01, 0, height + 0.12],
-            [width / 2 - 0.01, 0, height + 0.12],
-            [width / 2 - 0.01, 0, height - 0.05],
-        ],
-        2,
-    )
-    extra = [[tube(bar, 0.012, sections=8)], [box(width + 0.01, depth + 0.01, 0.015, z=height - 0.012)], []][
-        int(rng.integers(3))
-    ]
+    corners = [(x * (width / 2 - 0.02), y * (depth / 2 - 0.02)) for x in (-1, 1) for y in (-1, 1)]
+    posts = [box(0.025, 0.025, height - 0.01, x=x, y=y) for x, y in corners]
+    grip = arch([[-width / 2 + 0.01, 0, height - 0.05], [-width / 2 + 0.01, 0, height + 0.12]], 2)
+    lid = box(width + 0.01, depth + 0.01, 0.015, z=height - 0.012)
+    extra = [[tube(grip, 0.012, sections=8)], [lid], []][int(rng.integers(3))]
     ears = [box(0.02, 0.12, 0.03, x=x * (width / 2 + 0.008), z=0.8 * height) for x in (-1, 1)]
     return join(box(width, depth, 0.012), bands, posts, extra, ears)
 
@@ -156,15 +130,7 @@ def chest(rng: Generator):
     """Return a closed case: a toolbox with its bar, a trunk with a domed lid, or a cool box with a bow."""
     width, depth, height = rng.uniform(0.3, 0.7), rng.uniform(0.2, 0.4), rng.uniform(0.16, 0.4)
     lid = cushion(1.02 * width, 1.02 * depth, 0.08, z=height - 0.01, crown=rng.uniform(0.0, 0.05), rounding=0.02)
-    bow = rounded(
-        [
-            [-0.4 * width, 0, height],
-            [-0.35 * width, 0, height + 0.14],
-            [0.35 * width, 0, height + 0.14],
-            [0.4 * width, 0, height],
-        ],
-        2,
-    )
+    bow = arch([[-0.4 * width, 0, height], [-0.35 * width, 0, height + 0.14]], 2)
     ears = [box(0.03, 0.14, 0.03, x=x * width / 2, z=0.7 * height) for x in (-1, 1)]
     return join(box(width, depth, height), lid, [tube(bow, 0.012, sections=8)] if rng.uniform() < 0.6 else ears)
 
@@ -173,78 +139,38 @@ def basin(rng: Generator):
     """Return a sink or a deep laundry trough, on a cabinet or a foot, with its tap."""
     width, depth, height = rng.uniform(0.4, 0.9), rng.uniform(0.34, 0.55), rng.uniform(0.78, 0.92)
     plan, deep = rounded_rectangle(width, depth, 0.08), rng.uniform(0.1, 0.28)
-    rings = [
-        (0.7, height - deep - 0.04),
-        (0.95, height - 0.4 * deep),
-        (1, height),
-        (0.88, height),
-        (0.8, height - 0.6 * deep),
-        (0.4, height - deep),
-        (0.01, height - deep - 0.004),
-    ]
-    bowl = loft([at_height(plan * s, z) for s, z in rings])
-    cabinet = (
-        box(0.9 * width, 0.85 * depth, height - deep - 0.03)
-        if rng.uniform() < 0.5
-        else box(0.16, 0.14, height - deep - 0.02)
-    )
-    tap = rounded(
-        [[0, 0.42 * depth, height - 0.02], [0, 0.42 * depth, height + 0.2], [0, 0.1 * depth, height + 0.15]], 2
-    )
-    return join(bowl, cabinet, tube(tap, 0.012))
+    rings = [(0.7, height - deep - 0.04), (0.95, height - 0.4 * deep), (1, height), (0.88, height)]
+    rings += [(0.8, height - 0.6 * deep), (0.4, height - deep), (0.01, height - deep - 0.004)]
+    on_floor = rng.uniform() < 0.5
+    size = (0.9 * width, 0.85 * depth, height - deep - 0.03) if on_floor else (0.16, 0.14, height - deep - 0.02)
+    bends = [(0.42, height - 0.02), (0.42, height + 0.2), (0.1, height + 0.15)]
+    tap = rounded([[0, y * depth, z] for y, z in bends], 2)
+    return join(stacked(plan, rings), box(*size), tube(tap, 0.012))
 
 
 def grill(rng: Generator):
     """Return a barbecue: a bowl or a box with a grate on legs."""
     height, wide = rng.uniform(0.6, 0.85), rng.uniform(0.22, 0.34)
-    bowl = lathe(
-        [
-            (0.02, height - 0.2),
-            (0.7 * wide, height - 0.14),
-            (wide, height),
-            (wide - 0.006, height),
-            (0.68 * wide, height - 0.13),
-            (0.02, height - 0.19),
-        ]
-    )
-    bars = [
-        tube(
-            [[x, -np.sqrt(wide**2 - x**2) + 0.01, height - 0.02], [x, np.sqrt(wide**2 - x**2) - 0.01, height - 0.02]],
-            0.003,
-            sections=4,
-        )
-        for x in np.arange(-0.9 * wide, 0.91 * wide, 0.025)
-    ]
-    legs = [
-        tube([[*(1.3 * wide * d), 0], [*(0.6 * wide * d), height - 0.12]], 0.012, sections=6) for d in circle(1.0, 3)
-    ]
+    outside = [(0.02, height - 0.2), (0.7 * wide, height - 0.14), (wide, height)]
+    bowl = lathe([*outside, (wide - 0.006, height), (0.68 * wide, height - 0.13), (0.02, height - 0.19)])
+    places = np.arange(-0.9 * wide, 0.91 * wide, 0.025)
+    ends = [(x, np.sqrt(wide**2 - x**2) - 0.01) for x in places]
+    bars = [rod([x, -y, height - 0.02], [x, y, height - 0.02], 0.003, 4) for x, y in ends]
+    legs = [rod([*(1.3 * wide * d), 0], [*(0.6 * wide * d), height - 0.12], 0.012) for d in circle(1.0, 3)]
     return join(bowl, bars, legs)
 
 
 def barrow(rng: Generator):
     """Return a wheelbarrow."""
     width, length, height = rng.uniform(0.4, 0.55), rng.uniform(0.6, 0.9), rng.uniform(0.32, 0.5)
-    plan = rectangle(width, length)
-    tray = loft(
-        [
-            at_height(plan * s, z)
-            for s, z in ((0.6, 0.25), (1, 0.25 + height), (0.98, 0.25 + height), (0.58, 0.27), (0.01, 0.27))
-        ]
-    )
+    rings = [(0.6, 0.25), (1, 0.25 + height), (0.98, 0.25 + height), (0.58, 0.27), (0.01, 0.27)]
+    tray = stacked(rectangle(width, length), rings)
     wheel = shift(turn(prism(circle(0.16, 24), 0.05), "y", 90), -0.025, -0.55 * length, 0.16)
-    shafts = [
-        tube(
-            [[x * 0.06, -0.55 * length, 0.16], [x * 0.25 * width, 0, 0.26], [x * 0.5 * width, 0.9 * length, 0.5]],
-            0.016,
-            sections=8,
-        )
-        for x in (-1, 1)
-    ]
-    legs = [
-        tube([[x * 0.3 * width, 0.3 * length, 0.3], [x * 0.4 * width, 0.35 * length, 0]], 0.015, sections=8)
-        for x in (-1, 1)
-    ]
-    return join(tray, wheel, shafts, legs, tube([[-0.08, -0.55 * length, 0.16], [0.08, -0.55 * length, 0.16]], 0.012))
+    bends = [[(x * 0.06, -0.55, 0.16), (x * 0.25 * width, 0, 0.26), (x * 0.5 * width, 0.9, 0.5)] for x in (-1, 1)]
+    shafts = [tube([[x, y * length, z] for x, y, z in path], 0.016, sections=8) for path in bends]
+    feet = [(x * 0.3 * width, x * 0.4 * width) for x in (-1, 1)]
+    legs = [rod([top, 0.3 * length, 0.3], [foot, 0.35 * length, 0], 0.015, 8) for top, foot in feet]
+    return join(tray, wheel, shafts, legs, rail(0.16, -0.55 * length, 0.16, 0.012, 10))
 
 
 def ball_or_log(rng: Generator):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import cross_foot, families, family, four_legs, pedestal, star_base
-from ..household.parts.outlines import arc, at_height, circle, rounded, superellipse
+from ..household.parts.outlines import arc, at_height, circle, outline, rounded, superellipse
 from ..household.parts.solids import (
     beam,
     box,
@@ -15,15 +15,15 @@ from ..household.parts.solids import (
     ellipsoid,
     join,
     lathe,
-    loft,
     prism,
+    rod,
     sheet,
     shift,
     stacked,
     tube,
     turn,
 )
-from .tops import bumps, outline, stand_under, tripod
+from .tops import bumps, stand_under, tripod
 
 
 def curved_wall(radius: float, low: float, high: float, thick: float, *, opening_deg: float, flare: float, drop: float):
@@ -39,15 +39,8 @@ def tub_seat(rng: Generator):
     radius, seat = rng.uniform(0.29, 0.44), rng.uniform(0.36, 0.47)
     high, thick = seat + rng.uniform(0.22, 0.42), rng.uniform(0.03, 0.13)
     low = rng.choice([0.0, 0.05, 0.12])
-    wall = curved_wall(
-        radius,
-        low,
-        high,
-        thick,
-        opening_deg=rng.uniform(80, 130),
-        flare=rng.uniform(0, 0.12),
-        drop=rng.uniform(0, 0.16),
-    )
+    opening, flare, drop = rng.uniform(80, 130), rng.uniform(0, 0.12), rng.uniform(0, 0.16)
+    wall = curved_wall(radius, low, high, thick, opening_deg=opening, flare=flare, drop=drop)
     inner = radius - 0.4 * thick
     plan = superellipse(2 * inner, 2 * inner, rng.uniform(2.0, 3.0), 36)
     edge, crown = rng.uniform(0.01, 0.04), rng.uniform(0, 0.04)
@@ -77,23 +70,19 @@ def floor_chair(rng: Generator):
 
 def frame_of_swing(width: float, height: float):
     """Return two pairs of leaning posts and the beam over them, metres."""
-    posts = [
-        tube([[x * width / 2, y * 0.42 * height, 0], [x * width / 2, 0, height]], 0.03, sections=8)
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
-    return [*posts, tube([[-width / 2 - 0.05, 0, height], [width / 2 + 0.05, 0, height]], 0.03, sections=8)]
+    feet = [(x * width / 2, y * 0.42 * height) for x in (-1, 1) for y in (-1, 1)]
+    posts = [rod([x, y, 0], [x, 0, height], 0.03, 8) for x, y in feet]
+    return [*posts, rod([-width / 2 - 0.05, 0, height], [width / 2 + 0.05, 0, height], 0.03, 8)]
 
 
 def swing(rng: Generator, *, bench: bool):
     """Return a swing: a board on ropes, or a bench with a back for two, that hangs from a frame."""
     height, seat = rng.uniform(1.5, 2.2), rng.uniform(0.38, 0.55)
     width, depth = (rng.uniform(0.95, 1.4), 0.46) if bench else (rng.uniform(0.38, 0.55), rng.uniform(0.16, 0.26))
-    rope = 0.008
     parts = [frame_of_swing(width + rng.uniform(0.5, 0.9), height)]
     corners = [(x * 0.46 * width, y * 0.42 * depth) for x in (-1, 1) for y in (-1, 1)]
     ends = corners if bench else [(x, 0.0) for x in (-0.46 * width, 0.46 * width)]
-    parts += [tube([[x, y, seat - 0.02], [x, 0, height]], rope, sections=6) for x, y in ends]
+    parts += [rod([x, y, seat - 0.02], [x, 0, height], 0.008) for x, y in ends]
     if not bench:
         return join(parts, box(width, depth, 0.025, z=seat - 0.025))
     parts += [box(width, 0.07, 0.02, y=y, z=seat - 0.02) for y in np.linspace(-0.4, 0.4, 5) * depth]
@@ -107,21 +96,13 @@ def hanging_egg(rng: Generator):
     """Return a basket seat that hangs from a curved stand."""
     radius, seat, height = rng.uniform(0.42, 0.52), rng.uniform(0.4, 0.5), rng.uniform(1.75, 2.0)
     wall = curved_wall(radius, seat, seat + 0.95, 0.03, opening_deg=120, flare=-0.35, drop=0.15)
-    bowl = lathe(
-        [
-            (0, seat - 0.02),
-            (0.7 * radius, seat),
-            (radius, seat + 0.14),
-            (0.97 * radius, seat + 0.15),
-            (0.68 * radius, seat + 0.03),
-            (0, seat + 0.02),
-        ]
-    )
+    outside = [(0, seat - 0.02), (0.7 * radius, seat), (radius, seat + 0.14)]
+    inside = [(0.97 * radius, seat + 0.15), (0.68 * radius, seat + 0.03), (0, seat + 0.02)]
     pad = cushion(1.15 * radius, 1.1 * radius, 0.12, z=seat + 0.01, corner=0.4 * radius, crown=0.03)
     bow = rounded([[0, 0.75, 0.03], [0, 0.85, 1.2], [0, 0.6, height], [0, 0, height]], rounds=3)
     foot = tube(at_height(circle(0.55, 28) + [0, 0.2], 0.03), 0.03, sections=8, loop=True)
-    chain = tube([[0, 0, height], [0, 0.5 * radius, seat + 0.9]], 0.01, sections=6)
-    return join(wall, bowl, pad, tube(bow, 0.03, sections=8), foot, chain)
+    chain = rod([0, 0, height], [0, 0.5 * radius, seat + 0.9], 0.01)
+    return join(wall, lathe([*outside, *inside]), pad, tube(bow, 0.03, sections=8), foot, chain)
 
 
 def pouf(rng: Generator):
@@ -139,21 +120,14 @@ def pouf(rng: Generator):
 
 def bean_bag(rng: Generator):
     """Return a bean bag: a heap of a sack with a hollow that somebody has left in it."""
-    width, height, angles = (
-        rng.uniform(0.7, 1.05),
-        rng.uniform(0.45, 0.8),
-        np.linspace(0, 2 * np.pi, 40, endpoint=False),
-    )
+    width, height = rng.uniform(0.7, 1.05), rng.uniform(0.45, 0.8)
     folds = 1 + bumps(rng, np.linspace(-1, 1, 41)[:-1] * 2, 0.03)
     plan = circle(width / 2, 40) * folds[:, None]
-    back = np.clip(np.sin(angles), 0, 1)
-    hollow = rng.uniform(0.3, 0.42)
-    rings = [at_height(plan * s, z * hollow + 0.0) for s, z in ((0.8, 0), (0.98, 0.2), (1.0, 0.5))]
-    rings.append(at_height(plan * 0.88, 0.95 * hollow + 0.55 * (height - hollow) * back))
-    rings.append(at_height(plan * 0.72, hollow + (height - hollow) * back))
-    rings.append(at_height(plan * 0.5, hollow + 0.35 * (height - hollow) * back))
-    rings += [at_height(plan * s, np.full(40, hollow - drop)) for s, drop in ((0.3, 0.0), (0.05, 0.015))]
-    return loft(rings)
+    back = np.clip(np.sin(np.linspace(0, 2 * np.pi, 40, endpoint=False)), 0, 1)
+    low = rng.uniform(0.3, 0.42)
+    rings = [(0.8, 0), (0.98, 0.2 * low), (1.0, 0.5 * low), (0.88, 0.95 * low + 0.55 * (height - low) * back)]
+    rings += [(0.72, low + (height - low) * back), (0.5, low + 0.35 * (height - low) * back)]
+    return stacked(plan, [*rings, (0.3, low), (0.05, low - 0.015)])
 
 
 def cube_seat(rng: Generator):
@@ -186,7 +160,7 @@ def bowl_chair(rng: Generator):
     outer = [(radius * s, 0.26 * s**2.2 - 0.1 + 0.06 * s) for s in t]
     bowl = shift(turn(lathe([*outer, *inner], sections=36), "x", tilt), 0, 0.05, 0.36)
     ring = [tube(at_height(circle(r, 24), z), 0.018, sections=6, loop=True) for r, z in ((0.4, 0.02), (0.24, 0.28))]
-    bars = [tube([[*(0.4 * d), 0.02], [*(0.24 * d), 0.28]], 0.012, sections=6) for d in circle(1.0, 8)]
+    bars = [rod([*(0.4 * d), 0.02], [*(0.24 * d), 0.28], 0.012) for d in circle(1.0, 8)]
     return join(bowl, ring, bars)
 
 
@@ -214,9 +188,8 @@ def dished_stool(rng: Generator):
         "star": lambda: star_base(0.24, seat - dish),
         "cross": lambda: cross_foot(seat - dish, 0.24, 0.025),
     }
-    return join(
-        sheet(grid, 0.02), stands[str(rng.choice(list(stands)))](), prism(circle(0.09, 16), 0.03, seat - dish - 0.035)
-    )
+    stand = stands[str(rng.choice(list(stands)))]()
+    return join(sheet(grid, 0.02), stand, prism(circle(0.09, 16), 0.03, seat - dish - 0.035))
 
 
 SEATS = [

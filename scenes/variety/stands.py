@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.random import Generator
 
-from ..household.parts.legs import families, family, four_legs, pedestal
-from ..household.parts.outlines import at_height, circle, rectangle
+from ..household.parts.legs import crossed_tubes, families, family, four_legs, pedestal
+from ..household.parts.outlines import at_height, circle, outline, rectangle
 from ..household.parts.solids import (
     beam,
     box,
@@ -16,41 +16,25 @@ from ..household.parts.solids import (
     join,
     lathe,
     prism,
+    rail,
+    rod,
     shift,
     tube,
     turn,
 )
-from .tops import outline, slats, tripod
+from .tops import slats, tripod
 
 
 def stairs(rng: Generator):
     """Return two to five steps, closed or on stringers, with a rail or none."""
-    count, rise, run, width = (
-        int(rng.integers(2, 6)),
-        rng.uniform(0.16, 0.24),
-        rng.uniform(0.2, 0.3),
-        rng.uniform(0.4, 0.8),
-    )
+    count, rise = int(rng.integers(2, 6)), rng.uniform(0.16, 0.24)
+    run, width = rng.uniform(0.2, 0.3), rng.uniform(0.4, 0.8)
     thick = rng.choice([0.03, 1.0])
-    steps = [
-        box(
-            width,
-            run + 0.02,
-            rise * (k + 1) if thick == 1.0 else thick,
-            y=k * run,
-            z=0 if thick == 1.0 else rise * (k + 1) - thick,
-        )
-        for k in range(count)
-    ]
-    sides = [
-        beam(
-            [x * width / 2, -run / 2, rise - 0.06],
-            [x * width / 2, (count - 0.5) * run, count * rise - 0.02],
-            0.03,
-            0.12,
-        )
-        for x in (-1, 1)
-    ]
+    tops = [rise * (k + 1) for k in range(count)]
+    steps = [(top, 0) if thick == 1.0 else (thick, top - thick) for top in tops]
+    steps = [box(width, run + 0.02, height, y=k * run, z=z) for k, (height, z) in enumerate(steps)]
+    foot, end = (-run / 2, rise - 0.06), ((count - 0.5) * run, count * rise - 0.02)
+    sides = [beam([x * width / 2, *foot], [x * width / 2, *end], 0.03, 0.12) for x in (-1, 1)]
     posts = [box(0.03, 0.03, count * rise, x=x * width / 2, y=(count - 1) * run) for x in (-1, 1)]
     return join(steps, sides, posts)
 
@@ -70,37 +54,22 @@ def plant_stand(rng: Generator):
 def cake_stand(rng: Generator):
     """Return a plate on a foot, or two to three plates over each other."""
     count, wide = int(rng.integers(1, 4)), rng.uniform(0.1, 0.17)
-    parts = [
-        tube([[0, 0, 0], [0, 0, 0.14 * count + 0.08]], 0.008),
-        lathe([(0, 0), (0.07, 0), (0.06, 0.012), (0, 0.02)]),
-    ]
+    post = rod([0, 0, 0], [0, 0, 0.14 * count + 0.08], 0.008, 10)
+    parts = [post, lathe([(0, 0), (0.07, 0), (0.06, 0.012), (0, 0.02)])]
     for k in range(count):
         size, z = wide * (1 - 0.22 * k), 0.12 * (k + 1)
-        parts.append(
-            lathe(
-                [
-                    (0, z),
-                    (size, z + 0.004),
-                    (size, z + 0.014),
-                    (size - 0.004, z + 0.014),
-                    (size - 0.006, z + 0.008),
-                    (0, z + 0.006),
-                ]
-            )
-        )
+        edge = [(size, z + 0.004), (size, z + 0.014), (size - 0.004, z + 0.014), (size - 0.006, z + 0.008)]
+        parts.append(lathe([(0, z), *edge, (0, z + 0.006)]))
     return join(parts, ellipsoid(0.03, 0.03, 0.03, z=0.14 * count + 0.09))
 
 
 def trampoline(rng: Generator):
     """Return a small trampoline: a mat hung within a ring on legs."""
     radius, height = rng.uniform(0.45, 0.75), rng.uniform(0.2, 0.35)
-    ring = tube(at_height(circle(radius, 32), height), 0.018, sections=8, loop=True)
-    mat, springs = prism(circle(0.8 * radius, 32), 0.004, height - 0.012), circle(1.0, 28)
-    ties = [tube([[*(0.79 * radius * d), height - 0.01], [*(radius * d), height]], 0.004, sections=4) for d in springs]
-    legs = [
-        tube([[*(0.98 * radius * d), 0], [*(0.98 * radius * d), height]], 0.016, sections=6) for d in circle(1.0, 6)
-    ]
-    return join(ring, mat, ties, legs)
+    mat, ring = prism(circle(0.8 * radius, 32), 0.004, height - 0.012), at_height(circle(radius, 32), height)
+    ties = [rod([*(0.79 * radius * d), height - 0.01], [*(radius * d), height], 0.004, 4) for d in circle(1.0, 28)]
+    legs = [rod([*(0.98 * radius * d), 0], [*(0.98 * radius * d), height], 0.016) for d in circle(1.0, 6)]
+    return join(tube(ring, 0.018, sections=8, loop=True), mat, ties, legs)
 
 
 def easel(rng: Generator):
@@ -113,17 +82,10 @@ def easel(rng: Generator):
 def drying_rack(rng: Generator):
     """Return a rack for washing: bars a hand apart on crossed legs."""
     width, depth, height = rng.uniform(0.9, 1.5), rng.uniform(0.5, 0.6), rng.uniform(0.85, 1.0)
-    bars = [
-        tube([[-width / 2, y, height], [width / 2, y, height]], 0.004, sections=5)
-        for y in np.arange(-depth / 2, depth / 2 + 0.01, rng.uniform(0.05, 0.1))
-    ]
-    rim = hoop(rectangle(width, depth), height, 0.008)
-    legs = [
-        tube([[x * 0.45 * width, y * depth / 2, height], [x * 0.45 * width, -y * depth / 2, 0]], 0.01, sections=6)
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
-    return join(bars, rim, legs)
+    places = np.arange(-depth / 2, depth / 2 + 0.01, rng.uniform(0.05, 0.1))
+    bars = [rail(width, y, height, 0.004, 5) for y in places]
+    legs = crossed_tubes((0.45 * width, depth / 2), (0.45 * width, -depth / 2), height, 0, 0.01)
+    return join(bars, hoop(rectangle(width, depth), height, 0.008), legs)
 
 
 def rack(rng: Generator):
@@ -138,12 +100,9 @@ def rack(rng: Generator):
 def cat_tree(rng: Generator):
     """Return posts with small plates at several heights and a box below."""
     posts, parts = rng.uniform(0.6, 1.5, 3), [box(0.55, 0.45, 0.03)]
-    for x, high in zip((-0.17, 0.0, 0.17), posts, strict=True):
-        y = 0.1 if x == 0.0 else -0.05
-        parts += [
-            shift(prism(circle(0.045, 12), high - 0.02), x, y, 0.02),
-            box(0.3, 0.28, 0.025, x=x, y=y, z=high - 0.025),
-        ]
+    for x, y, high in zip((-0.17, 0.0, 0.17), (-0.05, 0.1, -0.05), posts, strict=True):
+        parts.append(shift(prism(circle(0.045, 12), high - 0.02), x, y, 0.02))
+        parts.append(box(0.3, 0.28, 0.025, x=x, y=y, z=high - 0.025))
     return join(parts, box(0.3, 0.26, 0.28, x=0.1, y=-0.08, z=0.02))
 
 
@@ -168,9 +127,7 @@ def pallet(rng: Generator):
 def plinth(rng: Generator):
     """Return a column or a plinth with a bust, a vase or a ball on it."""
     height, width = rng.uniform(0.6, 1.1), rng.uniform(0.24, 0.36)
-    base = join(
-        box(width, width, 0.08), box(0.8 * width, 0.8 * width, height), box(width, width, 0.05, z=height - 0.05)
-    )
+    base = [box(width, width, 0.08), box(0.8 * width, 0.8 * width, height), box(width, width, 0.05, z=height - 0.05)]
     return join(base, ellipsoid(0.7 * width, 0.6 * width, 0.9 * width, z=height + 0.43 * width))
 
 

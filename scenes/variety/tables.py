@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.random import Generator
 
-from ..household.parts.legs import apron, families, family, four_legs
-from ..household.parts.outlines import at_height
-from ..household.parts.solids import beam, box, crossbar, join, lathe, loft, prism, shift, stacked, tube
-from .tops import (
-    SHAPES,
-    STANDS,
-    around,
-    border,
-    column,
-    grips,
-    outline,
-    rough_slab,
-    slats,
-    stand_under,
-)
+from ..household.parts.legs import apron, crossed_tubes, families, family, four_legs
+from ..household.parts.outlines import at_height, outline
+from ..household.parts.solids import beam, box, crossbar, join, lathe, loft, prism, rail, rod, shift, stacked
+from .tops import SHAPES, STANDS, around, border, column, grips, rough_slab, slats, stand_under
 
 LIGHT = ("splayed", "crossed", "column", "cross", "tripod", "hairpins", "four", "sled")
 
@@ -40,13 +31,12 @@ def gallery_table(rng: Generator):
     """Return a table with a thin rail on posts along three sides of its top."""
     width, depth, height = rng.uniform(0.4, 1.3), rng.uniform(0.3, 0.5), rng.uniform(0.45, 0.85)
     x, y, rise = width / 2 - 0.01, depth / 2 - 0.01, rng.uniform(0.03, 0.08)
-    bends = [[-x, -y, height + rise], [-x, y, height + rise], [x, y, height + rise], [x, -y, height + rise]]
+    corners = [[-x, -y], [-x, y], [x, y], [x, -y]]
+    bars = [rod([*a, height + rise], [*b, height + rise], 0.005) for a, b in pairwise(corners)]
     posts = [[-x, -y], [-x, y], [0, y], [x, y], [x, -y]]
-    rail = [tube(ends, 0.005, sections=6) for ends in zip(bends[:-1], bends[1:], strict=True)]
-    rail += [tube([[*at, height - 0.005], [*at, height + rise]], 0.004, sections=6) for at in posts]
-    return join(
-        box(width, depth, 0.02, z=height - 0.02), rail, stand_under(rng, STANDS[:6], width, depth, height - 0.02)
-    )
+    bars += [rod([*at, height - 0.005], [*at, height + rise], 0.004) for at in posts]
+    stand = stand_under(rng, STANDS[:6], width, depth, height - 0.02)
+    return join(box(width, depth, 0.02, z=height - 0.02), bars, stand)
 
 
 def lipped_desk(rng: Generator):
@@ -89,9 +79,8 @@ def glass_table(rng: Generator, *, low: float, high: float):
     depth = width if shape in ("round", "octagon") else rng.uniform(0.45, 0.95)
     under = height - thick
     frame = stand_under(rng, ("sled", "crossed", "cross", "splayed", "column", "tripod"), width, depth, under - 0.01)
-    pads = [
-        box(0.03, 0.03, 0.012, x=x * 0.2 * width, y=y * 0.2 * depth, z=under - 0.011) for x in (-1, 1) for y in (-1, 1)
-    ]
+    corners = [(x * 0.2 * width, y * 0.2 * depth) for x in (-1, 1) for y in (-1, 1)]
+    pads = [box(0.03, 0.03, 0.012, x=x, y=y, z=under - 0.011) for x, y in corners]
     rails = [crossbar(0.95 * width, y * 0.2 * depth, under - 0.02, 0.03, 0.02) for y in (-1, 1)]
     middle = box(0.03, 0.66 * depth, 0.02, z=under - 0.03)
     return join(prism(outline(shape, width, depth), thick, under), frame, pads, rails, middle)
@@ -110,10 +99,8 @@ def pedestal_table(rng: Generator, *, low: float, high: float, least: float, mos
     """Return a top of a diameter from least to most on one column, metres."""
     height, width, thick = rng.uniform(low, high), rng.uniform(least, most), rng.uniform(0.012, 0.04)
     shape = str(rng.choice(["round", "octagon", "oval", "rounded"]))
-    top = stacked(
-        outline(shape, width, width * rng.uniform(0.85, 1)),
-        [(0.94, height - thick), (1, height - 0.4 * thick), (1, height)],
-    )
+    plan = outline(shape, width, width * rng.uniform(0.85, 1))
+    top = stacked(plan, [(0.94, height - thick), (1, height - 0.4 * thick), (1, height)])
     return join(top, column(rng, height - thick, rng.uniform(0.24, 0.36) * width))
 
 
@@ -181,9 +168,8 @@ def seat_board(rng: Generator, width: float, height: float):
 def picnic_table(rng: Generator, *, round_top: bool, scale: float = 1.0):
     """Return a table and its benches in one: two along its sides, or four about a round top."""
     width, height, seat = rng.uniform(1.1, 1.9), rng.uniform(0.7, 0.78), rng.uniform(0.4, 0.47)
-    plan = outline(
-        "round" if round_top else "rectangle", min(width, 1.2) if round_top else width, rng.uniform(0.65, 0.85)
-    )
+    shape, long = ("round", min(width, 1.2)) if round_top else ("rectangle", width)
+    plan = outline(shape, long, rng.uniform(0.65, 0.85))
     boards = slats(rng, plan, 0.035, height, gap=rng.uniform(0.0, 0.01))
     short, count = 2 * np.abs(plan[:, 1]).max(), 4 if round_top else 2
     length = 0.55 * short if round_top else rng.uniform(0.85, 1.0) * width
@@ -200,17 +186,14 @@ def school_desk(rng: Generator, *, seat: str):
     """Return a school desk with a box for books: alone, with its chair drawn up, or with a seat on its frame."""
     width, depth, height = rng.uniform(0.55, 0.75), rng.uniform(0.42, 0.55), rng.uniform(0.6, 0.76)
     parts = [box(width, depth, 0.02, z=height - 0.02), four_legs(0.9 * width, 0.85 * depth, height - 0.02, 0.03)]
-    parts += [
-        box(0.84 * width, 0.7 * depth, 0.01, z=height - 0.13),
-        box(0.84 * width, 0.01, 0.12, y=0.35 * depth, z=height - 0.13),
-    ]
+    parts.append(box(0.84 * width, 0.7 * depth, 0.01, z=height - 0.13))
+    parts.append(box(0.84 * width, 0.01, 0.12, y=0.35 * depth, z=height - 0.13))
     parts += [box(0.01, 0.7 * depth, 0.12, x=x * 0.42 * width, z=height - 0.13) for x in (-1, 1)]
     level, y = 0.6 * height, -depth / 2 - rng.uniform(0.1, 0.3)
     chair = [box(0.36, 0.34, 0.018, y=y, z=level - 0.018)]
     chair.append(beam([0, y - 0.17, level + 0.12], [0, y - 0.22, level + 0.36], 0.36, 0.016))
-    chair += [
-        beam([x * 0.17, y - 0.165, level - 0.02], [x * 0.17, y - 0.225, level + 0.36], 0.025, 0.02) for x in (-1, 1)
-    ]
+    foot, end = (y - 0.165, level - 0.02), (y - 0.225, level + 0.36)
+    chair += [beam([x * 0.17, *foot], [x * 0.17, *end], 0.025, 0.02) for x in (-1, 1)]
     if seat == "chair":
         chair.append(shift(join(four_legs(0.36, 0.33, level - 0.01, 0.025)), 0, y))
     if seat == "frame":
@@ -227,11 +210,8 @@ def child_set(rng: Generator):
     plan = outline(str(rng.choice(["rounded", "round"])), width, width)
     seat = join(box(0.27, 0.26, 0.025, z=stool - 0.025), four_legs(0.25, 0.24, stool - 0.02, 0.03))
     legs = four_legs(0.62 * width, 0.62 * width, height - 0.02, 0.045, round_bars=True)
-    return join(
-        prism(plan, 0.025, height - 0.025),
-        legs,
-        around(seat, int(rng.integers(2, 5)), width / 2 + rng.uniform(-0.1, 0.14)),
-    )
+    seats = around(seat, int(rng.integers(2, 5)), width / 2 + rng.uniform(-0.1, 0.14))
+    return join(prism(plan, 0.025, height - 0.025), legs, seats)
 
 
 def camp_table(rng: Generator):
@@ -239,20 +219,9 @@ def camp_table(rng: Generator):
     width, depth, height = rng.uniform(0.45, 1.2), rng.uniform(0.35, 0.7), rng.uniform(0.35, 0.72)
     plan = outline("rectangle", width, depth)
     board = slats(rng, plan, 0.012, height, gap=0.003) if rng.uniform() < 0.5 else [prism(plan, 0.02, height - 0.02)]
-    legs = [
-        tube(
-            [[x * 0.42 * width, y * 0.46 * depth, height - 0.015], [x * 0.42 * width, -y * 0.46 * depth, 0.01]],
-            0.01,
-            sections=6,
-        )
-        for x in (-1, 1)
-        for y in (-1, 1)
-    ]
-    rails = [
-        tube([[-0.42 * width, y * 0.46 * depth, z], [0.42 * width, y * 0.46 * depth, z]], 0.008, sections=6)
-        for y in (-1, 1)
-        for z in (0.012, height - 0.016)
-    ]
+    x, y = 0.42 * width, 0.46 * depth
+    legs = crossed_tubes((x, y), (x, -y), height - 0.015, 0.01, 0.01)
+    rails = [rail(2 * x, side * y, z, 0.008) for side in (-1, 1) for z in (0.012, height - 0.016)]
     return join(board, legs, rails)
 
 

@@ -9,22 +9,11 @@ import trimesh
 from numpy.random import Generator
 
 from ..household.parts.legs import apron, cross_foot, crossed_legs, four_legs, panel_ends, pedestal, sled, trestles
-from ..household.parts.outlines import arch, at_height, circle, rounded_rectangle, superellipse
-from ..household.parts.solids import beam, box, lathe, loft, prism, sheet, shift, tube
+from ..household.parts.outlines import arch, at_height, circle
+from ..household.parts.solids import box, crossbar, lathe, loft, prism, rod, sheet, shift, tube
 
 SHAPES = ("rectangle", "rounded", "round", "oval", "octagon")
 STANDS = ("four", "splayed", "crossed", "column", "cross", "sled", "panels", "trestles", "tripod", "hairpins")
-
-
-def outline(shape: str, width: float, depth: float) -> np.ndarray:
-    """Return the plan of a top (N, 2), metres; a round one has the width for its diameter."""
-    return {
-        "rectangle": lambda: rounded_rectangle(width, depth, 0.004, steps=1),
-        "rounded": lambda: rounded_rectangle(width, depth, 0.2 * min(width, depth), steps=6),
-        "round": lambda: circle(width / 2, 40),
-        "oval": lambda: superellipse(width, depth, 2.3, 40),
-        "octagon": lambda: circle(width / 2, 8),
-    }[shape]()
 
 
 def border(plan: np.ndarray, height: float, thickness: float, z: float, *, flare: float = 0.0) -> trimesh.Trimesh:
@@ -98,10 +87,7 @@ def stand_under(
         ],
         "splayed": lambda: [
             four_legs(0.75 * w, 0.75 * d, under, bar, splay=0.1 * short, taper=0.6, round_bars=True),
-            [
-                beam([-0.37 * w, y * 0.32 * d, under - 0.01], [0.37 * w, y * 0.32 * d, under - 0.01], 0.04, 0.025)
-                for y in (-1, 1)
-            ],
+            [crossbar(0.74 * w, y * 0.32 * d, under - 0.01, 0.04, 0.025) for y in (-1, 1)],
         ],
         "crossed": lambda: crossed_legs(0.85 * w, d, under, min(bar, 0.04)),
         "column": lambda: column(rng, under, foot),
@@ -130,7 +116,7 @@ def column(rng: Generator, height: float, foot: float):
 def tripod(height: float, reach: float, thick: float):
     """Return three legs that meet under a top, joined half way up."""
     feet = [np.array([np.cos(a), np.sin(a)]) * reach for a in np.radians([90, 210, 330])]
-    legs = [tube([[*foot, 0], [*(0.35 * foot), height]], thick, sections=8) for foot in feet]
+    legs = [rod([*foot, 0], [*(0.35 * foot), height], thick, 8) for foot in feet]
     hub = prism(circle(0.75 * reach, 12), 0.015, 0.45 * height)
     return [*legs, hub, prism(circle(0.4 * reach + thick, 12), 0.02, height - 0.02)]
 
@@ -138,11 +124,9 @@ def tripod(height: float, reach: float, thick: float):
 def hairpins(width: float, depth: float, height: float, thick: float):
     """Return four bent rods at the corners."""
     pins = []
-    for x in (-1, 1):
-        for y in (-1, 1):
-            foot = [0.47 * x * width, 0.47 * y * depth, thick]
-            ends = [[0.47 * x * width, 0.3 * y * depth, height], [0.3 * x * width, 0.47 * y * depth, height]]
-            pins += [tube([foot, end], thick, sections=6) for end in ends]
+    for x, y in [(x * width, y * depth) for x in (-1, 1) for y in (-1, 1)]:
+        ends = [[0.47 * x, 0.3 * y, height], [0.3 * x, 0.47 * y, height]]
+        pins += [rod([0.47 * x, 0.47 * y, thick], end, thick) for end in ends]
     return pins
 
 

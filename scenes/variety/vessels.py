@@ -6,10 +6,9 @@ import numpy as np
 from numpy.random import Generator
 
 from ..household.parts.legs import families, family
-from ..household.parts.outlines import circle, rounded
-from ..household.parts.solids import beam, box, ellipsoid, join, lathe, shift, tube, turn
+from ..household.parts.outlines import circle, outline, rounded
+from ..household.parts.solids import beam, box, ellipsoid, join, lathe, rod, shift, tube, turn
 from .cups import ear, hollow, plan_of, profile
-from .tops import outline
 
 
 def necked(rng: Generator):
@@ -29,15 +28,11 @@ def lidded_pot(rng: Generator):
     radius, height = rng.uniform(0.045, 0.15), rng.uniform(0.07, 0.16)
     sides = profile(rng, 0.9 * radius, radius, height)
     rim = sides[-1, 0]
-    lid = [
-        (0, height - 0.004),
-        (rim + 0.003, height - 0.004),
-        (rim + 0.002, height + 0.003),
-        (0.5 * rim, height + 0.02),
-    ]
-    knob = [(0.012, height + 0.024), (0.016, height + 0.045), (0, height + 0.046)]
+    lid = [(0, -0.004), (rim + 0.003, -0.004), (rim + 0.002, 0.003), (0.5 * rim, 0.02)]
+    knob = [(0.012, 0.024), (0.016, 0.045), (0, 0.046)]
+    cover = lathe([(r, height + z) for r, z in [*lid, *knob]])
     one = ear(rng, sides)
-    return join(hollow(circle(1.0, 36), sides, 0.004, 0.005), lathe([*lid, *knob]), one, turn(one, "z", 180))
+    return join(hollow(circle(1.0, 36), sides, 0.004, 0.005), cover, one, turn(one, "z", 180))
 
 
 def ashtray(rng: Generator):
@@ -46,49 +41,29 @@ def ashtray(rng: Generator):
     plan = outline(str(rng.choice(["round", "octagon", "rectangle"])), 2.0, 2.0)
     wall = rng.uniform(0.012, 0.02)
     dish = hollow(plan, np.array([(0.9 * radius, 0), (radius, 0.4 * height), (radius, height)]), wall, 0.008)
-    rest = box(0.012, 0.004, 0.006, z=height - 0.001)
-    return join(
-        dish,
-        [
-            shift(turn(rest, "z", a), *(0.86 * radius * np.array([np.cos(np.radians(a)), np.sin(np.radians(a))])))
-            for a in (45, 135, 225, 315)
-        ],
-    )
+    rest, places = box(0.012, 0.004, 0.006, z=height - 0.001), []
+    for angle in (45, 135, 225, 315):
+        x, y = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        places.append(shift(turn(rest, "z", angle), 0.86 * radius * x, 0.86 * radius * y))
+    return join(dish, places)
 
 
 def candle(rng: Generator):
     """Return a candle: in a glass that it fills, on a stick, or several on one stand."""
-    style, wide, height = (
-        str(rng.choice(["glass", "stick", "branched"])),
-        rng.uniform(0.03, 0.045),
-        rng.uniform(0.07, 0.12),
-    )
+    style = str(rng.choice(["glass", "stick", "branched"]))
+    wide, height = rng.uniform(0.03, 0.045), rng.uniform(0.07, 0.12)
     if style == "glass":
-        wick = tube([[0, 0, 0.7 * height], [0, 0, 0.85 * height]], 0.0015, sections=5)
-        return join(
-            hollow(circle(1.0, 36), np.array([(wide, 0), (wide, height)]), 0.003, rng.uniform(0.65, 0.85) * height),
-            wick,
-        )
+        wick = rod([0, 0, 0.7 * height], [0, 0, 0.85 * height], 0.0015, 5)
+        glass = np.array([(wide, 0), (wide, height)])
+        return join(hollow(circle(1.0, 36), glass, 0.003, rng.uniform(0.65, 0.85) * height), wick)
     tall = rng.uniform(0.12, 0.3)
-    stick = lathe(
-        [
-            (0, 0),
-            (0.05, 0),
-            (0.045, 0.01),
-            (0.009, 0.02),
-            (0.009, tall),
-            (0.022, tall + 0.01),
-            (0.022, tall + 0.018),
-            (0, tall + 0.018),
-        ]
-    )
+    foot, top = [(0, 0), (0.05, 0), (0.045, 0.01), (0.009, 0.02)], [(0.022, tall + 0.01), (0.022, tall + 0.018)]
+    stick = lathe([*foot, (0.009, tall), *top, (0, tall + 0.018)])
     wax = lathe([(0, tall), (0.011, tall), (0.011, tall + 0.15), (0, tall + 0.155)], sections=12)
     if style == "stick":
         return join(stick, wax)
-    arms = [
-        tube(rounded([[0, 0, 0.6 * tall], [x * 0.1, 0, 0.6 * tall], [x * 0.1, 0, tall]], 2), 0.007, sections=6)
-        for x in (-1, 1)
-    ]
+    bends = [[[0, 0, 0.6 * tall], [x * 0.1, 0, 0.6 * tall], [x * 0.1, 0, tall]] for x in (-1, 1)]
+    arms = [tube(rounded(path, 2), 0.007, sections=6) for path in bends]
     return join(stick, wax, arms, [shift(wax, x * 0.1) for x in (-1, 1)])
 
 
@@ -96,12 +71,8 @@ def fruit_bowl(rng: Generator):
     """Return a large dish with fruit in it."""
     reach, rise = rng.uniform(0.11, 0.18), rng.uniform(0.05, 0.09)
     dish = hollow(circle(1.0, 40), np.array([(0.4 * reach, 0), (0.8 * reach, 0.4 * rise), (reach, rise)]), 0.005, 0.008)
-    spots = rng.uniform(-0.5, 0.5, (7, 2)) * reach
-    sizes = rng.uniform(0.055, 0.09, 7)
-    fruit = [
-        ellipsoid(s, s, s, x=x, y=y, z=0.012 + 0.5 * s, sections=14) for (x, y), s in zip(spots, sizes, strict=True)
-    ]
-    return join(dish, fruit)
+    fruits = zip(rng.uniform(-0.5, 0.5, (7, 2)) * reach, rng.uniform(0.055, 0.09, 7), strict=True)
+    return join(dish, [ellipsoid(s, s, s, x=x, y=y, z=0.012 + 0.5 * s, sections=14) for (x, y), s in fruits])
 
 
 def bird_bath(rng: Generator):
@@ -109,12 +80,8 @@ def bird_bath(rng: Generator):
     height, reach, t = rng.uniform(0.5, 0.95), rng.uniform(0.2, 0.32), np.linspace(0, 1, 6)
     foot, dip = rng.uniform(0.13, 0.2), rng.uniform(0.03, 0.07)
     column = [(0, 0), (foot, 0), (foot, 0.04), (0.06, 0.12), (0.05, height - 0.15), (0.1, height - 0.09)]
-    basin = [
-        (reach, height),
-        (reach - 0.02, height),
-        *((reach * (0.9 - 0.89 * s), height - dip * np.sin(np.pi * (0.1 + 0.4 * s))) for s in t),
-    ]
-    return lathe([*column, *basin, (0, height - dip)], sections=36)
+    inside = [(reach * (0.9 - 0.89 * s), height - dip * np.sin(np.pi * (0.1 + 0.4 * s))) for s in t]
+    return lathe([*column, (reach, height), (reach - 0.02, height), *inside, (0, height - dip)], sections=36)
 
 
 def planter(rng: Generator, *, plants: bool):
@@ -125,14 +92,9 @@ def planter(rng: Generator, *, plants: bool):
     half = width / 2 if shape == "rectangle" else min(width, 0.5) / 2
     sides = np.array([(rng.uniform(0.7, 1.0) * half, 0), (half, height)])
     soil = rng.choice([0.02, rng.uniform(0.6, 0.92) * height])
-    pot = hollow(plan, sides, rng.uniform(0.008, 0.03), soil)
-    spots = rng.uniform(-0.5, 0.5, (8, 2)) * half
-    return join(
-        pot,
-        [ellipsoid(0.12, 0.12, rng.uniform(0.1, 0.25), x=x, y=y, z=max(soil, 0.5 * height)) for x, y in spots]
-        if plants
-        else [],
-    )
+    pot, foot = hollow(plan, sides, rng.uniform(0.008, 0.03), soil), max(soil, 0.5 * height)
+    spots = rng.uniform(-0.5, 0.5, (8, 2)) * half if plants else []
+    return join(pot, [ellipsoid(0.12, 0.12, rng.uniform(0.1, 0.25), x=x, y=y, z=foot) for x, y in spots])
 
 
 def umbrella_stand(rng: Generator):
@@ -163,15 +125,8 @@ def can(rng: Generator):
     radius, height = rng.uniform(0.07, 0.12), rng.uniform(0.14, 0.24)
     body = hollow(circle(1.0, 32), np.array([(radius, 0), (0.9 * radius, height)]), 0.003, 0.005)
     spout = tube([[0.9 * radius, 0, 0.2 * height], [2.6 * radius, 0, 1.1 * height]], 0.012, scale=[1.4, 0.9])
-    bridge = rounded(
-        [
-            [-0.9 * radius, 0, 0.3 * height],
-            [-1.5 * radius, 0, 1.1 * height],
-            [0, 0, 1.5 * height],
-            [0.85 * radius, 0, height],
-        ],
-        2,
-    )
+    bends = [(-0.9, 0.3), (-1.5, 1.1), (0, 1.5), (0.85, 1)]
+    bridge = rounded([[x * radius, 0, z * height] for x, z in bends], 2)
     half = beam([0, -0.5 * radius, height], [0, 0.5 * radius, height], 0.9 * radius, 0.004)
     return join(body, spout, tube(bridge, 0.008, sections=6), shift(half, 0.42 * radius))
 

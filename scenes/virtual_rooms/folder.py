@@ -13,11 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
-from spherefunc_bullet.datasets.dataset import NONE, DatasetObject, label_text
+from spherefunc_bullet.datasets.dataset import DatasetObject, label_text
 from spherefunc_bullet.formats.files import write_bytes, write_csv
 from spherefunc_bullet.formats.ply import ply_bytes
 
-from ..recognition.examples import Example
 from .furnishing import FLOOR, WALL
 from .scans import VirtualScan
 
@@ -57,18 +56,10 @@ class RoomFolder:
             self.write_object(f"{name}_{number + FIRST_OBJECT:02d}_{item.path.stem}", item, points)
         self.scans.append(f"{name}.ply")
 
-    def write_proposed(self, scan: VirtualScan, examples: Iterable[Example]):
-        """Write what recognition proposes in one scan: objects, and what is none."""
-        for number, example in enumerate(examples):
-            item = None if example.number is None else scan.room.objects[example.number].item
-            self.write_object(f"{scan.room.name}_{example.by}_{number:03d}", item, example.cloud.points)
-        self.scans.append(f"{scan.room.name}.ply")
-
-    def write_object(self, name: str, item: DatasetObject | None, points: np.ndarray):
-        """Write what a scan holds of one object, or of none, for training on partial views."""
+    def write_object(self, name: str, item: DatasetObject, points: np.ndarray):
+        """Write what a scan holds of one object, for training on partial views."""
         write_labelled(self.directory / "objects" / f"{name}.ply", points)
-        about = (NONE, "", "proposal") if item is None else described(item)
-        self.rows.append((f"{name}.ply", *about, self.group))
+        self.rows.append((f"{name}.ply", *described(item), self.group))
 
     def close(self) -> Path:
         """Write the manifest of the objects and return its path."""

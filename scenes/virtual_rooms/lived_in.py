@@ -182,38 +182,23 @@ def share_of(text: str, part: str) -> float:
     return share
 
 
-@dataclass(frozen=True)
-class Filling:
-    """What rooms are filled up from, and how."""
-
-    lived_in: LivedIn
-    stock: Stock
-    seed: int
-
-    def filled(self, room: VirtualRoom, number: int) -> VirtualRoom:
-        """Return a room with all that its kinds bring."""
-        kinds = self.lived_in.kinds(self.seed, number)
-        if not kinds:
-            return room
-        contents = self.contents(room, np.random.default_rng([self.seed, number, 7]))
-        fixtures_added(contents, kinds)
-        if "chairs" in kinds:
-            chairs_to_tables(contents)
-        if "stacks" in kinds:
-            small_objects_stacked(contents)
-        if "clutter" in kinds:
-            clutter_on_seats(contents)
-        return contents.finished()
-
-    def contents(self, room: VirtualRoom, rng: np.random.Generator) -> Contents:
-        """Return what a room holds, and what may be added."""
-        return Contents(
-            room=room,
-            rng=rng,
-            small=[Deck(self.stock.small[name], rng) for name in sorted(self.stock.small)],
-            seats=[Deck(self.stock.large["sittable"], rng)] if "sittable" in self.stock.large else [],
-            surroundings=decks_by_category(open_dataset("surroundings"), rng),
-        )
+def filled(room: VirtualRoom, kinds: frozenset[str], stock: Stock, rng: np.random.Generator) -> VirtualRoom:
+    """Return a room with all that its kinds bring."""
+    contents = Contents(
+        room=room,
+        rng=rng,
+        small=[Deck(stock.small[name], rng) for name in sorted(stock.small)],
+        seats=[Deck(stock.large[SEAT], rng)] if SEAT in stock.large else [],
+        surroundings=decks_by_category(open_dataset("surroundings"), rng),
+    )
+    fixtures_added(contents, kinds)
+    if "chairs" in kinds:
+        chairs_to_tables(contents)
+    if "stacks" in kinds:
+        small_objects_stacked(contents)
+    if "clutter" in kinds:
+        clutter_on_seats(contents)
+    return contents.finished()
 
 
 def furnish_lived_in(
@@ -227,6 +212,6 @@ def furnish_lived_in(
         If no object of the data set can stand in a room.
     """
     stock = take_stock(dataset, failed)
-    filling = Filling(lived_in, stock, seed)
     for number, room in enumerate(furnish(dataset, count, seed=seed, failed=failed, stock=stock), start=1):
-        yield filling.filled(room, number)
+        kinds = lived_in.kinds(seed, number)
+        yield filled(room, kinds, stock, np.random.default_rng([seed, number, 7])) if kinds else room

@@ -26,14 +26,11 @@ def bed(rng: Generator, *, width: float) -> trimesh.Trimesh:
     mattress = cushion(0.97 * width, 0.97 * length, 0.2, z=level - 0.18, rounding=0.04, corner=0.06)
     head = box(width, 0.05, rng.uniform(0.75, 1.15), y=length / 2 + 0.025)
     count = 1 if width < 1.2 else 2
-    pillows = [
-        cushion(0.6, 0.4, 0.12, x=(k - (count - 1) / 2) * 0.7, y=length / 2 - 0.3, z=level + 0.01, crown=0.03)
-        for k in range(count)
-    ]
-    folds = [
-        ellipsoid(rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.9), rng.uniform(0.06, 0.16), x=x, y=y, z=level)
-        for x, y in zip(rng.uniform(-0.3, 0.3, 4) * width, rng.uniform(-0.4, 0.15, 4) * length, strict=True)
-    ]
+    places = [(k - (count - 1) / 2) * 0.7 for k in range(count)]
+    pillows = [cushion(0.6, 0.4, 0.12, x=x, y=length / 2 - 0.3, z=level + 0.01, crown=0.03) for x in places]
+    spots = zip(rng.uniform(-0.3, 0.3, 4) * width, rng.uniform(-0.4, 0.15, 4) * length, strict=True)
+    sizes = ((x, y, rng.uniform([0.3, 0.3, 0.06], [0.7, 0.9, 0.16])) for x, y in spots)
+    folds = [ellipsoid(*size, x=x, y=y, z=level) for x, y, size in sizes]
     return join(frame, feet, mattress, head, pillows, folds)
 
 

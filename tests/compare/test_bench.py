@@ -27,12 +27,6 @@ def test_an_answer_s_steps_are_printed_for_a_mug_a_chair_and_a_sofa(capsys):
         assert len(steps) == 5 and abs(sum(steps) - whole) < 0.5  # each is rounded to a tenth
 
 
-def test_backends_stand_beside_each_other(capsys):
-    answers.compare_backends("household", "fast", 8)
-    printed = capsys.readouterr().out
-    assert "spheres kept" in printed and re.search(r"^fast +8 +\d+ ", printed, re.MULTILINE)
-
-
 def test_overlaps_and_what_hangs_are_measured_on_the_mesh(tmp_path):
     path, r = tmp_path / "plate.ply", 0.005
     box(0.2, 0.2, 0.02).export(path)  # its top lies at 0.02

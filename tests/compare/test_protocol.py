@@ -11,12 +11,7 @@ import pytest
 
 from spherefunc_bullet.batch.simulated import Simulated
 from spherefunc_bullet.compare.evaluation.confusion import confusion_report
-from spherefunc_bullet.compare.evaluation.evaluation import (
-    FunctionQuality,
-    Trial,
-    evaluate,
-    run_trial,
-)
+from spherefunc_bullet.compare.evaluation.evaluation import FunctionQuality, Trial, run_trial
 from spherefunc_bullet.compare.evaluation.features import (
     Distances,
     baseline_distances,
@@ -34,6 +29,7 @@ from spherefunc_bullet.compare.evaluation.protocol import (
     random_splits,
     wanted_sizes,
 )
+from spherefunc_bullet.compare.evaluation.readings import Neighbours
 from spherefunc_bullet.datasets.dataset import DatasetObject
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.histogram import cube_indices, cube_keys
@@ -58,13 +54,17 @@ def on_a_line(places) -> dict:
 
 def trials_quality(distances: Distances, labels: Labels, splits: list[Split], method: Method) -> FunctionQuality:
     """Return how well cups are classified over trials."""
-    return evaluate(distances, labels, method, Splits(halves={1: splits})).quality(1)["cup"]
+    read = Neighbours(distances=distances, labels=labels, method=method)
+    return read.evaluation(Splits(halves={1: splits})).quality(1)["cup"]
 
 
-def pooled_quality(distances: Distances, labels: Labels, splits: list[Split]) -> FunctionQuality:
+def pooled_quality(
+    distances: Distances, labels: Labels, splits: list[Split], method: Method = PAPER
+) -> FunctionQuality:
     """Return how well cups are classified, every object tested once."""
     alone = Splits(halves={}, left_out={"all": splits})
-    return evaluate(distances, labels, PAPER, alone).left_out_quality("all")["cup"]
+    read = Neighbours(distances=distances, labels=labels, method=method)
+    return read.evaluation(alone).left_out_quality("all")["cup"]
 
 
 def test_halves_are_disjoint_and_equal():
@@ -147,9 +147,8 @@ def test_every_example_outvotes_a_rare_function():
     places = [0, 1, 2, *range(10, 110)]
     every = replace(METHODS["paper"], neighbors=(sys.maxsize,))
     labels, splits = line_labels([1, 1, 1, *[0] * 100]), leave_one_out(103, 0)
-    alone = Splits(halves={}, left_out={"all": splits})
     nearest, all_ = (
-        evaluate(on_a_line(places), labels, method, alone).left_out_quality("all")["cup"]
+        pooled_quality(on_a_line(places), labels, splits, method)
         for method in (replace(METHODS["paper"], neighbors=(1,)), every)
     )
     assert nearest["f_measure"] == 1 and all_["recall"] == 0

@@ -14,7 +14,15 @@ from checkout import DATA
 from room_shapes import room
 
 from spherefunc_bullet.compare.rooms.exam import interval
-from spherefunc_bullet.compare.rooms.matching import Score, Verdict, best_pairs, judged, judged_by_place, score_of
+from spherefunc_bullet.compare.rooms.matching import (
+    Score,
+    Verdict,
+    best_pairs,
+    judged,
+    judged_by_place,
+    score_of,
+    score_row,
+)
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.ply import ply_bytes
@@ -45,7 +53,7 @@ def verdicts_of(blocks: dict[str, np.ndarray], parts: list[tuple[str, dict[str, 
     recognised = []
     for held, scores in parts:
         own, functions = names == held, frozenset(name for name, score in scores.items() if score > 0.5)
-        recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own, scores=scores))
+        recognised.append(RecognisedObject(functions=functions, box=box_of(points[own]), points=own))
     return judged(truth, recognised)
 
 
@@ -55,11 +63,10 @@ def test_pairs_are_those_of_largest_overlap():
 
 
 def test_shares_of_a_score():
-    score = Score(found=2, missed=1, false=2) + Score(backs_missed=1, disputed=3)
-    assert score.row()["recall"] == 0.667
-    assert score.row()["precision"] == 0.5
-    assert (score.row()["backs"], score.row()["disputed"]) == (1, 3)
-    assert Score().recall is None and Score().precision is None
+    row = score_row(Score(found=2, missed=1, false=2) + Score({"back missed": 1, "disputed": 3}))
+    assert (row["recall"], row["precision"]) == (0.667, 0.5)
+    assert (row["backs"], row["disputed"]) == (1, 3)
+    assert score_row(Score())["recall"] is None and score_row(Score())["precision"] is None
 
 
 def test_what_is_seen_counts_and_the_rest_is_told_apart():
@@ -72,8 +79,9 @@ def test_what_is_seen_counts_and_the_rest_is_told_apart():
         target("bowl", blocks["bowl"], "none", disputed=frozenset({"cup"})),
     ]
     every = [(name, {"cup": 0.9}) for name in blocks]
-    assert score_of(verdicts_of(blocks, every, truth)) == Score(found=2, false=1, backs_found=1, disputed=1)
-    assert score_of(verdicts_of(blocks, [], truth)) == Score(missed=2, backs_missed=1)
+    asked = {"found": 2, "false": 1, "back found": 1, "disputed": 1, "uncounted": 1}
+    assert score_of(verdicts_of(blocks, every, truth)) == Score(asked)
+    assert score_of(verdicts_of(blocks, [], truth)) == Score({"missed": 2, "back missed": 1, "uncounted": 2})
 
 
 def test_what_was_inferred_is_true_where_a_seat_is():
@@ -93,7 +101,7 @@ def box_at(x: float, y: float, length: float, width: float) -> Box:
 
 def seat_at(x: float, y: float) -> RecognisedObject:
     own = np.zeros(0, bool)
-    return RecognisedObject(functions=frozenset({"sittable"}), box=box_at(x, y, 0.45, 0.45), points=own, scores={})
+    return RecognisedObject(functions=frozenset({"sittable"}), box=box_at(x, y, 0.45, 0.45), points=own)
 
 
 def test_a_claim_of_another_function_finds_nothing():

@@ -33,7 +33,7 @@ PROSE = {"text", "bibtex", "toml"}
 # What other tests run (shapes), or no checkout has: bags (test_ros), images over time (test_fusion), other people's and
 # PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
-    r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|bench\.backends|\$SLURM|part_\*|spherefunc demo"
+    r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|\$SLURM|part_\*|spherefunc demo"
     r"|compare (DATA|DIR)|mechanics |demo\.gallery|shapes DIR|pybullet_data"
     r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|shapes mug\.obj|--best|--coacd|compare_shapes"
 )

@@ -10,7 +10,7 @@ import pytest
 from objects_to_scan import write_objects
 from sklearn.base import clone
 
-from spherefunc_bullet.compare.rooms.lessons import Lesson, Sight, counted, examples_kept, kept_lessons, read_lessons
+from spherefunc_bullet.compare.rooms.lessons import Lesson, Sight, counted, examples_kept, kept_lessons
 from spherefunc_bullet.compare.rooms.scan_model import TIDY, Street, learn, streets_of, taught_in_all
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
@@ -86,7 +86,7 @@ def test_what_is_kept_is_what_was_computed(rooms, model, kept):
         assert np.array_equal(one.beside, other.beside)
         for radius, drops in one.record.settled.items():
             assert np.array_equal(drops.rows(), other.record.settled[radius].rows(), equal_nan=True)
-    assert len(list(folder.glob("*.npz"))) == 2
+    assert len(list(folder.glob("*.joblib"))) == 2
 
 
 def test_another_seed_or_sight_is_another_room(rooms, model, kept, monkeypatch):
@@ -130,10 +130,13 @@ def test_useful_examples_are_kept_and_as_many_others():
     assert len(set(rows.tolist())) == 20 and (np.diff(rows) > 0).all()
 
 
-def test_a_damaged_file_is_named(tmp_path):
-    (tmp_path / "room.npz").write_bytes(b"nothing")
-    with pytest.raises(InputError, match=r"room\.npz: expected lessons"):
-        read_lessons(tmp_path / "room.npz")
+def test_a_damaged_file_is_named(rooms, model, tmp_path, monkeypatch):
+    monkeypatch.setattr("spherefunc_bullet.compare.rooms.lessons.room_lessons", lambda *how: [])
+    kept_lessons(rooms[0], SIGHT, model, 0, tmp_path)
+    [file] = tmp_path.iterdir()
+    file.write_bytes(b"nothing")
+    with pytest.raises(InputError, match=rf"{file.name}: expected lessons"):
+        kept_lessons(rooms[0], SIGHT, model, 0, tmp_path)
 
 
 def test_what_says_nothing_of_a_function_changes_nothing_of_it(model):

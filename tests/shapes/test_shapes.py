@@ -335,24 +335,6 @@ def test_a_handle_is_found_where_a_loop_is_open(subject):
     assert [kind for kind, *_ in found] == ["handle filled", "handle closed"] and not list(handle_pairs(subject))
 
 
-def test_what_is_kept_is_held_against_its_cost(tmp_path):
-    from spherefunc_bullet.compare.bench.shape_costs import draw, kept_table, measured
-
-    def row(name, cost, kept):
-        shares = {"capacity_kept": None, "level_kept": kept, "settled_kept": 1.0}
-        return shares | {"name": name, "step_us": cost, "pieces": 1, "build_seconds": 1.0, "keeps": kept > 0.9}
-
-    rows = [row("mesh", 100.0, 1.0), row("hull", 20.0, 0.1), row("vhacd 8", 50.0, 0.95)]
-    (tmp_path / "objects").mkdir()
-    result = {"file": "cup.ply", "shapes": rows, "best": row("fitted 2", 40.0, 1.0)}
-    (tmp_path / "objects" / "cup.json").write_text(json.dumps(result))
-    kinds = measured(tmp_path)
-    wins = {line[0]: tuple(line[-2:]) for line in kept_table(kinds)}  # of all, and without --best
-    assert wins == {"mesh": (0, 0), "hull": (0, 0), "vhacd 8": (0, 1), "--best": (1, 0)}
-    draw(kinds, tmp_path / "shapes.svg")
-    assert (tmp_path / "shapes.svg").stat().st_size > 1_000
-
-
 def test_a_page_counts_what_is_lost_and_not_what_there_is_none_of():
     """A seat whose level is a little higher, and which is still one, is not lost; a table is, by its level."""
     from spherefunc_bullet.shapes.library import kept_counts, summary

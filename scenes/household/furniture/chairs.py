@@ -8,7 +8,7 @@ from trimesh import Trimesh
 
 from ..parts.legs import families, family, four_legs, star_base, stretchers
 from ..parts.outlines import arch, circle, rectangle, rounded
-from ..parts.solids import beam, box, crossbar, cushion, hoop, join, prism, sheet, shift, sweep, tube, turn
+from ..parts.solids import beam, box, crossbar, cushion, hoop, join, prism, rail, sheet, shift, sweep, tube, turn
 
 
 def back_posts(width: float, low: float, high: float, y: float, lean: float, thickness: float):
@@ -158,10 +158,7 @@ def folding_chair(rng: Generator):
         inner = [[0.9 * x, depth / 2 + 0.06, 0.01], [0.9 * x, -depth / 2 + 0.04, seat - 0.01]]
         parts.append(tube(inner, 0.011, sections=8))
         parts.append(beam([0.86 * x, -depth / 2, seat - 0.012], [x, depth / 2 - 0.14, seat - 0.012], 0.02, 0.02))
-    parts += [
-        tube([[-width / 2, y, z], [width / 2, y, z]], 0.009, sections=6)
-        for y, z in ((depth / 2 + 0.05, 0.02), (-depth / 2 - 0.012, 0.05))
-    ]
+    parts += [rail(width, y, z, 0.009) for y, z in ((depth / 2 + 0.05, 0.02), (-depth / 2 - 0.012, 0.05))]
     top = depth / 2 + 0.07
     return join(parts, beam([0, top - 0.02, seat + 0.2], [0, top + 0.03, seat + 0.38], width, 0.015))
 

@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from ..parts.legs import apron, families, family, four_legs, panel_ends, sled, stretchers
 from ..parts.outlines import arc, at_height, circle, superellipse
-from ..parts.solids import box, crossbar, cushion, hoop, join, lathe, prism, sheet, tube
+from ..parts.solids import box, crossbar, cushion, hoop, join, lathe, prism, rod, sheet
 from .tables import top
 
 
@@ -166,14 +166,13 @@ def stool(rng: Generator, *, shape: str = "round", legs: int = 4, height: tuple[
     top = circle(width / 2, 32) if shape == "round" else superellipse(width, 0.85 * width, 6.0, 32)
     parts = [prism(top, 0.03, seat - 0.03)]
     if legs == 3:
-        for angle in np.radians([90, 210, 330]):
-            x, y = np.cos(angle), np.sin(angle)
-            foot = [0.5 * width * x, 0.5 * width * y, 0]
-            parts.append(tube([[0.3 * width * x, 0.3 * width * y, seat - 0.02], foot], 0.018))
-        return join(parts)
+        near, far = 0.3 * width, 0.5 * width
+        ways = [(np.cos(angle), np.sin(angle)) for angle in np.radians([90, 210, 330])]
+        ends = [([near * x, near * y, seat - 0.02], [far * x, far * y, 0]) for x, y in ways]
+        return join(parts, [rod(top, foot, 0.018, 10) for top, foot in ends])
     splay = 0.03 + 0.06 * (seat > 0.6)
-    round_bars = shape == "round"
-    parts += four_legs(0.68 * width, 0.6 * width, seat - 0.02, 0.034, splay=splay, taper=0.8, round_bars=round_bars)
+    size, round_bars = (0.68 * width, 0.6 * width, seat - 0.02), shape == "round"
+    parts += four_legs(*size, 0.034, splay=splay, taper=0.8, round_bars=round_bars)
     inner = 0.68 * width - 0.034 + splay
     return join(parts, stretchers(inner, inner - 0.08 * width, 0.42 * seat, 0.018))
 

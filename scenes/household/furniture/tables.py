@@ -6,7 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..parts.legs import apron, cross_foot, crossed_legs, family, four_legs, pedestal, sled, stretchers, trestles
-from ..parts.outlines import at_height, circle, rounded_rectangle, superellipse
+from ..parts.outlines import at_height, outline, superellipse
 from ..parts.solids import beam, box, join, loft, prism, tube
 
 
@@ -163,11 +163,4 @@ TABLES = [
 
 def top(shape: str, width: float, depth: float, thickness: float, height: float):
     """Return a table top of the given plan whose upper face is at ``height``, metres."""
-    outlines = {
-        "rectangle": lambda: rounded_rectangle(width, depth, 0.004, steps=1),
-        "rounded": lambda: rounded_rectangle(width, depth, 0.25 * min(width, depth), steps=6),
-        "round": lambda: circle(width / 2, 40),
-        "oval": lambda: superellipse(width, depth, 2.0, 40),
-        "boat": lambda: superellipse(width, depth, 3.2, 40),
-    }
-    return prism(outlines[shape](), thickness, height - thickness)
+    return prism(outline(shape, width, depth, corner=0.25, oval=2.0), thickness, height - thickness)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 
 from .outlines import circle, rectangle, rounded
-from .solids import beam, box, crossbar, lathe, shift, stand, sweep, tube
+from .solids import beam, box, crossbar, lathe, rod, shift, stand, sweep, tube
 
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
@@ -80,7 +80,7 @@ def star_base(reach: float, height: float):
         x, y = np.cos(angle), np.sin(angle)
         parts.append(beam([0, 0, 0.1], [reach * x, reach * y, 0.065], 0.05, 0.035, taper=0.7))
         parts.append(shift(castor, reach * x, reach * y, 0.028))
-        parts.append(tube([[reach * x, reach * y, 0.03], [reach * x, reach * y, 0.075]], 0.008, sections=6))
+        parts.append(rod([reach * x, reach * y, 0.03], [reach * x, reach * y, 0.075], 0.008))
     return parts
 
 
@@ -109,6 +109,13 @@ def crossed_legs(width: float, depth: float, height: float, thickness: float):
         for y in (-1, 1):
             parts.append(beam([x, y * depth / 2, height], [x, -y * depth / 2, 0.01], thickness, thickness))
     return [*parts, crossbar(width, 0, height / 2, thickness, thickness)]
+
+
+def crossed_tubes(top: Sequence[float], foot: Sequence[float], high: float, low: float, radius: float):
+    """Return four round legs, from (x, y) at the corners of a rectangle above to those of another below."""
+    return [
+        rod([x * top[0], y * top[1], high], [x * foot[0], y * foot[1], low], radius) for x in (-1, 1) for y in (-1, 1)
+    ]
 
 
 def panel_ends(width: float, depth: float, height: float, thickness: float):

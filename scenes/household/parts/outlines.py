@@ -41,6 +41,26 @@ def rounded_rectangle(width: float, depth: float, corner: float, steps: int = 4)
     return np.concatenate(arcs)
 
 
+def outline(shape: str, width: float, depth: float, *, corner: float = 0.2, oval: float = 2.3) -> np.ndarray:
+    """Return a table top's outline; what is round takes its width alone.
+
+    Parameters
+    ----------
+    corner : float
+        Radius of the corners of what is rounded, in shorter sides.
+    oval : float
+        Exponent of the superellipse: 2 is an ellipse, and more comes nearer to a rectangle.
+    """
+    return {
+        "rectangle": lambda: rounded_rectangle(width, depth, 0.004, steps=1),
+        "rounded": lambda: rounded_rectangle(width, depth, corner * min(width, depth), steps=6),
+        "round": lambda: circle(width / 2, 40),
+        "octagon": lambda: circle(width / 2, 8),
+        "oval": lambda: superellipse(width, depth, oval, 40),
+        "boat": lambda: superellipse(width, depth, 3.2, 40),
+    }[shape]()
+
+
 def rounded(path: ArrayLike, rounds: int = 2) -> np.ndarray:
     """Return a path (K, 3) with its inner corners cut off ``rounds`` times (Chaikin's curve)."""
     path = np.asarray(path, dtype=float)

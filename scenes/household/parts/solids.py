@@ -206,6 +206,16 @@ def crossbar(length: float, y: float, z: float, width: float, depth: float) -> t
     return beam([-length / 2, y, z], [length / 2, y, z], width, depth)
 
 
+def rod(start: ArrayLike, end: ArrayLike, radius: float, sections: int = 6) -> trimesh.Trimesh:
+    """Return a straight round bar."""
+    return tube([start, end], radius, sections=sections)
+
+
+def rail(length: float, y: float, z: float, radius: float, sections: int = 6) -> trimesh.Trimesh:
+    """Return a level round bar from left to right."""
+    return rod([-length / 2, y, z], [length / 2, y, z], radius, sections)
+
+
 def sheet(grid: ArrayLike, thickness: float) -> trimesh.Trimesh:
     """Return a closed solid of even thickness below a grid of surface points (K, N, 3), metres."""
     grid = np.asarray(grid, dtype=float)
