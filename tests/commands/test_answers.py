@@ -8,13 +8,13 @@ import re
 import subprocess
 import sys
 import warnings
-from pathlib import Path
 
 import clouds
 import numpy as np
 import pytest
 import trimesh
 from checkout import ROOT
+from commands import spherefunc
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.conversion import as_cloud
@@ -193,8 +193,7 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
     path = tmp_path / "mug.npz"
     np.savez(path, points=clouds.mug().points)
     answer = sf.classify(path)
-    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--explain", "--json"]
-    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    (row,) = json.loads(spherefunc("classify", path, "--explain", "--json").stdout)
     assert answer.to_dict(explain=True) | {"seconds": 0} == row | {"seconds": 0}
     assert set(row) - set(answer.to_dict()) == {"quantities", "nearest"}
     for reason, decided in zip(answer.deciding["cup"], row["quantities"]["cup"], strict=True):
@@ -206,8 +205,7 @@ def test_several_backends_are_asked_at_once(tmp_path):
     path = tmp_path / "mug.npz"
     np.savez(path, points=clouds.mug().points)
     answer = sf.classify(path, backend="fast,bullet")
-    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--backend", "fast,bullet", "--json"]
-    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    (row,) = json.loads(spherefunc("classify", path, "--backend", "fast,bullet", "--json").stdout)
     assert answer.to_dict() | {"seconds": 0} == row | {"seconds": 0}
     for name, opinion in row["backends"].items():
         alone = sf.classify(path, backend=name)

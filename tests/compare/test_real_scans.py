@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import json
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from checkout import DATA
+from commands import ended
 from room_shapes import room
 
 from spherefunc_bullet.compare.rooms.exam import interval
 from spherefunc_bullet.compare.rooms.matching import Score, Verdict, best_pairs, judged, judged_by_place, score_of
+from spherefunc_bullet.compare.rooms.real_scans import main
 from spherefunc_bullet.compare.rooms.truth import RecognisedObject, TrueObject, true_objects
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.ply import ply_bytes
@@ -187,9 +189,10 @@ def write_labelled_room(folder: Path):
     (folder / "room_instances.csv").write_text("\n".join(["label,name,function_label,pose,comment", *lines]) + "\n")
 
 
-def real_scans(*words) -> subprocess.CompletedProcess:
-    call = [sys.executable, "-m", "spherefunc_bullet.compare.rooms.real_scans", *map(str, words)]
-    return subprocess.run(call, capture_output=True, text=True, check=False)
+def real_scans(*words: object) -> subprocess.CompletedProcess:
+    app = typer.Typer(add_completion=False)
+    app.command()(main)
+    return ended(lambda: app([str(each) for each in words]))
 
 
 @pytest.mark.slow

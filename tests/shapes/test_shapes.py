@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import trimesh
+from objects_to_scan import slab_on_posts
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
@@ -323,6 +324,20 @@ def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
     assert [path.name for path in objects_in([tmp_path])] == ["mug.urdf"]
     (tmp_path / "manifest.csv").write_text("file,label\ncup.obj,cup\nchair.ply,sittable\n")
     assert [path.name for path in objects_in([tmp_path])] == ["cup.obj", "chair.ply"]
+
+
+def test_what_is_done_to_a_seat_and_a_table_is_known():
+    """Each is met as it is, moved by less than a millimetre, and with something added or lowered."""
+    from spherefunc_bullet.compare.bench.shape_pairs import pairs
+
+    mesh = slab_on_posts(0.4, 0.4, 0.45)
+    stool = Subject(cloud_from_mesh(mesh.vertices, mesh.faces, "stool"))
+    made = {label: list(pairs(stool, label, np.random.default_rng(0))) for label in ("table", "sittable")}
+    lost = {label: {kind for kind, is_lost, _ in found if is_lost} for label, found in made.items()}
+    assert lost == {"table": {"legs joined", "lowered"}, "sittable": {"legs joined", "lowered", "seat filled"}}
+    tops = {kind: solid.vertices[:, 2].max() for kind, _, solid in made["sittable"]}
+    assert tops["lowered"] == pytest.approx(0.43) and tops["seat filled"] > 0.5
+    assert tops["copy"] == pytest.approx(0.45, abs=0.001) and tops["legs joined"] == pytest.approx(0.45, abs=1e-6)
 
 
 def test_a_handle_is_found_where_a_loop_is_open(subject):
