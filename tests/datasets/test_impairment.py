@@ -459,14 +459,17 @@ def replace_row(row: dict, **values) -> dict:
 @pytest.mark.slow
 @pytest.mark.skipif(not (MODELS / "manifest.csv").is_file(), reason="the models are not beside the repository")
 def test_seats_and_tops_are_where_the_catalogue_says_things_come_to_rest():
-    """Which is known of 57 objects and never an input; ``pytest -s`` prints how far off the finder is."""
+    """Which is known of 57 objects, of which half are asked, and never an input.
+
+    ``pytest -s`` prints how far off the finder is.
+    """
     errors = []
     with (MODELS / "manifest.csv").open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            known = re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])
-            if known and row["label"] in ("sittable", "table"):
-                level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
-                errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
+        furniture = [row for row in csv.DictReader(file) if row["label"] in ("sittable", "table")]
+    stated = [(row, re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])) for row in furniture]
+    for row, known in [(row, known) for row, known in stated if known][::2]:
+        level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
+        errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
     near = sum(error < 0.05 for error in errors)
     print(f"{near} of {len(errors)} within 5 cm, the median within {1000 * np.median(errors):.0f} mm")
-    assert len(errors) > 50 and near / len(errors) > 0.9 and np.median(errors) < 0.01
+    assert len(errors) > 25 and near / len(errors) > 0.9 and np.median(errors) < 0.01
