@@ -80,7 +80,7 @@ def test_same_seed_same_disorder(data, rooms):
         assert np.array_equal(whole_scan(one).points, whole_scan(other).points)
 
 
-@pytest.mark.parametrize("kind", ALONE)
+@pytest.mark.parametrize("kind", ["chairs", "stacks", "all"])
 def test_nothing_crosses_anything(rooms, kind):
     for room in rooms[kind]:
         everything = Occupancy.of(room.size, (placed.points for placed in room.objects))

@@ -128,11 +128,15 @@ def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
     assert {name.split()[0] for name in candidates.candidates(subject.cloud, 0.005)} >= {"vhacd"}  # it is installed
 
 
-def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
+def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject, monkeypatch):
+    """Of shapes that were found by a search; here by one that finds staves at once."""
     from dataclasses import replace
 
+    from spherefunc_bullet.shapes import compared
     from spherefunc_bullet.shapes.compared import STRICT, best_shape
 
+    found = [[("staves", lambda: of_pieces("staves", staves()))]]
+    monkeypatch.setattr(compared, "kinds", lambda *_: found)
     solid, row = best_shape(subject, STRICT)
     other = replace(solid, name="vhacd 32")
     cheap, dear = (replace(row, name="vhacd 32", step_us=row.step_us * times) for times in (0.5, 2.0))
