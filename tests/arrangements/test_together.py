@@ -213,6 +213,7 @@ def test_a_mug_on_a_table_stays_a_mug_and_the_table_a_table():
     assert mug.together["cup"].member and table_.together["table"].member and found.notes == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading_deg", [17.0, 45.0])
 def test_no_heading_takes_a_table_its_function(heading_deg):
     """Nor does the frame in which its file has it: spheres fall on its top, not on a box around its corners."""

@@ -174,6 +174,7 @@ def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
     assert len(drops) == once + 2 and anew.profiles_.tobytes() == first.profiles_.tobytes()
 
 
+@pytest.mark.slow
 def test_python_by_example_runs_as_it_stands(tmp_path):
     """Its Python, in a folder with one scan and one model, in a process of its own."""
     text = README.read_text(encoding="utf-8")

@@ -42,7 +42,7 @@ ELSEWHERE = re.compile(
 TESTED = {"python.md": "test_answers.py", "backends.md": "test_conformance.py"}
 NOT_OURS = {"pip", "pytest", "make", "dask", "sbatch", "python3", "night/ledger.sqlite"}
 SLOW = re.compile(
-    r"--run night|carry |together |shapes mug|--prove|prove=True|DATA --backend bullet"
+    r"--run night|my_objects|carry |together |shapes mug|--prove|prove=True|DATA --backend bullet"
     r"|scene room|poses |cd household|household household|mug_01|bench\.(written_shapes|shape_pairs)"
 )
 FEW = "few"  # in place of DATA for benches of shapes

@@ -24,6 +24,8 @@ from spherefunc_bullet.scenes.virtual_rooms.occupancy import SIDE, Occupancy
 from spherefunc_bullet.scenes.virtual_rooms.scans import Resolution, scan_room, whole_scan
 from spherefunc_bullet.scenes.virtual_rooms.surroundings import BED, CARTON, CLUTTER, PILE, SHELF, SILL
 
+pytestmark = pytest.mark.slow
+
 KINDS = [kind.name for kind in fields(LivedIn)]
 ALONE = {"chairs": 2, "stacks": 2, "sills": 1, "clutter": 1, "all": 1}  # rooms
 

@@ -84,6 +84,7 @@ def test_a_shape_of_voxels_is_still_a_cup(subject):
     assert row.functions["cup"][0] and row.capacity_kept > 0.95, row.verdict
 
 
+@pytest.mark.slow
 def test_the_best_is_written_where_its_file_has_it(tmp_path):
     mesh = cup().apply_translation([1.0, -2.0, 0.5])
     mesh.export(tmp_path / "cup.obj")

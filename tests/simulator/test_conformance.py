@@ -56,6 +56,7 @@ def suite(backend: str, folder: Path, *arguments: str, as_installed: bool = Fals
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False).stdout
 
 
+@pytest.mark.slow
 def test_the_page_s_backend_keeps_the_contract(sticky):
     required = "not mechanics and not proofs"  # without the optional parts, which it lacks
     printed = suite("sticky", sticky, "-k", required, as_installed=True)
@@ -63,6 +64,7 @@ def test_the_page_s_backend_keeps_the_contract(sticky):
     assert int(re.search(r"(\d+) passed", printed)[1]) > 10 * len(SHAPES)  # ten truths of each shape, and others
 
 
+@pytest.mark.slow
 def test_a_backend_that_breaks_the_contract_is_told(sticky):
     source = sticky / "spherefunc_sticky.py"
     source.write_text(source.read_text().replace("default_rng(seed)", "default_rng()"))
