@@ -112,16 +112,9 @@ def profile_of(drops: Drops, radius: float, smaller: Smaller | None = None) -> P
         | pile(columns)
         | carrying_level(columns, height, level, piece)
         | staying(drops, columns, piece)
-        | {"walled_in": walled_in(drops)}
+        | {"walled_in": float(np.nanmean(np.asarray(drops.walled_in, float)))}
         | gaps(columns, smaller)
     )
-
-
-def walled_in(drops: Drops) -> float:
-    """Return the share of the spheres that were looked at which have the object on every side; NaN where none was."""
-    looked = np.asarray(drops.walled_in, float)
-    looked = looked[~np.isnan(looked)]
-    return float(looked.mean()) if len(looked) else np.nan
 
 
 def whole(columns: Columns) -> Profile:
