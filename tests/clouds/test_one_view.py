@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from clouds import mug
+from commands import spherefunc
 from room_shapes import box, square_table
 
 import spherefunc_bullet as sf
@@ -74,8 +72,7 @@ def test_what_has_an_underside_is_no_view(seen_mug):
 
 def test_the_command_says_the_same(seen_mug, tmp_path):
     np.savetxt(tmp_path / "view.xyz", seen_mug)
-    call = [Path(sys.executable).with_name("spherefunc"), "classify", tmp_path / "view.xyz", "--json"]
-    (row,) = json.loads(subprocess.run(call, capture_output=True, text=True, check=True).stdout)
+    (row,) = json.loads(spherefunc("classify", tmp_path / "view.xyz", "--json").stdout)
     assert row["functions"]["cup"]["member"]
     assert row["unsure"]
     assert row["reasons"][-1] == COMPLETED

@@ -8,13 +8,13 @@ import re
 import subprocess
 import sys
 import warnings
-from pathlib import Path
 
 import clouds
 import numpy as np
 import pytest
 import trimesh
 from checkout import ROOT
+from commands import spherefunc
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.conversion import as_cloud
@@ -174,6 +174,7 @@ def test_spheres_fall_once_on_the_same_cloud(monkeypatch):
     assert len(drops) == once + 2 and anew.profiles_.tobytes() == first.profiles_.tobytes()
 
 
+@pytest.mark.slow
 def test_python_by_example_runs_as_it_stands(tmp_path):
     """Its Python, in a folder with one scan and one model, in a process of its own."""
     text = README.read_text(encoding="utf-8")
@@ -193,8 +194,7 @@ def test_an_answer_is_what_the_command_prints(tmp_path):
     path = tmp_path / "mug.npz"
     np.savez(path, points=clouds.mug().points)
     answer = sf.classify(path)
-    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--explain", "--json"]
-    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    (row,) = json.loads(spherefunc("classify", path, "--explain", "--json").stdout)
     assert answer.to_dict(explain=True) | {"seconds": 0} == row | {"seconds": 0}
     assert set(row) - set(answer.to_dict()) == {"quantities", "nearest"}
     for reason, decided in zip(answer.deciding["cup"], row["quantities"]["cup"], strict=True):
@@ -206,8 +206,7 @@ def test_several_backends_are_asked_at_once(tmp_path):
     path = tmp_path / "mug.npz"
     np.savez(path, points=clouds.mug().points)
     answer = sf.classify(path, backend="fast,bullet")
-    command = [Path(sys.executable).with_name("spherefunc"), "classify", path, "--backend", "fast,bullet", "--json"]
-    (row,) = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    (row,) = json.loads(spherefunc("classify", path, "--backend", "fast,bullet", "--json").stdout)
     assert answer.to_dict() | {"seconds": 0} == row | {"seconds": 0}
     for name, opinion in row["backends"].items():
         alone = sf.classify(path, backend=name)

@@ -1,4 +1,7 @@
-"""The console script as scripts use it: JSON fields, streams and exit codes, in processes of their own."""
+"""The console script as scripts use it: JSON fields, streams and exit codes.
+
+In processes of their own where it is the process that is tested, else by the same calls in this one.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,7 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.files import cache_home
 from spherefunc_bullet.formats.units import parse_lengths
+from spherefunc_bullet.learning import function_classifier
 
 SCRIPT = Path(sys.executable).with_name("spherefunc")
 SIMULATE_FIELDS = {
@@ -35,6 +39,7 @@ SIMULATE_FIELDS = {
     "seconds",
     "bounding_box",
 }
+TREES = 20  # of a forest, which learn quickly; objects here differ in everything
 FIGURES = {"f_measure", "f_measure_std", "f_measure_fair", "precision", "recall", "accuracy", "radius"}
 
 
@@ -56,20 +61,22 @@ def run(tmp_path_factory):
     return spherefunc
 
 
+def invoke(*arguments) -> subprocess.CompletedProcess:
+    """Do as the script does, without the seconds that a new process costs."""
+    done = CliRunner().invoke(application(), [str(each) for each in arguments])
+    if isinstance(done.exception, InputError):  # what `main` turns into a line and a code
+        return subprocess.CompletedProcess(arguments, 2, done.stdout, f"{done.stderr}{done.exception}\n")
+    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
+    return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
+
+
 @pytest.fixture
-def call(run, tmp_path, monkeypatch):
-    """Return a function that does as the script does, without the seconds that a new process costs."""
+def call(tmp_path, monkeypatch):
+    """Return `invoke`, with an empty cache."""
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(function_classifier, "TREES", TREES)
     monkeypatch.chdir(tmp_path)
-
-    def spherefunc(*arguments):
-        done = CliRunner().invoke(application(), [str(each) for each in arguments])
-        if isinstance(done.exception, InputError):  # what `main` turns into a line and a code
-            return subprocess.CompletedProcess(arguments, 2, done.stdout, f"{done.stderr}{done.exception}\n")
-        assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-        return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
-
-    return spherefunc
+    return invoke
 
 
 @pytest.fixture(scope="module")
@@ -112,17 +119,20 @@ def subset(data, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def trained(run, subset, tmp_path_factory):
+def trained(subset, tmp_path_factory):
     """Return a model's path and what its training printed."""
     path = tmp_path_factory.mktemp("model") / "model.npz"
-    done = run("train", subset, "--out", path, "--radii", "2cm,1cm", "--jobs", 1, "--json")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SPHEREFUNC_CACHE", str(path.with_name("cache")))
+        patch.setattr(function_classifier, "TREES", TREES)
+        done = invoke("train", subset, "--out", path, "--radii", "2cm,1cm", "--jobs", 1, "--json")
     assert done.returncode == 0, done.stderr
     return path, json.loads(done.stdout)
 
 
-def test_several_data_sets_are_learnt_as_one(run, subset, tmp_path):
+def test_several_data_sets_are_learnt_as_one(call, subset, tmp_path):
     few = ("--radii", "5cm", "--jobs", 1, "--json", "--out", tmp_path / "model.npz")
-    one, both = (json.loads(run("train", *given, *few).stdout) for given in ((subset,), (subset, subset)))
+    one, both = (json.loads(call("train", *given, *few).stdout) for given in ((subset,), (subset, subset)))
     assert both["objects"] == 2 * one["objects"]
     assert both["functions"] == {name: 2 * count for name, count in one["functions"].items()}
 
@@ -161,8 +171,8 @@ def test_lengths_take_a_unit(call, data, radius):
     assert row["radius"] == 0.02
 
 
-def test_simulate_writes_centres_named_for_the_file(run, data, tmp_path):
-    done = run("simulate", data / "cup_0.npz", "--radius", "1cm,2cm", "--out", tmp_path / "new" / "folder", "--json")
+def test_simulate_writes_centres_named_for_the_file(call, data, tmp_path):
+    done = call("simulate", data / "cup_0.npz", "--radius", "1cm,2cm", "--out", tmp_path / "new" / "folder", "--json")
     rows = json.loads(done.stdout)
     files = sorted((tmp_path / "new" / "folder").iterdir())
     assert len(rows) == len(files) == 2
@@ -191,9 +201,9 @@ def test_without_json_there_is_a_table(call, data):
     assert done.returncode == 0 and not said(done) and "cup_0.npz" in done.stdout
 
 
-def test_other_files_of_the_call_are_still_done(run, data, tmp_path):
+def test_other_files_of_the_call_are_still_done(call, data, tmp_path):
     (tmp_path / "broken.ply").write_bytes(b"ply\nformat ascii 1.0\nelement vertex 3\n")
-    done = run("simulate", tmp_path / "broken.ply", data / "cup_0.npz", "--radius", "2cm", "--json")
+    done = call("simulate", tmp_path / "broken.ply", data / "cup_0.npz", "--radius", "2cm", "--json")
     check_refused(done, "broken.ply")
     assert [row["file"] for row in json.loads(done.stdout)] == [str(data / "cup_0.npz")]
 
@@ -245,9 +255,9 @@ def test_train_prints_the_contract(trained):
     assert path.is_file()
 
 
-def test_what_was_learnt_is_recognised(run, trained, data):
+def test_what_was_learnt_is_recognised(call, trained, data):
     files = [data / f"{label}_3.npz" for label in ("cup", "table", "sittable", "none")]
-    done = run("classify", *files, "--model", trained[0], "--json")
+    done = call("classify", *files, "--model", trained[0], "--json")
     assert done.returncode == 0 and not said(done)
     rows = json.loads(done.stdout)
     members = []
@@ -295,7 +305,7 @@ def test_classify_refuses_what_it_cannot_use(call, trained, data):
     assert failed.keys() == {"file", "error"} and "gone.ply" in failed["error"] and answer["functions"]
 
 
-def test_classify_takes_folders_and_names_on_stdin(run, call, trained, data, tmp_path):
+def test_classify_takes_folders_and_names_on_stdin(call, trained, data, tmp_path):
     (tmp_path / "objects" / "deep").mkdir(parents=True)
     for name in ("cup_3", "table_3"):
         (tmp_path / "objects" / "deep" / f"{name}.npz").write_bytes((data / f"{name}.npz").read_bytes())
@@ -424,9 +434,9 @@ def test_train_refuses_what_it_cannot_use(call, subset, tmp_path):
     check_refused(call("train", subset, "--out", tmp_path, "--radii", "2cm", "--jobs", 1), "can be written")
 
 
-def test_evaluate_prints_the_contract(run, data):
+def test_evaluate_prints_the_contract(call, data):
     arguments = ("--trials", 2, "--train-sizes", "4,half", "--radii", "1cm,2cm", "--jobs", 1)
-    done = run("evaluate", data, *arguments, "--method", "paper", "--leave-one-out", "--groups", "--json")
+    done = call("evaluate", data, *arguments, "--method", "paper", "--leave-one-out", "--groups", "--json")
     assert done.returncode == 0 and not said(done)
     report = json.loads(done.stdout)
     assert (report["backend"], report["method"]) == ("fast", "paper")
@@ -513,15 +523,15 @@ def test_evaluate_refuses_what_it_cannot_do(call, data, subset):
     check_refused(call("evaluate", subset, "--train-sizes", "half", "--groups", *quick), "group")
 
 
-def test_backends_are_listed(run):
-    rows = json.loads(run("backends", "--json").stdout)
+def test_backends_are_listed(call):
+    rows = json.loads(call("backends", "--json").stdout)
     fast = next(row for row in rows if row["name"] == "fast")
     assert fast["available"] and fast["version"] and fast["options"]
-    assert "fast" in run("backends").stdout
+    assert "fast" in call("backends").stdout
 
 
-def test_catalogue_is_built(run, tmp_path):
-    done = run("dataset", "build", "household", tmp_path / "set", "--json")
+def test_catalogue_is_built(call, tmp_path):
+    done = call("dataset", "build", "household", tmp_path / "set", "--json")
     assert done.returncode == 0 and json.loads(done.stdout)["objects"] == 200
     with open(tmp_path / "set" / "manifest.csv", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

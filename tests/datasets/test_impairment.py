@@ -291,11 +291,15 @@ def test_a_cloud_has_what_points_can_show():
 
 @pytest.mark.parametrize("category", ["mug", "dining_chair", "coffee_table"])
 def test_every_kind_is_made_or_left_out_and_repeats_bit_for_bit(category):
+    """Whatever was made of the object before: the second time they are made in the opposite order."""
     item = next(item for item in household_objects() if item.category == category)
-    for each in IMPAIRMENTS:
-        if item.label not in each.functions:
-            continue
-        first, again = (each.applied(specimen(item.mesh, item.label), item.name, 3) for _ in range(2))
+    kinds = [each for each in IMPAIRMENTS if item.label in each.functions]
+    made = []
+    for order in (kinds, kinds[::-1]):
+        target = specimen(item.mesh, item.label)
+        made.append({each.kind: each.applied(target, item.name, 3) for each in order})
+    for each in kinds:
+        first, again = (copies[each.kind] for copies in made)
         assert (first is None) == (again is None)
         if first is not None:
             assert copy_ply(first) == copy_ply(again)
@@ -455,14 +459,17 @@ def replace_row(row: dict, **values) -> dict:
 @pytest.mark.slow
 @pytest.mark.skipif(not (MODELS / "manifest.csv").is_file(), reason="the models are not beside the repository")
 def test_seats_and_tops_are_where_the_catalogue_says_things_come_to_rest():
-    """Which is known of 57 objects and never an input; ``pytest -s`` prints how far off the finder is."""
+    """Which is known of 57 objects, of which half are asked, and never an input.
+
+    ``pytest -s`` prints how far off the finder is.
+    """
     errors = []
     with (MODELS / "manifest.csv").open(newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            known = re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])
-            if known and row["label"] in ("sittable", "table"):
-                level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
-                errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
+        furniture = [row for row in csv.DictReader(file) if row["label"] in ("sittable", "table")]
+    stated = [(row, re.search(r"dropOnTopElevation ([\d.]+) cm", row["notes"])) for row in furniture]
+    for row, known in [(row, known) for row, known in stated if known][::2]:
+        level = Specimen(load_cloud(MODELS / row["file"]), row["label"]).level
+        errors.append(np.inf if level is None else abs(level.height - float(known[1]) / 100))
     near = sum(error < 0.05 for error in errors)
     print(f"{near} of {len(errors)} within 5 cm, the median within {1000 * np.median(errors):.0f} mm")
-    assert len(errors) > 50 and near / len(errors) > 0.9 and np.median(errors) < 0.01
+    assert len(errors) > 25 and near / len(errors) > 0.9 and np.median(errors) < 0.01

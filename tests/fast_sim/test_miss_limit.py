@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import clouds
 import numpy as np
 import pytest
+from commands import spherefunc
 
 from spherefunc_bullet.clouds.cloud import load_cloud
 from spherefunc_bullet.compare.comparison.experiment import Experiment, as_toml, candidates, read_experiment
@@ -19,8 +18,6 @@ from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import LIMITED, TO_THE_END
 from spherefunc_bullet.settling.settling import drop_settings
 from spherefunc_bullet.simulator import DropSettings, make_simulator
-
-COMMAND = Path(sys.executable).with_name("spherefunc")
 
 
 @pytest.fixture
@@ -37,13 +34,9 @@ def folder(tmp_path, monkeypatch) -> Path:
     return folder
 
 
-def called(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False)
-
-
 def simulated(file: Path, *options) -> dict:
     """Return what `simulate` prints of a file."""
-    done = called("simulate", file, "--radius", "2cm", "--json", *options)
+    done = spherefunc("simulate", file, "--radius", "2cm", "--json", *options)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)[0]
 
@@ -74,7 +67,7 @@ def test_runs_for_features_take_it_and_are_kept_apart(length):
 @pytest.mark.parametrize("command", ["evaluate", "batch"])
 def test_commands_take_it(folder, tmp_path, command):
     arguments = [command, folder, "--method", "cubes", "--radii", "3cm", "--miss-limit", 4, "--json"]
-    done = called(*arguments, *(["--run", tmp_path / "run"] if command == "batch" else ["--trials", 1]))
+    done = spherefunc(*arguments, *(["--run", tmp_path / "run"] if command == "batch" else ["--trials", 1]))
     assert done.returncode == 0, done.stderr
 
 
@@ -88,5 +81,5 @@ def test_an_experiment_keeps_it(tmp_path):
 def test_where_runs_are_so_many_drops_it_is_refused(folder):
     with pytest.raises(InputError, match="miss limit 9: expected with method cubes or paper"):
         METHODS["profile"].length.ending(9)
-    done = called("evaluate", folder, "--miss-limit", 9)
+    done = spherefunc("evaluate", folder, "--miss-limit", 9)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from checkout import ROOT
+from commands import spherefunc
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
@@ -339,9 +338,8 @@ def test_the_command_prints_what_the_contract_names(tmp_path):
 
     trimesh.Trimesh(*CUP).export(tmp_path / "cup.ply")
     (tmp_path / "bad.ply").write_text("nothing")
-    command = [Path(sys.executable).with_name("spherefunc"), "places", tmp_path / "cup.ply", tmp_path / "bad.ply"]
     page = tmp_path / "places.html"
-    answer = subprocess.run([*command, "--json", "--page", page], capture_output=True, text=True, check=False)
+    answer = spherefunc("places", tmp_path / "cup.ply", tmp_path / "bad.ply", "--json", "--page", page)
     assert answer.returncode == 2
     assert "1 of 1 places to pour" in page.read_text()
     (row,) = json.loads(answer.stdout)

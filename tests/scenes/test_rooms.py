@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from clouds import level, mug, sheet
+from commands import spherefunc
 from PIL import Image
 from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_table
 
@@ -28,11 +26,6 @@ from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
 def recognised():
     points, _ = room()
     return recognise(scan_from_points(points, "room"), load_model(shipped_model("fast", scans=True)))
-
-
-def spherefunc(*words) -> subprocess.CompletedProcess:
-    call = [Path(sys.executable).with_name("spherefunc"), *map(str, words)]
-    return subprocess.run(call, capture_output=True, text=True, check=False)
 
 
 # Scans

@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import trimesh
+from objects_to_scan import slab_on_posts
 
 import spherefunc_bullet as sf
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh
@@ -83,6 +84,7 @@ def test_a_shape_of_voxels_is_still_a_cup(subject):
     assert row.functions["cup"][0] and row.capacity_kept > 0.95, row.verdict
 
 
+@pytest.mark.slow
 def test_the_best_is_written_where_its_file_has_it(tmp_path):
     mesh = cup().apply_translation([1.0, -2.0, 0.5])
     mesh.export(tmp_path / "cup.obj")
@@ -127,11 +129,15 @@ def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
     assert {name.split()[0] for name in candidates.candidates(subject.cloud, 0.005)} >= {"vhacd"}  # it is installed
 
 
-def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject):
+def test_no_shape_of_the_table_that_keeps_everything_is_cheaper_than_the_best(subject, monkeypatch):
+    """Of shapes that were found by a search; here by one that finds staves at once."""
     from dataclasses import replace
 
+    from spherefunc_bullet.shapes import compared
     from spherefunc_bullet.shapes.compared import STRICT, best_shape
 
+    found = [[("staves", lambda: of_pieces("staves", staves()))]]
+    monkeypatch.setattr(compared, "kinds", lambda *_: found)
     solid, row = best_shape(subject, STRICT)
     other = replace(solid, name="vhacd 32")
     cheap, dear = (replace(row, name="vhacd 32", step_us=row.step_us * times) for times in (0.5, 2.0))
@@ -323,6 +329,20 @@ def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
     assert [path.name for path in objects_in([tmp_path])] == ["mug.urdf"]
     (tmp_path / "manifest.csv").write_text("file,label\ncup.obj,cup\nchair.ply,sittable\n")
     assert [path.name for path in objects_in([tmp_path])] == ["cup.obj", "chair.ply"]
+
+
+def test_what_is_done_to_a_seat_and_a_table_is_known():
+    """Each is met as it is, moved by less than a millimetre, and with something added or lowered."""
+    from spherefunc_bullet.compare.bench.shape_pairs import pairs
+
+    mesh = slab_on_posts(0.4, 0.4, 0.45)
+    stool = Subject(cloud_from_mesh(mesh.vertices, mesh.faces, "stool"))
+    made = {label: list(pairs(stool, label, np.random.default_rng(0))) for label in ("table", "sittable")}
+    lost = {label: {kind for kind, is_lost, _ in found if is_lost} for label, found in made.items()}
+    assert lost == {"table": {"legs joined", "lowered"}, "sittable": {"legs joined", "lowered", "seat filled"}}
+    tops = {kind: solid.vertices[:, 2].max() for kind, _, solid in made["sittable"]}
+    assert tops["lowered"] == pytest.approx(0.43) and tops["seat filled"] > 0.5
+    assert tops["copy"] == pytest.approx(0.45, abs=0.001) and tops["legs joined"] == pytest.approx(0.45, abs=1e-6)
 
 
 def test_a_handle_is_found_where_a_loop_is_open(subject):

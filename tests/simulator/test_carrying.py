@@ -18,7 +18,7 @@ from spherefunc_bullet.simulator.mechanics import CarrySettings, able_backends, 
 pytestmark = pytest.mark.slow
 
 RADIUS = 0.01  # metres, of the spheres
-STEP = 2.5  # degrees between the angles that are tried; with the 5 degrees allowed, theory is between two of them
+OFF = 5.0  # degrees by which a mesh of 48 sides and a sphere that is turned round, not tilted once, may be off theory
 
 
 @pytest.fixture(scope="module", params=sorted(backend_entry_points()))
@@ -45,29 +45,27 @@ def pan(low: float, high: float, height: float, sections: int = 48) -> Cloud:
     return cloud_from_mesh(vertices, faces, "pan")
 
 
-def critical_angle(simulator, cloud: Cloud, about: float, haste: float = 0.1) -> float:
-    """Return the first angle, degrees, at which the one sphere that lies in a vessel has left it; 180 if none.
+def leaves_at(simulator, cloud: Cloud, theory: float, haste: float = 0.1) -> bool:
+    """Return whether the one sphere that lies in a vessel stays until just below an angle, degrees, and leaves above.
 
     Without haste, since theory knows no speed.
     """
-    angles = tuple(about + STEP * k for k in range(-4, 5) if 0 < about + STEP * k <= 180)
-    settings = CarrySettings(radius=RADIUS, spheres=1, angles_deg=angles, haste=haste, shake=0.0)
-    result = simulator.carry(cloud, settings, 0)
-    return next((angle for angle, kept in zip(angles, result.kept, strict=True) if kept < 1), 180.0)
+    around = (theory - OFF, theory + OFF)
+    settings = CarrySettings(radius=RADIUS, spheres=1, angles_deg=around, haste=haste, shake=0.0)
+    return simulator.carry(cloud, settings, 0).kept == (1, 0)
 
 
 @pytest.mark.parametrize("rim", [0.3, 0.5, 0.8])
 def test_a_sphere_leaves_a_ring_when_its_weight_acts_beyond_the_rim(simulator, rim):
     """It leans on the rim at a height of h; it goes over when the angle is that whose cosine is 1 - h / r."""
     theory = np.degrees(np.arccos(1 - rim))
-    found = critical_angle(simulator, pan(0.04, 0.04, rim * RADIUS), theory, haste=0.03)  # a low rim is soon jumped
-    assert found == pytest.approx(theory, abs=5)
+    # A low rim is soon jumped.
+    assert leaves_at(simulator, pan(0.04, 0.04, rim * RADIUS), theory, haste=0.03)
 
 
 def test_a_sphere_leaves_a_straight_tube_beyond_a_right_angle(simulator):
     """The wall is then level."""
-    found = critical_angle(simulator, pan(0.03, 0.03, 0.06), 90)
-    assert found == pytest.approx(90, abs=5)
+    assert leaves_at(simulator, pan(0.03, 0.03, 0.06), 90)
 
 
 @pytest.mark.parametrize("slope", [30.0, 45.0, 60.0])
@@ -75,12 +73,11 @@ def test_a_sphere_leaves_a_cone_when_its_wall_is_level(simulator, slope):
     """A wall that rises by an angle is level at that angle."""
     length = 0.06
     cone = pan(0.02, 0.02 + length * np.cos(np.radians(slope)), length * np.sin(np.radians(slope)))
-    found = critical_angle(simulator, cone, slope)
-    assert found == pytest.approx(slope, abs=5)
+    assert leaves_at(simulator, cone, slope)
 
 
 # From 2 mm to a quarter of the opening: 300 of the smaller spheres fill a part of it, the others all of it.
-@pytest.mark.parametrize(("radius", "haste"), [(0.002, 1.0), (0.005, 1.0), (0.008, 0.3), (0.015, 0.03)])
+@pytest.mark.parametrize(("radius", "haste"), [(0.002, 1.0), (0.005, 1.0), (0.015, 0.1)])
 def test_a_tube_twice_as_deep_as_wide_keeps_what_is_in_it(simulator, radius, haste):
     """Spheres that went through the wall or the floor were missing; over the rim hardly one can go at 45 degrees."""
     tube = pan(0.03, 0.03, 0.12)
@@ -101,7 +98,7 @@ def test_a_sphere_that_goes_through_a_wall_is_an_error_of_the_run(simulator, mon
 
 
 def test_steps_are_made_finer_until_no_sphere_goes_through_a_wall(simulator, monkeypatch):
-    for name, value in {"ITERATIONS": 5, "SUB_STEPS_OF_MANY": 1, "STIFFNESS": 0.1, "FINER": (1, 12)}.items():
+    for name, value in {"ITERATIONS": 5, "SUB_STEPS_OF_MANY": 1, "STIFFNESS": 0.1, "FINER": (1, 6)}.items():
         monkeypatch.setattr(carrying, name, value)
     settings = CarrySettings(radius=0.005, angles_deg=(45.0,), shake=0.0)
     assert simulator.carry(pan(0.03, 0.03, 0.16), settings, 0).kept[0] >= 0.93
@@ -120,13 +117,14 @@ def test_only_what_is_in_the_vessel_counts(simulator):
     assert served.filled == pytest.approx(alone.filled, rel=0.1) and served.kept[0] >= 0.9
 
 
-@pytest.mark.parametrize(("low", "high", "height"), [(0.08, 0.1, 0.015), (0.03, 0.05, 0.04)])
-def test_who_tilts_it_more_slowly_keeps_as_much(simulator, low, high, height):
-    """A plate and a cup: with a quarter of the haste. Two spheres in twenty may fall otherwise."""
-    settings = [CarrySettings(angles_deg=(15.0, 45.0), haste=haste) for haste in (1.0, 0.25)]
-    quick, slow = (np.mean([simulator.carry(pan(low, high, height), one, seed).kept for seed in (0, 1)], axis=0)
-                   for one in settings)
-    assert np.abs(quick - slow).max() <= 0.12
+@pytest.mark.parametrize(("low", "high", "height", "angle"), [(0.08, 0.1, 0.015, 15.0), (0.03, 0.05, 0.04, 45.0)])
+def test_who_tilts_it_more_slowly_keeps_as_much(simulator, low, high, height, angle):
+    """A plate and a cup, each where it loses a part: with a quarter of the haste. Two spheres in twenty may differ."""
+    settings = [CarrySettings(angles_deg=(angle,), haste=haste) for haste in (1.0, 0.25)]
+    quick, slow = (
+        np.mean([simulator.carry(pan(low, high, height), one, seed).kept[0] for seed in (0, 1)]) for one in settings
+    )
+    assert abs(quick - slow) <= 0.12
 
 
 def test_a_vessel_is_filled_to_what_it_holds(simulator):
@@ -138,7 +136,7 @@ def test_a_vessel_is_filled_to_what_it_holds(simulator):
     assert filled[0.5] == pytest.approx(0.5 * filled[1.0], abs=1) and filled[0.9] < filled[1.0]
 
 
-@pytest.mark.parametrize("height", [0.03, 0.06, 0.09])
+@pytest.mark.parametrize("height", [0.03, 0.09])
 def test_a_hole_shows_at_its_height(simulator, height):
     """A tube of 12 cm with a window of 24 by 24 mm in its wall keeps what lies below that, of what it would hold."""
     turn, levels = np.linspace(0, 2 * np.pi, 61)[:-1], np.linspace(0, 0.12, 41)
