@@ -26,7 +26,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
 from spherefunc_bullet.learning.profiles.columns import columns_of, largest_piece, near_pairs, outline_of, pieces_of
 from spherefunc_bullet.learning.profiles.quantities import NAMES, QUANTITIES, Ranks, profiles_over
 from spherefunc_bullet.learning.resting_profile import RestingProfile
-from spherefunc_bullet.settling.drops import NO_DROPS, Drops, drops_from_rows
+from spherefunc_bullet.settling.drops import NO_DROPS, Drops, drops_from_rows, resting_drops
 
 RADIUS = 0.02
 DIAMETER = 2 * RADIUS
@@ -222,6 +222,13 @@ ODD = {
 def test_every_quantity_is_finite(name):
     row = RestingProfile(RADIUS).transform([dropped(ODD[name])])
     assert row.shape == (1, len(NAMES)) and np.isfinite(row).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_of_resting_places_alone_all_but_two_quantities_are_known():
+    """Nobody looked whether walls are around them, nor where they were dropped."""
+    row = RestingProfile(RADIUS).transform([resting_drops(RADIUS, heap(1))])[0]
+    assert {name for name, value in zip(NAMES, row, strict=True) if np.isnan(value)} == {"walled_in", "rolled"}
 
 
 def test_where_nothing_settled_every_quantity_is_none():

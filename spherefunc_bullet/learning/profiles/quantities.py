@@ -112,9 +112,16 @@ def profile_of(drops: Drops, radius: float, smaller: Smaller | None = None) -> P
         | pile(columns)
         | carrying_level(columns, height, level, piece)
         | staying(drops, columns, piece)
-        | {"walled_in": float(np.nanmean(np.asarray(drops.walled_in, float)))}
+        | {"walled_in": walled_in(drops)}
         | gaps(columns, smaller)
     )
+
+
+def walled_in(drops: Drops) -> float:
+    """Return the share of the spheres that were looked at which have the object on every side; NaN where none was."""
+    looked = np.asarray(drops.walled_in, float)
+    looked = looked[~np.isnan(looked)]
+    return float(looked.mean()) if len(looked) else np.nan
 
 
 def whole(columns: Columns) -> Profile:
