@@ -87,12 +87,12 @@ OTHERS := $(wildcard ../shared/data/models)
 WHOLE := household build/impaired $(LIKE_HOUSEHOLD) $(if $(OTHERS),build/others)
 # Copies of these are many: the more, the better tables in use are known (docs/in_use.md).
 COPIES := $(patsubst %,build/household-%-impaired,1 3 4) $(if $(OTHERS),build/others-impaired)
-FEWER_COPIES := $(filter %-1-impaired %/others-impaired,$(COPIES))  # bullet takes an hour for these
-VARIETY := build/variety-1 build/variety-2 build/variety-3 build/variety-1-impaired  # learnt with fast alone so far
+FEWER_COPIES := $(filter %-1-impaired %/others-impaired,$(COPIES))  # bullet takes hours for these
+VARIETY := build/variety-1 build/variety-2 build/variety-3 build/variety-1-impaired
 
 model: setup $(filter build/%,$(WHOLE) $(COPIES) $(VARIETY))  ## those that ship with the package
 	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) $(VARIETY) --backend fast --out $(MODELS)/household-fast.npz
-	@$(BIN)/spherefunc train $(WHOLE) $(FEWER_COPIES) --backend bullet --out $(MODELS)/household-bullet.npz
+	@$(BIN)/spherefunc train $(WHOLE) $(FEWER_COPIES) $(filter-out %-impaired,$(VARIETY)) --backend bullet --out $(MODELS)/household-bullet.npz
 
 CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # what is made of older ones is stale
 

@@ -1,0 +1,66 @@
+"""Sources left out in turn: the quantities that a model has kept say what spheres say that are dropped anew."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from unittest import mock
+
+import pytest
+import typer
+from commands import ended, spherefunc
+
+from spherefunc_bullet.compare.evaluation.robustness.across_sources import main
+from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
+from spherefunc_bullet.formats.files import write_bytes
+from spherefunc_bullet.learning import function_classifier
+from spherefunc_bullet.scenes.household.household import household_objects
+
+LABELS = {"cup": 6, "table": 6, "none": 6}  # objects of each
+FEW = 20  # trees
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory) -> Path:
+    """Objects of three people, whose licence is stated."""
+    folder, rows, left = tmp_path_factory.mktemp("data"), [], dict(LABELS)
+    for item in household_objects():
+        if left.get(item.label, 0):
+            left[item.label] -= 1
+            write_bytes(folder / f"{item.name}.ply", item.mesh.export(file_type="ply", encoding="binary"))
+            rows.append((f"{item.name}.ply", item.label, "", item.category, "abc"[left[item.label] % 3], "CC0"))
+    write_manifest(folder, (*COLUMNS, "license"), rows)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def model(data, tmp_path_factory) -> Path:
+    """A model that has learnt them, with few trees."""
+    path = tmp_path_factory.mktemp("model") / "model.npz"
+    with mock.patch.object(function_classifier, "TREES", FEW):
+        assert spherefunc("train", data, "--out", path, "--jobs", 1).returncode == 0
+    return path
+
+
+def across_sources(*arguments: object):
+    """Run the measurement in this process."""
+    app = typer.Typer(pretty_exceptions_enable=False)
+    app.command()(main)
+    with mock.patch.object(function_classifier, "TREES", FEW):
+        return ended(lambda: app([*map(str, arguments), "--jobs", "1", "--json"], prog_name="across_sources"))
+
+
+def test_what_a_model_has_kept_says_what_simulating_says(data, model):
+    simulated, kept = across_sources(data), across_sources(data, "--model", model)
+    assert simulated.returncode == kept.returncode == 0, simulated.stderr + kept.stderr
+    assert json.loads(kept.stdout) == json.loads(simulated.stdout)
+    assert json.loads(kept.stdout)["objects"] == sum(LABELS.values())
+
+
+def test_a_model_of_other_objects_is_refused(data, model, tmp_path):
+    manifest = (data / "manifest.csv").read_text().splitlines()[:-1]
+    (tmp_path / "manifest.csv").write_text("\n".join(manifest) + "\n")
+    for name in (line.split(",")[0] for line in manifest[1:]):
+        (tmp_path / name).write_bytes((data / name).read_bytes())
+    refused = across_sources(tmp_path, "--model", model)
+    assert refused.returncode == 2 and f"that has learnt the {len(manifest) - 1} objects" in refused.stderr
