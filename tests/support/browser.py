@@ -18,7 +18,7 @@ FLAGS = [
     *("--hide-scrollbars", "--enable-logging=stderr", "--no-first-run", "--disable-background-networking"),
     *("--disable-extensions", "--disable-gpu-watchdog"),
 ]
-HUNG = 90  # seconds after which a browser that has not ended will not
+HUNG = 30  # seconds after which a browser that has not ended will not
 PATIENCE = (1, 4, 16)  # how many times the page's own time is given, until what is looked for is there
 
 

@@ -7,7 +7,10 @@ import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
+from importlib.util import find_spec
 from unittest import mock
+
+import pytest
 
 from spherefunc_bullet import console
 from spherefunc_bullet.commands.command_line import application
@@ -21,6 +24,8 @@ def ended(call: Callable[[], object], text: str = "") -> subprocess.CompletedPro
             console.run(call)
         except SystemExit as left:
             code = left.code or 0
+    if "needs PyBullet, which is not installed" in err.getvalue() and find_spec("pybullet") is None:
+        pytest.skip(err.getvalue())
     return subprocess.CompletedProcess([], code, out.getvalue(), err.getvalue())
 
 
