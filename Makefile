@@ -46,13 +46,14 @@ NEWEST = $(shell for python in /usr/bin/python3.1? /usr/local/bin/python3.1? ~/.
 	done | sort -k1,1n -k2,2n | tail -n 1 | cut -d " " -f 3)
 
 # What needs no PyBullet, which has no wheel there, and no checkout around it.
-FAST := $(addprefix tests/,clouds fast_sim formats learning settling)
+FAST := $(addprefix ../../tests/,clouds fast_sim formats learning settling)
 
 newest: packages  ## the source package in an empty environment of the newest Python here, and the tests of `fast` with it
 	@newest=$(NEWEST); if [ -z "$$newest" ]; then echo "no Python newer than 3.11 here: no tests with one"; else set -e; \
 		$$newest -V; $$newest -m venv --clear build/newest; \
 		build/newest/bin/pip install -q --disable-pip-version-check "$$(ls build/packages/*.tar.gz)[formats,test]"; \
-		build/newest/bin/pytest -n 3 --dist loadfile -m "not slow" $(FAST); fi
+		mkdir -p build/elsewhere; cd build/elsewhere; \
+		../newest/bin/pytest -c ../../pyproject.toml -n 3 --dist loadfile -m "not slow" $(FAST); fi
 
 FILES := 10000
 
