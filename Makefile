@@ -11,12 +11,11 @@ demo: setup  ## evaluate the built-in catalogue, classify a few objects, and wri
 tools:  ## what tests, style and documents need beside what runs
 	@./setup.sh --tests
 
-# Three processes on two cores, since some tests wait for programs that they start.
 test: tools lint  ## style and all tests
-	@$(BIN)/python -m pytest -n 3 --dist loadfile
+	@$(BIN)/python -m pytest -n 2 --dist loadfile
 
 quick: tools  ## the tests that are not marked as slow
-	@$(BIN)/python -m pytest -n 3 --dist loadfile -m "not slow"
+	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
 
 lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .
