@@ -52,7 +52,7 @@ newest: packages  ## the source package in an empty environment of the newest Py
 		$$newest -V; $$newest -m venv --clear build/newest; \
 		build/newest/bin/pip install -q --disable-pip-version-check "$$(ls build/packages/*.tar.gz)[formats,test]"; \
 		mkdir -p build/elsewhere; cd build/elsewhere; \
-		../newest/bin/pytest -c ../../pyproject.toml -n 3 --dist loadfile -m "not slow" $(FAST); fi
+		../newest/bin/pytest -c ../../pyproject.toml -n 2 --dist loadfile -m "not slow" $(FAST); fi
 
 FILES := 10000
 
