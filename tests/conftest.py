@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 import pytest
+from commands import skip_for_want_of_bullet
 
 from spherefunc_bullet.errors import InputError
-
-LACKING = "needs PyBullet, which is not installed"
 
 
 @pytest.hookimpl(wrapper=True)
@@ -16,6 +13,5 @@ def pytest_runtest_call(item):
     try:
         return (yield)
     except InputError as error:
-        if LACKING in str(error) and find_spec("pybullet") is None:
-            pytest.skip(str(error))
+        skip_for_want_of_bullet(str(error))
         raise

@@ -16,6 +16,12 @@ from spherefunc_bullet import console
 from spherefunc_bullet.commands.command_line import application
 
 
+def skip_for_want_of_bullet(error: str):
+    """Skip a test whose error is that PyBullet is not installed, as on Pythons that it has no wheel for."""
+    if "needs PyBullet, which is not installed" in error and find_spec("pybullet") is None:
+        pytest.skip(error)
+
+
 def ended(call: Callable[[], object], text: str = "") -> subprocess.CompletedProcess:
     """Return what a program prints on stdout and stderr, given a text on stdin, and its exit code."""
     code, out, err = 0, io.StringIO(), io.StringIO()
@@ -24,8 +30,7 @@ def ended(call: Callable[[], object], text: str = "") -> subprocess.CompletedPro
             console.run(call)
         except SystemExit as left:
             code = left.code or 0
-    if "needs PyBullet, which is not installed" in err.getvalue() and find_spec("pybullet") is None:
-        pytest.skip(err.getvalue())
+    skip_for_want_of_bullet(err.getvalue())
     return subprocess.CompletedProcess([], code, out.getvalue(), err.getvalue())
 
 
