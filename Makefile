@@ -11,11 +11,14 @@ demo: setup  ## evaluate the built-in catalogue, classify a few objects, and wri
 tools:  ## what tests, style and documents need beside what runs
 	@./setup.sh --tests
 
+# Files of tests to two processes, in the order of tests/conftest.py.
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
+
 test: tools lint  ## style and all tests
-	@$(BIN)/python -m pytest -n 2 --dist loadfile
+	@$(BIN)/python -m pytest $(TWO)
 
 quick: tools  ## the tests that are not marked as slow
-	@$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow"
+	@$(BIN)/python -m pytest $(TWO) -m "not slow"
 
 lint: tools  ## style, imports that run one way, and the types of the public names
 	@$(BIN)/ruff check -q .

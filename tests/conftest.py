@@ -1,6 +1,11 @@
-"""Tests that ask `bullet` are skipped where PyBullet is not installed, as on Pythons that it has no wheel for."""
+"""Tests that ask `bullet` are skipped where PyBullet is not installed, as on Pythons that it has no wheel for.
+
+Files with slow tests come first, so that no process is left with a long one when the others are through.
+"""
 
 from __future__ import annotations
+
+from collections import Counter
 
 import pytest
 from commands import skip_for_want_of_bullet
@@ -15,3 +20,10 @@ def pytest_runtest_call(item):
     except InputError as error:
         skip_for_want_of_bullet(str(error))
         raise
+
+
+def pytest_collection_modifyitems(items):
+    """Put files first of which more is marked as slow; the Makefile has xdist hand them out in this order."""
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow"))
+    every = Counter(item.path for item in items)
+    items.sort(key=lambda item: (not slow[item.path], -slow[item.path] / every[item.path], -every[item.path]))

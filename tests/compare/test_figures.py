@@ -86,6 +86,7 @@ def rows_of(folder: Path, stem: str) -> list[dict]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_every_figure_is_written_in_every_form(drawn):
     out, done = drawn
     written = {Path(path) for path in json.loads(done.stdout)}

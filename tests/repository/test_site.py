@@ -47,6 +47,7 @@ def test_every_document_is_in_the_menu(site):
         assert f'href="{page.stem}.html' in menu, page
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_and_draws(tmp_path, monkeypatch):
     nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
     notebook = nbformat.read(NOTEBOOK, as_version=4)

@@ -97,6 +97,7 @@ def test_another_seed_or_sight_is_another_room(rooms, model, kept, monkeypatch):
     assert kept_lessons(rooms[0], SIGHT, model, 0, folder)
 
 
+@pytest.mark.slow
 def test_any_number_of_processes_teaches_the_same(data, model, tmp_path):
     streets = [Street(dataset=data, lived_in=TIDY, sights=(SIGHT,), rooms=1, seed=seed) for seed in (1, 2)]
     alone = [taught.lessons for taught in taught_in_all(streets, model, None, 1)]
