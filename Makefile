@@ -53,7 +53,8 @@ FAST := $(addprefix ../../tests/,clouds fast_sim formats learning settling)
 newest: packages  ## the source package in an empty environment of the newest Python here, and the tests of `fast` with it
 	@newest=$(NEWEST); if [ -z "$$newest" ]; then echo "no Python newer than 3.11 here: no tests with one"; else set -e; \
 		$$newest -V; $$newest -m venv --clear build/newest; \
-		build/newest/bin/pip install -q --disable-pip-version-check "$$(ls build/packages/*.tar.gz)[formats,test]"; \
+		build/newest/bin/pip install -q --disable-pip-version-check \
+			"$$(ls build/packages/*.tar.gz)[formats]" pytest pytest-xdist hypothesis; \
 		mkdir -p build/elsewhere; cd build/elsewhere; \
 		../newest/bin/pytest -c ../../pyproject.toml -n 2 --dist loadfile -m "not slow" $(FAST); fi
 
