@@ -5,10 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
 
-import clouds
-import numpy as np
 import pytest
 from checkout import ROOT
 
@@ -96,27 +93,6 @@ def test_every_file_with_kernels_has_them_kept_so():
     for folder in ("fast_sim", "scenes", "compare", "spherefunc_bullet"):
         for file in (REPOSITORY / folder).rglob("*.py"):
             assert "from numba import njit" not in file.read_text() or file.name in OWN_FILE_ALONE, file
-
-
-@pytest.fixture
-def classified(tmp_path):
-    """Return a function that classifies a new object by the command, as after an installation; it returns stderr."""
-
-    def run(height: float) -> str:
-        file = tmp_path / f"mug_{height}.npz"
-        np.savez(file, points=clouds.mug(height=height).points)
-        places = {"NUMBA_CACHE_DIR": str(tmp_path / "kernels"), "SPHEREFUNC_CACHE": str(tmp_path / "cache")}
-        command = [Path(sys.executable).with_name("spherefunc"), "classify", str(file)]
-        return subprocess.run(command, env=os.environ | places, capture_output=True, text=True, check=True).stderr
-
-    return run
-
-
-@pytest.mark.slow
-def test_compiling_is_said_once_after_installation_whatever_runs(classified):
-    """Short runs do not need all kernels, and those that they need are there the second time."""
-    assert "compiling" in classified(0.09)
-    assert classified(0.10) == ""
 
 
 LABEL = """

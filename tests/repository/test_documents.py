@@ -1,7 +1,7 @@
 """Code blocks of README and docs run as they stand, in a folder that has the files which the pages name.
 
-But for those that need what no checkout has, or minutes each; `ELSEWHERE` lists them. Benches of shapes, which take
-minutes for all of DATA, are given one plain cup, and forests are small: what they say is not looked at.
+But for those that need what no checkout has, or minutes each; `ELSEWHERE` lists them. Shapes are made of one plain cup,
+benches of them too, which take minutes for all of DATA, and forests are small: what they say is not looked at.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ def files(tmp_path_factory) -> Path:
     """Return a folder with what the pages name, small."""
     folder = tmp_path_factory.mktemp("documents")
     known = {item.name: item for item in household_objects()}
-    meshes = {name: known[of].mesh for name, of in MODELS.items()}
-    for name, mesh in meshes.items():
-        mesh.export(folder / name)
-    meshes["mug.obj"].convex_hull.export(folder / "mug_col.obj")
+    for name, of in MODELS.items():
+        known[of].mesh.export(folder / name)
+    plain_cup(16).export(folder / "mug.obj")
+    plain_cup(16).convex_hull.export(folder / "mug_col.obj")
     (folder / "mug.urdf").write_text(URDF)
     write_clouds(folder)
     for data in ("DATA", "my_objects", "models"):
@@ -68,7 +68,7 @@ def files(tmp_path_factory) -> Path:
     return folder
 
 
-MODELS = {"mug.ply": "mug_01", "mug.obj": "mug_01", "chair.ply": "dining_chair_01", "chair.obj": "dining_chair_01"}
+MODELS = {"mug.ply": "mug_01", "chair.ply": "dining_chair_01", "chair.obj": "dining_chair_01"}
 MODELS |= {"table.ply": "dining_table_02"}
 
 
@@ -84,11 +84,16 @@ def write_clouds(folder: Path):
     trimesh.PointCloud(room).export(folder / "room.ply")
 
 
-def write_cup(folder: Path):
-    """Write a data set of one cup of twelve sides."""
-    folder.mkdir()
+def plain_cup(sides: int = 12) -> trimesh.Trimesh:
+    """Return a cup of so many sides; of twelve, pieces of V-HACD are too coarse for PyBullet."""
     profile = [(0, 0), (0.034, 0), (0.034, 0.06), (0.03, 0.06), (0.03, 0.006), (0, 0.006)]
-    trimesh.creation.revolve(np.array(profile), sections=12).export(folder / "cup.ply")
+    return trimesh.creation.revolve(np.array(profile), sections=sides)
+
+
+def write_cup(folder: Path):
+    """Write a data set of one plain cup."""
+    folder.mkdir()
+    plain_cup().export(folder / "cup.ply")
     (folder / "manifest.csv").write_text("file,label,group\ncup.ply,cup,a\n")
 
 

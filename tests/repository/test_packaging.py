@@ -143,19 +143,30 @@ def fresh(wheel, tmp_path_factory) -> Path:
     return home / "bin"
 
 
-def output(command: list[Path | str], folder: Path) -> str:
-    """Return what a command prints in a folder."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+def ended(command: list[Path | str], folder: Path) -> subprocess.CompletedProcess:
+    """Run a command in a folder, where its kernels are kept beside its code."""
+    environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "NUMBA_CACHE_DIR")}
     environment["SPHEREFUNC_CACHE"] = str(folder / "cache")
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return done.stdout
+    return done
+
+
+def output(command: list[Path | str], folder: Path) -> str:
+    """Return what a command prints in a folder."""
+    return ended(command, folder).stdout
 
 
 def test_the_wheel_works_in_a_fresh_environment(fresh, hostile):
     where = output([fresh / "python", "-c", "import spherefunc_bullet as sf; print(sf.__file__)"], Path("/"))
     assert Path(where).is_relative_to(fresh.parent)
     assert output([fresh / "spherefunc", "--version"], hostile) == f"spherefunc {spherefunc_bullet.__version__}\n"
+    # The first answer after an installation compiles the kernels, says so, and leaves them for all others.
+    np.savez(hostile / "first.npz", points=clouds.mug(height=0.09).points)
+    np.savez(hostile / "second.npz", points=clouds.mug(height=0.10).points)
+    first = ended([fresh / "spherefunc", "classify", "first.npz", "--json"], hostile)
+    assert "compiling" in first.stderr and first.stdout.startswith("[")
+    assert ended([fresh / "spherefunc", "classify", "second.npz"], hostile).stderr == ""
     assert output([fresh / "spherefunc", "classify", "plate.xyz", "--json"], hostile).startswith("[")
     assert '"settled"' in output(
         [fresh / "python", "-P", "-m", "spherefunc_bullet", "simulate", "plate.xyz", "--radius", "2cm", "--json"],
