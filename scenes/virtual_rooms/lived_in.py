@@ -79,7 +79,8 @@ def pushed_together(contents: Contents, number: int, partner: int):
     carrier = contents.objects[item.support].points
     near = [contents.objects[k].points for k in neighbours(contents, number)]
     near.append(carrier[carrier[:, 2] > item.points[:, 2].min() + TOUCH + STEP])
-    tree, own = cKDTree(np.vstack(near)), item.points[:: max(1, len(item.points) // PROBES)]
+    tree = cKDTree(np.vstack(near), balanced_tree=False, compact_nodes=False)  # made in half the time
+    own = item.points[:: max(1, len(item.points) // PROBES)]
     way = other.T_room_object[:2, 3] - item.T_room_object[:2, 3]
     length = float(np.linalg.norm(way))
     if length < STEP:
