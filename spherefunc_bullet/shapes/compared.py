@@ -215,9 +215,7 @@ def compare_shapes(
     if shapes and not has_vhacd():
         report(f"{MISSING.format('vhacd', 'shapes')}; it is not compared")
     pairs = [pair for path in others for pair in rows_of_links(subject, list(loaded(path, frame)), kept, report)]
-    for name, make in makes.items():
-        solid = made(name, make)
-        pairs.append((solid, row_of(subject, solid, kept)))
+    pairs += rows_of_candidates(subject, makes, kept, report)
     solids, rows = zip(*pairs, strict=True) if pairs else ((), ())
     return Shapes(subject=subject, rows=rows, solids=solids, frame=frame, kept=kept, keep=keep)
 
@@ -234,6 +232,19 @@ def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Repo
             yield link, row_of(subject, link, kept)
         except InputError as error:
             report(f"link {one_line(link.name)}: {error}")
+
+
+def rows_of_candidates(
+    subject: Subject, makes: dict[str, Make], kept: Kept, report: Report
+) -> Iterator[tuple[Solid, Row]]:
+    """Yield each candidate that the engine takes with its row; the object's own mesh is none to do without."""
+    subject.seen  # noqa: B018 - what no engine takes is refused before candidates are made
+    for name, make in makes.items():
+        try:
+            solid = made(name, make)
+            yield solid, row_of(subject, solid, kept)
+        except InputError as error:
+            report(f"{error}; it is not compared")
 
 
 def together(links: list[Solid]) -> Solid:

@@ -1,6 +1,7 @@
 """Shapes: what a collision shape keeps, by truths that follow from geometry."""
 
 import json
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -10,8 +11,10 @@ import trimesh
 from objects_to_scan import slab_on_posts
 
 import spherefunc_bullet as sf
-from spherefunc_bullet.clouds.cloud import cloud_from_mesh
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.shapes.candidates import of_hull, of_mesh
+from spherefunc_bullet.shapes.compared import rows_of_candidates
 from spherefunc_bullet.shapes.comparison import Subject, row_of
 from spherefunc_bullet.shapes.loaded import Frame, loaded
 from spherefunc_bullet.shapes.rows import Kept
@@ -117,6 +120,14 @@ def test_a_missing_coacd_is_said_before_anything_is_measured(subject, monkeypatc
     with pytest.raises(InputError, match="shape 'coacd' needs its package"):
         candidates.candidates(subject.cloud, 0.005, coacd=(0.05,))
     assert not any(name.startswith("coacd") for name in candidates.candidates(subject.cloud, 0.005))
+
+
+def test_a_candidate_that_no_engine_takes_costs_itself(subject):
+    points = Cloud(subject.mesh.vertices, "points")
+    said, makes = [], {"points": partial(of_mesh, points), "hull": partial(of_hull, subject.cloud)}
+    rows = [row for _, row in rows_of_candidates(subject, makes, Kept(), said.append)]
+    assert [row.name for row in rows] == ["hull"]
+    assert said == ["points: expected a mesh to make shapes of, got points; it is not compared"]
 
 
 def test_without_vhacd_everything_else_is_compared(subject, monkeypatch):
