@@ -17,9 +17,9 @@ from spherefunc_bullet.datasets.dataset import DatasetObject, open_dataset
 from spherefunc_bullet.learning import validation
 from spherefunc_bullet.places.finding import NO_SEAT, places_of, proven, uses_of
 from spherefunc_bullet.places.place import FUNCTION, KINDS
-from spherefunc_bullet.scenes.impairment.impairments import COPIES
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
-from spherefunc_bullet.scenes.impairment.use.copies import AS_SENSED, IN_USE
+from spherefunc_bullet.scenes.impairment.use.copies import IN_USE
 from spherefunc_bullet.scenes.recognition.objects import scores_of
 from spherefunc_bullet.simulator import make_simulator
 from spherefunc_bullet.simulator.proofs import ProofSettings
@@ -129,8 +129,8 @@ def copies_tried(objects: Sequence[DatasetObject], every: int) -> dict[str, obje
 def sat_on(item: DatasetObject) -> Iterator[Sat]:
     """Yield what becomes of sitters on a seat and on each copy of it."""
     specimen = Specimen(load_cloud(item.path), SEAT)
-    working = [kind for kind in COPIES if kind.works and SEAT in kind.functions and kind not in AS_SENSED]
-    worn = [kind for kind in COPIES if kind in IN_USE and SEAT in kind.functions and not kind.works]
+    working = [kind for kind in (*IMPAIRMENTS, *IN_USE) if kind.works and SEAT in kind.functions]
+    worn = [kind for kind in IN_USE if SEAT in kind.functions and not kind.works]
     for kind in [*working, *([*useless_seats(), *worn] if impairs_seat(specimen) else [])]:
         copy = kind.applied(specimen, item.path.name, 0)
         if copy is None:

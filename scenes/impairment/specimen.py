@@ -70,7 +70,6 @@ class Impairment:
     functions: tuple[str, ...]  # of which it is made
     works: bool  # whether what is changed still serves
     change: Change  # returns None where it cannot be made of an object
-    used: bool = False  # of an object in use or as a sensor gives it, rather than of a changed one
 
     def applied(self, specimen: Specimen, name: str, seed: int) -> Surface | None:
         """Return a changed copy, standing on the ground, or None; the same seed gives the same bits.
@@ -82,11 +81,10 @@ class Impairment:
         return None if changed is None else changed.standing()
 
 
-def kinds(functions: tuple[str, ...], works: bool, used: bool = False, **changes: Change) -> list[Impairment]:
+def kinds(functions: tuple[str, ...], works: bool, **changes: Change) -> list[Impairment]:
     """Return kinds of change of objects with some functions, each under its name; see `Impairment`."""
     return [
-        Impairment(kind=kind, functions=functions, works=works, change=change, used=used)
-        for kind, change in changes.items()
+        Impairment(kind=kind, functions=functions, works=works, change=change) for kind, change in changes.items()
     ]
 
 

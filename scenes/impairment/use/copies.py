@@ -147,7 +147,6 @@ IN_USE = (
     *kinds(
         ("table",),
         True,
-        True,
         laid=partial(cups.laid, least=1, most=1),
         laid_few=partial(cups.laid, least=2, most=4),
         laid_many=partial(cups.laid, least=5, most=8),
@@ -155,17 +154,16 @@ IN_USE = (
         chairs_under=cups.chairs_under,
         at_wall=cups.at_wall,
     ),
-    *kinds(("table",), False, True, full=cups.full),
-    *kinds(("sittable",), True, True, book=with_book, cushion=with_cushion, bag=with_bag, coat=with_coat),
-    *kinds(("sittable",), False, True, spikes=spikes_on_seat, taken=taken),
+    *kinds(("table",), False, full=cups.full),
+    *kinds(("sittable",), True, book=with_book, cushion=with_cushion, bag=with_bag, coat=with_coat),
+    *kinds(("sittable",), False, spikes=spikes_on_seat, taken=taken),
     *kinds(
-        ("cup",), True, True, spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held
+        ("cup",), True, spoon=cups.with_spoon, liquid=cups.with_liquid, saucer=cups.on_saucer, held=cups.held
     ),
-    *kinds((NONE,), True, True, laden=laden),
+    *kinds((NONE,), True, laden=laden),
 )
 AS_SENSED = kinds(
     EVERYTHING,
-    True,
     True,
     noisy=partial(as_sensed, corrupt=sensed.noise, least=0.003, most=0.025),
     sparse=partial(as_sensed, corrupt=sensed.sparse, least=0.04, most=0.5),
