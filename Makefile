@@ -2,6 +2,9 @@
 
 BIN := .venv/bin
 
+# Bytecode is kept whatever the environment says: tests start hundreds of processes, each of which would compile all anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 setup:
 	@./setup.sh
 
