@@ -11,8 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.clouds.cloud import cloud_from_mesh, load_cloud
+from spherefunc_bullet.clouds.preparation import rotated_cloud
 from spherefunc_bullet.datasets.dataset import DatasetObject
-from spherefunc_bullet.learning.any_pose import best_poses, pose_functions, turned_cloud
+from spherefunc_bullet.learning.any_pose import best_poses, pose_functions
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.scenes.impairment.folder import evenly
 from spherefunc_bullet.scenes.impairment.sawn import HOLED, copies_of
@@ -45,7 +46,7 @@ def posed(
 ) -> dict[str, float]:
     """Return whether the pose of a file is found after it was turned at random, as its name says; see `PoseScore`."""
     turn = Rotation.random(random_state=zlib.crc32(path.name.encode())).as_matrix()
-    cloud = turned_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)
+    cloud = rotated_cloud(load_cloud(path, up=loading.up, units=loading.units), turn)
     result = simulator.poses(cloud, PoseSettings(), 0)
     upright = [(pose.rotation @ turn)[2, 2] > np.cos(np.radians(UPRIGHT_DEG)) for pose in result.poses]
     best = best_poses(pose_functions(cloud, result.poses, classifier))[function]

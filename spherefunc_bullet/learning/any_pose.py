@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..clouds.cloud import Cloud, Mesh, placed
+from ..clouds.cloud import Cloud
+from ..clouds.preparation import rotated_cloud
 from ..function_model import FunctionModel, Membership
 from ..settling.dropping import CloudObject
 from ..simulator.mechanics import Pose
@@ -21,21 +22,11 @@ class PoseFunctions:
     functions: dict[str, Membership]
 
 
-def turned_cloud(cloud: Cloud, rotation: np.ndarray) -> Cloud:
-    """Return a cloud rotated (3, 3) and put on the ground, its mesh with it."""
-    points = cloud.points @ rotation.T
-    on_ground = placed(points)
-    if cloud.mesh is None:
-        return Cloud(on_ground, cloud.name)
-    vertices = cloud.mesh.vertices @ rotation.T + (on_ground[0] - points[0])
-    return Cloud(on_ground, cloud.name, Mesh(vertices, cloud.mesh.faces))
-
-
 def pose_functions(cloud: Cloud, poses: Sequence[Pose], classifier: FunctionModel) -> list[PoseFunctions]:
     """Return what a cloud's object is for in each pose; spheres are dropped on it anew in each."""
     dropping, answers = classifier.dropping(), []
     for pose in poses:
-        turned = CloudObject(own=turned_cloud(cloud, pose.rotation), dropping=dropping)
+        turned = CloudObject(own=rotated_cloud(cloud, pose.rotation), dropping=dropping)
         scores = classifier.read(turned.drops).scores  # it lies as it can lie, so it does not fall over
         answers.append(PoseFunctions(pose=pose, functions=classifier.memberships_by(scores[None])[0]))
     return answers

@@ -12,9 +12,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from ..clouds.cloud import Cloud
+from ..clouds.preparation import rotated_cloud
 from ..errors import InputError
 from ..formats.files import write_bytes, write_text
-from ..learning.any_pose import PoseFunctions, best_poses, turned_cloud
+from ..learning.any_pose import PoseFunctions, best_poses
 from ..simulator.mechanics import CarryResult, StandResult
 from .page import image_html, page_html, table_html
 from .pictures import GROUND_COLOUR, View, object_picture
@@ -60,7 +61,7 @@ def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
     for one in objects:
         framed = framed_poses(one.answers)
         tiles = [
-            tile(turned_cloud(one.cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
+            tile(rotated_cloud(one.cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
             for number, answer in enumerate(one.answers[:MOST])
         ]
         lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]

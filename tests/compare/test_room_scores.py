@@ -6,9 +6,10 @@ import ast
 
 import numpy as np
 import pytest
+from checkout import ROOT
 
 from spherefunc_bullet.compare.rooms.matching import Counts, function_counts, match_parts, segmentation_counts
-from spherefunc_bullet.compare.rooms.sensitivity import names_read, numbers_of
+from spherefunc_bullet.compare.rooms.sensitivity import FOLDERS, names_read, numbers_of, print_list
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.scenes.segmentation import segmentation
@@ -95,6 +96,11 @@ def test_a_number_is_another_for_a_while_where_it_is_read():
     with leaf.times(2), floor.times(0.5):
         assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.02, 0.01)
     assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.01, 0.02)
+
+
+def test_the_document_lists_those_that_are_left(capsys):
+    print_list([number for folder in FOLDERS for number in numbers_of(folder)])
+    assert capsys.readouterr().out in (ROOT / "docs" / "rooms.md").read_text()
 
 
 def test_what_kernels_read_is_apart_from_what_others_read():

@@ -11,10 +11,11 @@ from mishaps import MishapPoser
 from scipy.spatial.transform import Rotation
 
 from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, cloud_from_points, load_cloud
+from spherefunc_bullet.clouds.preparation import rotated_cloud
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.function_model import Membership
-from spherefunc_bullet.learning.any_pose import PoseFunctions, turned_cloud
+from spherefunc_bullet.learning.any_pose import PoseFunctions
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import Matter, Pose, PoseSettings, able_backends, require_ability
 from spherefunc_bullet.simulator.statics.body import body_of
@@ -137,7 +138,7 @@ def test_an_object_that_was_turned_lies_in_the_same_poses():
     turn = Rotation.random(random_state=5).as_matrix()
     simulator = make_simulator("fast")
     upright, turned = (simulator.poses(cloud, PoseSettings()) for cloud in
-                       (cloud_of(mesh), turned_cloud(cloud_of(mesh), turn)))
+                       (cloud_of(mesh), rotated_cloud(cloud_of(mesh), turn)))
     assert np.allclose([pose.probability for pose in upright.poses], [pose.probability for pose in turned.poses])
     own_up = [(pose.rotation @ turn)[2, 2] for pose in turned.poses]
     assert np.isclose(np.abs(own_up), 1).sum() == 2
