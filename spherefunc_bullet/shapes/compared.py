@@ -237,8 +237,8 @@ def rows_of_links(subject: Subject, links: list[Solid], kept: Kept, report: Repo
 def rows_of_candidates(
     subject: Subject, makes: dict[str, Make], kept: Kept, report: Report
 ) -> Iterator[tuple[Solid, Row]]:
-    """Yield each candidate that the engine takes with its row; the object's own mesh is none to do without."""
-    subject.seen  # noqa: B018 - what no engine takes is refused before candidates are made
+    """Yield each candidate with its row; one that cannot be used is reported and left out."""
+    subject.seen  # noqa: B018 - an object that cannot be used itself is an error, before any candidate is made
     for name, make in makes.items():
         try:
             solid = made(name, make)

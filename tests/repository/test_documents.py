@@ -85,7 +85,7 @@ def write_clouds(folder: Path):
 
 
 def plain_cup(sides: int = 12) -> trimesh.Trimesh:
-    """Return a cup of so many sides; of twelve, pieces of V-HACD are too coarse for PyBullet."""
+    """Return a cup of so many sides; with twelve, PyBullet does not hold all that V-HACD makes of it."""
     profile = [(0, 0), (0.034, 0), (0.034, 0.06), (0.03, 0.06), (0.03, 0.006), (0, 0.006)]
     return trimesh.creation.revolve(np.array(profile), sections=sides)
 
