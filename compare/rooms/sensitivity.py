@@ -3,7 +3,9 @@
     python -m spherefunc_bullet.compare.rooms.sensitivity DATA [--folders pools] [--rooms 4] [--list] [--json]
 
 Numbers are the constants of modules in four folders, and the fields of their settings. A compiled kernel keeps what it
-was compiled with, so what only kernels read is left out. A number that changes no answer in many rooms may go.
+was compiled with, so what only kernels read is left out. So are labels, which `range` numbers; what is computed from
+other constants, which are listed; and zero, which is neither halved nor doubled. A number that changes no answer in
+many rooms may go.
 """
 
 from __future__ import annotations
@@ -87,18 +89,24 @@ def numbers_of(folder: str) -> Iterator[Number]:
             kind, _, own = name.rpartition(".")
             value = getattr(getattr(module, kind) if kind else module, own, None)
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            if is_number and (own in others or own not in kernels):
+            if is_number and value != 0 and (own in others or own not in kernels):
                 yield Number(module=found.name, name=name, value=value)
 
 
 def names_set(node: ast.stmt) -> Iterator[str]:
     """Yield the names of what a statement of a module sets: constants, or fields of frozen settings."""
-    if isinstance(node, ast.Assign):
+    if isinstance(node, ast.Assign) and not is_derived(node.value):
         names = [one.id for target in node.targets for one in ast.walk(target) if isinstance(one, ast.Name)]
         yield from (name for name in names if name.isupper())
     elif isinstance(node, ast.ClassDef):
         fields = [one for one in node.body if isinstance(one, ast.AnnAssign) and isinstance(one.value, ast.Constant)]
         yield from (f"{node.name}.{one.target.id}" for one in fields)
+
+
+def is_derived(value: ast.expr) -> bool:
+    """Return whether an expression numbers labels, or computes something from other constants."""
+    names = [one.id for one in ast.walk(value) if isinstance(one, ast.Name)]
+    return "range" in names or any(name.isupper() for name in names)
 
 
 def names_read(tree: ast.Module, *, compiled: bool) -> set[str]:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..scans.cells import CELL
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .surfaces import CELL, Pool
+from .surfaces import NECK, Pool
 
-_CLOSED = 0.12  # metres: gaps in a surface, where objects stand on it or nothing was measured
 _BESIDE = 0.04  # metres around the surface that are cut out with it
 MARGIN = 0.03  # metres above and around a surface that still belong to it, and between parts of what rises from it
 _REACH = 0.08  # metres around it in which a back or an arm rises
@@ -59,14 +59,14 @@ class Footprint:
 
 
 def footprint_of(pool: Pool) -> Footprint:
-    """Return the ground below a pool's surface, gaps closed."""
+    """Return the ground below a pool's surface, gaps closed that are no wider than a neck."""
     from scipy.ndimage import binary_fill_holes
 
-    border = int(np.ceil((_CLOSED + _REACH) / CELL)) + 2
+    border = int(np.ceil((NECK + _REACH) / CELL)) + 2
     corner = pool.squares.min(axis=0) - border
     mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
     mask[tuple((pool.squares - corner).T)] = True
-    closed = Footprint(corner=corner, mask=mask).grown(_CLOSED).shrunk(_CLOSED)
+    closed = Footprint(corner=corner, mask=mask).grown(NECK).shrunk(NECK)
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 

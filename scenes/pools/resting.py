@@ -13,7 +13,6 @@ from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.simulator import DropSettings, Simulator, isolated, make_simulator
 
 _FEWEST = 20  # spheres of a run
-_MOST = 20_000
 
 
 def resting_places(
@@ -44,7 +43,7 @@ def resting_places(
     if len(points) < MIN_POINTS or np.ptp(points, axis=0).max() < radius:
         return np.empty((0, 3))
     scene, simulator = Cloud(points, "scene"), make_simulator(simulator)
-    count = int(np.clip(density * np.prod(scene.size[:2]), _FEWEST, _MOST))
+    count = max(int(density * np.prod(scene.size[:2])), _FEWEST)
     settings = DropSettings(radius=radius, miss_limit=count, max_drops=count)
     tasks = [(scene, simulator, settings, seed + run) for run in range(runs)]
     found = []

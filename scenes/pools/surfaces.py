@@ -7,17 +7,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 
-CELL = 0.02  # metres: side of the squares that surfaces are measured in
 _LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
 _BAND = 0.035  # metres of height between them, and around their feet: a cushion's swelling, less than a shelf's lip
 _UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
-_AROUND = 0.14  # metres above and below within which that is looked at
 _APART = 0.045  # metres between squares of one surface
 _FEWEST = 3  # spheres that make a pool
-_NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
+NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
 PART = 0.10  # square metres: the least of such a part, and of what objects stand on
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
@@ -87,7 +85,8 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
 
 def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
-    low, high = feet.min(axis=0) - [1, 1, _AROUND], feet.max(axis=0) + [1, 1, _AROUND]
+    reach = [1, 1, _BAND + _UPRIGHT]
+    low, high = feet.min(axis=0) - reach, feet.max(axis=0) + reach
     inside = np.ones(len(points), bool)
     for column, least, most in zip(points.T, low, high, strict=True):  # which is much quicker than rows of three
         inside &= (column >= least) & (column <= most)
@@ -136,7 +135,7 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
     mask = np.zeros(pool.squares.max(axis=0) - corner + 2, bool)
     own = tuple((pool.squares - corner).T)
     mask[own] = True
-    broad = distance_transform_edt(binary_fill_holes(mask)) * CELL > _NECK / 2
+    broad = distance_transform_edt(binary_fill_holes(mask)) * CELL > NECK / 2
     parts, count = label(broad)
     if count < 2:
         return []

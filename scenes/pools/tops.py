@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import Segmentation
 from .cutting import MARGIN, Footprint, footprint_of
-from .surfaces import CELL, Pool
+from .surfaces import Pool
 
 SPACING = 0.005  # metres: voxels of what stands on a top, and between points that are added
 _OVER = 0.012  # metres above a top at which objects begin
 _TALLEST = 0.35  # metres: of what is looked at
 SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
-FEWEST, _FLAT = 30, 0.02  # points and metres: what is less is no object
+FEWEST = 30  # points: what has less is no object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,7 +80,7 @@ def objects_on(top: Top) -> list[np.ndarray]:
     return [
         top.indices[own]
         for own, size in zip(found, sizes, strict=True)
-        if len(own) >= FEWEST and size[2] > _FLAT and size.max() < _TALLEST
+        if len(own) >= FEWEST and size[2] > CELL and size.max() < _TALLEST
     ]
 
 

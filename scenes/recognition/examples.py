@@ -13,6 +13,7 @@ from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import STRICT_CUTS
+from ..pools.tops import FEWEST
 from ..scans.cells import cells
 from ..scans.depth_image import filled
 from ..scans.levelling import level, level_by_ransac
@@ -25,8 +26,6 @@ from .proposals import CLUSTERS, Proposal, Scene, propose
 from .recognition import Room, scene_object
 from .room import Candidate
 from .surroundings import Surroundings
-
-_FEWEST = 20  # points of the scan in an example
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +59,7 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
     for proposal in propose(scene, simulator, how=STRICT_CUTS):
         seen = proposal.members[proposal.members < len(points)]
-        if len(seen) < _FEWEST:
+        if len(seen) < FEWEST:
             continue
         number, shared = best_object(truth[seen], sizes)
         own = dense[proposal.members]

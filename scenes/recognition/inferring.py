@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..pools.surfaces import CELL
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
 from .room import Inferred, SceneObject
 from .surroundings import SLAB, level_of

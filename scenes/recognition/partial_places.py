@@ -19,10 +19,9 @@ from spherefunc_bullet.places.regions import Surface, rings_of, seat_surface, su
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.surfaces import CELL
 from ..pools.tops import FEWEST, Top
 from ..pools.vessels import VesselPool, vessel_pools
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..scans.depth_image import filled
 from ..scans.scan import Scan
 from ..segmentation.segmentation import Segmentation
@@ -127,7 +126,6 @@ def hollow_place(pool: VesselPool) -> Place:
 
 
 FLOOR = 0.12  # metres: what is lower in a room is its floor
-ABOVE_TABLE = -0.03  # the same where a table top serves as ground
 AROUND = 0.6  # metres about a seat that decide where its back is and whether knees have room
 SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
 
@@ -138,7 +136,7 @@ def room_places(
     """Return the places of each object by its id, and under None those to put of no object; in the scan's frame."""
     cloud = Cloud(filled(room.levelling.to_level(scan.points), Segmentation.leaf_size), scan.name)
     found: dict[int | None, list[Place]] = {item.id: object_places(cloud, item, person) for item in room.objects}
-    lowest = ABOVE_TABLE if room.levelling.source == "table top" else FLOOR
+    lowest = -SLAB if room.levelling.source == "table top" else FLOOR
     for place in put_places(surface_of(cloud), put, lowest):
         found.setdefault(owner_of(place, room), []).append(place)
     for item in room.objects:

@@ -11,18 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
-from ..pools.surfaces import CELL
 from ..pools.vessels import DIRECTIONS
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 
 _SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
 _SQUARE = 2  # voxels along the side of the squares that areas are measured in
-_REACH = 0.42  # metres beyond a proposal within which the scene is looked at
 SLAB = 0.03  # metres above and below the level, of the points that its outline is of; also above the ground
 _EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
+_REACH = _FAR + CELL  # beyond a proposal within which the scene is looked at
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
 _LOW = 0.25  # metres above the level: objects that stand on it
-_LOWER = 0.04  # metres below the level: another object beside it
 _WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (
     "long", "wide", "high",  # metres, of its box
@@ -174,7 +172,7 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
         share_of_directions(way[ring & standing]),
         share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
         share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
-        share_of_directions(way[ring & (above < -_LOWER) & standing]),
+        share_of_directions(way[ring & (above < -2 * CELL) & standing]),
         share_of_directions(way[ring & (np.abs(others[:, 2]) < SLAB)]),
         1 - share_of_directions(way[ring]),
         *highest,

@@ -14,11 +14,10 @@ from spherefunc_bullet.errors import InputError, explaining, one_line
 from spherefunc_bullet.formats.files import require_file
 
 from .cells import NEIGHBORS, cells, crowded
-from .scan import Report, Scan, scan_from_points
+from .scan import LARGEST, Report, Scan, scan_from_points
 
 IMAGES = (".png", ".tif", ".tiff", ".npy")
 _DAMAGE = (OSError, ValueError, EOFError, SyntaxError)  # what readers of images raise
-_FARTHEST = 15.0  # metres: beyond, a depth is a sensor's mark without a function seen, such as 65535
 _KINECT_FOCAL = 525 / 640  # of the image's width: PrimeSense's, Open3D's default
 
 
@@ -120,7 +119,8 @@ def load_depth_image(
         camera = kinect_like(depth.shape[1], depth.shape[0])
         if report:
             report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
-    points = np.where((depth > 0) & (depth < _FARTHEST), depth, np.nan)[..., None] * camera.rays()
+    # Beyond, a depth is a sensor's mark of nothing seen, such as 65535.
+    points = np.where((depth > 0) & (depth < LARGEST), depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .patches import Patches
+from .patches import TRIED, Patches
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL),
 # y forward and z up (a re-axed camera frame). Anything else is a world frame with z up.
@@ -17,12 +17,10 @@ _MOSTLY_SEEN = 0.95  # the same where pixels are evenly spread: some cameras see
 _NEAREST = 0.1  # metres: no depth camera sees nearer, while a world frame's origin lies anywhere
 
 TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
-_ALIGNED = np.cos(np.radians(7.0))  # patches whose normals differ by less face the same way
-_ACROSS = np.sin(np.radians(7.0))
+_ALIGNED = np.radians(7.0)  # patches whose normals differ by less face the same way
 _FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
 _DISAGREES = 1.5  # degrees by which floor and everything else may differ before they are fitted together
 _VERTICAL_SHARE = 0.5  # what a vertical patch counts beside a level one: it fixes gravity by one angle only
-_TRIED = 600  # patches whose normals are tried as up
 _FEWEST = 5  # level patches without which gravity is not seen
 _LEAST = 0.03  # of all patches' area, for the same reason
 # A camera's pixels are evenly spread over its image, so their number per window of the image varies little: 0.2 to 0.5
@@ -103,7 +101,7 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     tried = np.flatnonzero(leaning > TILT)
     if len(tried) < _FEWEST:
         return None
-    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:_TRIED]]
+    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:TRIED]]
     score, level, level_area = votes(normals, patches.areas, normals[largest])
     best = int(np.argmax(score * (0.6 + 0.4 * leaning[largest])))
     if level[best] < _FEWEST or level_area[best] < _LEAST * patches.areas.sum():
@@ -114,8 +112,8 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
 def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the area (T,) that agrees with each tried up (T, 3), and number and area (T,) of its level patches."""
     cosine = tried @ normals.T
-    level = cosine > _ALIGNED
-    upright = np.abs(cosine) < _ACROSS
+    level = cosine > np.cos(_ALIGNED)
+    upright = np.abs(cosine) < np.sin(_ALIGNED)
     level_area = level @ areas
     return level_area + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1), level_area
 

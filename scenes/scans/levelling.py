@@ -8,19 +8,16 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .cells import cells
+from .cells import CELL, cells
 from .gravity import axis_up, camera_frame, facing_normals, joint_up, seen_gravity
-from .patches import Patches, find_patches, patch_side
+from .patches import TRIED, Patches, find_patches, patch_side
 
 _LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
-_BIN = 0.02  # metres, of the heights that are compared
-_MERGED = 2  # bins to either side that belong to one plane
 _LARGE = 0.15  # of the largest level plane: what is smaller is no floor
 _LARGE_ENOUGH = 1.0  # square metres: what is larger is a floor however large the others are
 _MOST_BELOW = 0.03  # share of the points that noise and reflections may put below the floor
 _BELOW = 0.10  # metres below a plane, for that count
 _FIT = 0.04  # metres around a plane within which points are fitted
-_THINNED = 0.02  # metres: cells of which each counts once in a fit
 _TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
 _STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
 _LOWEST_CAMERA = 0.15  # metres above the ground: an origin that is lower was put there, and is no camera
@@ -121,15 +118,15 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
     if not len(patches):
         return None
     heights = patches.centers @ up
-    lowest = np.floor(heights.min() / _BIN)
-    bins = np.floor(heights / _BIN).astype(int) - int(lowest)
+    lowest = np.floor(heights.min() / CELL)
+    bins = np.floor(heights / CELL).astype(int) - int(lowest)
     area = np.bincount(bins, patches.areas, bins.max() + 1)
-    width = 2 * _MERGED + 1
+    width = 2 * round(_FIT / CELL) + 1
     around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
     large = around >= min(_LARGE * around.max(), _LARGE_ENOUGH)
     along = np.sort(points @ up)
     for peak in np.flatnonzero(large):
-        height = (lowest + peak + 0.5) * _BIN
+        height = (lowest + peak + 0.5) * CELL
         near = slice(peak, peak + width)
         if around[peak] < around[near].max():
             continue  # a larger sum is just above: this is its slope
@@ -146,7 +143,7 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
     near = np.abs(points @ up - height) < 2 * _FIT
     if near.sum() < 3:
         return up, height, 0.0
-    means = cells(points[near], _THINNED).means
+    means = cells(points[near], CELL).means
     for reach in (2 * _FIT, _FIT, _FIT):
         offset = means @ up - height
         inside = np.abs(offset) < reach
@@ -189,11 +186,6 @@ def level_transform(up: np.ndarray, height: float) -> np.ndarray:
     return transform
 
 
-_TRIED = 500  # planes: of a scene that is a third floor, all but certain to hold one through three of its points
-_NEAR = 0.02  # metres from the plane within which points agree with it
-_VOXEL = 0.02  # metres: voxels in which near surfaces count no more than far ones
-
-
 def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling:
     """Take the plane of most points for the floor, whichever it is.
 
@@ -211,7 +203,7 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
         If ``up`` is no direction, or no three points span a plane.
     """
     likely, camera = (axis_up(up), None) if up != "auto" else camera_frame(points)
-    normal, height = largest_plane(cells(points, _VOXEL).means, np.random.default_rng(0))
+    normal, height = largest_plane(cells(points, CELL).means, np.random.default_rng(0))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0
@@ -222,13 +214,13 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
 def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
     """Return the normal (3,) and the height along it of the plane near most points (N, 3); NaN where there is none."""
     best, most = (np.array([0.0, 0.0, 1.0]), np.nan), 0
-    for _ in range(_TRIED):
+    for _ in range(TRIED):
         a, b, c = points[rng.integers(len(points), size=3)]
         normal = np.cross(b - a, c - a)
         length = np.linalg.norm(normal)
         if length < 1e-9:
             continue
-        near = np.abs(points @ (normal / length) - a @ (normal / length)) < _NEAR
+        near = np.abs(points @ (normal / length) - a @ (normal / length)) < CELL
         if near.sum() > most:
             best, most = fitted(points[near]), int(near.sum())
     return best

@@ -11,6 +11,7 @@ from .cells import cells
 _MIN_POINTS = 8  # that a patch's plane is fitted to
 _FLAT = 0.35  # most that a patch may be as thick as wide: noise of 4 cm over 10 cm still passes
 _CELLS_ACROSS = 40  # patches along a scan, about: a table top still has hundreds
+TRIED = 500  # directions or planes, of a scan that is a third floor all but certain to hold one of it
 _SIDES = (0.03, 0.10)  # metres: finer, noise tilts the patches; coarser, they bridge two surfaces
 
 

@@ -9,13 +9,12 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..scans.patches import find_patches, patch_side
 from .clusters import euclidean_clusters
 from .walls import Wall, ceiling_height, find_walls
 
-FLOOR, WALL, LEFT_OVER = -1, -2, -3  # what a point is of that is of no object
-_FLOOR = 0.02  # metres off the floor's plane that still belong to it, where its noise is not known
+FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # what a point is of that is of no object
 _THINNEST = 0.008  # metres: a floor is never quite flat
 _THICKEST = 0.04  # metres, however noisy
 
@@ -74,7 +73,7 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
 
 def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
     """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
-    return np.abs(voxels[:, 2]) <= (_FLOOR if noise is None else np.clip(4 * noise, _THINNEST, _THICKEST))
+    return np.abs(voxels[:, 2]) <= (CELL if noise is None else np.clip(4 * noise, _THINNEST, _THICKEST))
 
 
 def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scans.patches import Patches
+from ..scans.patches import TRIED, Patches
 
 _ALIGNED = np.radians(12.0)  # by which the normals of patches of one wall may differ, and lean
 _THICK = 0.05  # metres off its plane at which a point still belongs to a wall
@@ -14,7 +14,6 @@ _THICKEST = 0.10  # metres, however noisy
 _BEYOND = 0.15  # metres: what is farther behind is another object
 _MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
 _MOST_BEYOND = 0.03  # share of the voxels within that stretch
-_TRIED = 300  # planes
 # Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
 _AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
 _CEILING = 1.9  # metres: the least height
@@ -83,7 +82,7 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     """Return normal (2,) and offset of the upright plane of most area, and which patches lie in it (P,) bool."""
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
-    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // _TRIED)]
+    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // TRIED)]
     aligned = np.abs(normals[tried] @ normals.T) > np.cos(_ALIGNED)
     offsets = (normals[tried] * places[tried]).sum(axis=1)
     near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK

@@ -92,10 +92,10 @@ def test_halves_share_every_label_and_no_object():
 
 def test_a_number_is_another_for_a_while_where_it_is_read():
     numbers = {one.name: one for one in numbers_of("segmentation")}
-    leaf, floor = numbers["Segmentation.leaf_size"], numbers["_FLOOR"]
+    leaf, floor = numbers["Segmentation.leaf_size"], numbers["_THICKEST"]
     with leaf.times(2), floor.times(0.5):
-        assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.02, 0.01)
-    assert (Segmentation().leaf_size, segmentation._FLOOR) == (0.01, 0.02)
+        assert (Segmentation().leaf_size, segmentation._THICKEST) == (0.02, 0.02)
+    assert (Segmentation().leaf_size, segmentation._THICKEST) == (0.01, 0.04)
 
 
 def test_the_document_lists_those_that_are_left(capsys):
