@@ -187,7 +187,7 @@ def recognised_upright(scan: Scan, fusion: SceneFusion) -> Room:
     turned = replace(scan, points=scan.points @ T_turned_scan[:3, :3].T + T_turned_scan[:3, 3])
     room = recognise(turned, fusion.model, **fusion.how)
     T_level_scan = room.levelling.T_level_scan @ T_turned_scan
-    return replace(room, levelling=replace(room.levelling, T_level_scan=T_level_scan, camera=None))
+    return replace(room, levelling=replace(room.levelling, T_level_scan=T_level_scan))
 
 
 def upright_by_cameras(points: np.ndarray, poses: list[np.ndarray]) -> np.ndarray:

@@ -19,13 +19,13 @@ from ..pools.vessels import cut_vessel, vessel_pools
 from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
 from ..segmentation.segmentation import FLOOR, WALL, Segmentation
+from ..segmentation.walls import HIGH
 
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
 _RADIUS = 0.04  # metres, of the spheres that find seats and tops
 _DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
 _LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
-_REACH = 1.9  # metres: what is higher, such as a ceiling, keeps spheres out and carries nothing of use
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
 _NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
@@ -167,7 +167,7 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
 
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
-    solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < _REACH))
+    solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < HIGH))
     thinned = cells(scene.points[solid], Segmentation.leaf_size)
     centers = resting_places(thinned.means, simulator, _RADIUS, density=_DENSITY, runs=_RUNS, seed=seed)
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))

@@ -182,8 +182,6 @@ def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
 
 _SPARSE = 2.2  # voxels to the sixth neighbour: 1.4 on a surface that fills its voxels
 _WIDEST = 0.08  # metres between neighbours: beyond, nothing says that there is a surface
-_LOOKED_AT = 1_000  # points that tell whether a scan is sparse anywhere
-_SOMEWHERE = 0.02  # of them
 
 
 def filled(points: np.ndarray, side: float) -> np.ndarray:
@@ -204,11 +202,7 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     places = cells(points, side).means
     if len(places) <= NEIGHBORS:
         return points
-    tree = cKDTree(places)
-    some = places[:: max(1, len(places) // _LOOKED_AT)]
-    if np.mean(tree.query(some, NEIGHBORS + 1)[0][:, -1] > _SPARSE * side) < _SOMEWHERE:
-        return points
-    alone = ~crowded(places, _SPARSE * side)
+    alone, tree = ~crowded(places, _SPARSE * side), cKDTree(places)
     nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=_WIDEST)
     own, beside = np.flatnonzero(alone), nearest(places[alone])[1]
     is_other = np.zeros(len(places) + 1, bool)  # the last one is that of no neighbour

@@ -6,27 +6,16 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .patches import TRIED, Patches
+from .patches import ALIGNED, TRIED, Patches
 
-# Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL),
-# y forward and z up (a re-axed camera frame). Anything else is a world frame with z up.
-CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)), ((0, 1, 0), (0, 0, 1)))
+# Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL).
+# Anything else is a frame with z up.
+CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)))
 _WIDEST = np.cos(np.radians(50.0))  # depth cameras see less than 50 degrees off their axis
 _SEEN = 0.995  # share of the points that the view must hold
-_MOSTLY_SEEN = 0.95  # the same where pixels are evenly spread: some cameras see more, some scans were turned a little
-_NEAREST = 0.1  # metres: no depth camera sees nearer, while a world frame's origin lies anywhere
 
 TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
-_ALIGNED = np.radians(7.0)  # patches whose normals differ by less face the same way
 _FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
-_DISAGREES = 1.5  # degrees by which floor and everything else may differ before they are fitted together
-_VERTICAL_SHARE = 0.5  # what a vertical patch counts beside a level one: it fixes gravity by one angle only
-_FEWEST = 5  # level patches without which gravity is not seen
-_LEAST = 0.03  # of all patches' area, for the same reason
-# A camera's pixels are evenly spread over its image, so their number per window of the image varies little: 0.2 to 0.5
-# of its mean on single views, 0.8 to 1.1 on views seen from a wrong place and on fused scans.
-_WINDOW = 0.04  # of the distance: side of such a window
-_EVEN = 0.6
 
 
 def axis_up(up: str) -> np.ndarray:
@@ -57,21 +46,9 @@ def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
     """
     distance = np.linalg.norm(points, axis=1)
     for forward, up in CAMERA_FRAMES:
-        along = points @ np.array(forward, float)
-        seen = (along > _WIDEST * distance) & (along > _NEAREST)
-        # A world frame with z up may happen to lie within the third view, so there the pixels have to prove it.
-        sure = seen.mean() >= _SEEN and up != (0, 0, 1)
-        if sure or (seen.mean() >= _MOSTLY_SEEN and is_even(points[seen], along[seen], forward)):
+        if np.mean(points @ np.array(forward, float) > _WIDEST * distance) >= _SEEN:
             return np.array(up, float), np.zeros(3)
     return np.array([0.0, 0.0, 1.0]), None
-
-
-def is_even(points: np.ndarray, along: np.ndarray, forward: tuple[int, int, int]) -> bool:
-    """Return whether points (N, 3), at distances (N,) forward, are as evenly spread as the pixels of a camera."""
-    sideways = points[:, np.flatnonzero(np.array(forward) == 0)] / along[:, None]
-    windows = np.floor(sideways / _WINDOW).astype(np.int64)
-    counts = np.unique(windows, axis=0, return_counts=True)[1]
-    return counts.std() < _EVEN * counts.mean()
 
 
 def facing_normals(patches: Patches, up: np.ndarray, camera: np.ndarray | None) -> np.ndarray:
@@ -85,7 +62,7 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     """Return the direction (3,) that most of a scan's surfaces are level or upright to; None if none is level.
 
     Every patch's normal within 65 degrees of the likely up is tried. Level patches that face up vote for it by
-    their area, upright ones by half of it: what looks like a floor in a view from above is a wall in one to the side,
+    their area, and upright ones: what looks like a floor in a view from above is a wall in one to the side,
     but only the true vertical fits floors, table tops and walls at once.
 
     Parameters
@@ -99,27 +76,20 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     normals = facing_normals(patches, up, camera)
     leaning = normals @ up
     tried = np.flatnonzero(leaning > TILT)
-    if len(tried) < _FEWEST:
+    if not len(tried):
         return None
     largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:TRIED]]
-    score, level, level_area = votes(normals, patches.areas, normals[largest])
-    best = int(np.argmax(score * (0.6 + 0.4 * leaning[largest])))
-    if level[best] < _FEWEST or level_area[best] < _LEAST * patches.areas.sum():
-        return None
+    cosine = normals[largest] @ normals.T
+    agreeing = ((cosine > np.cos(ALIGNED)) | (np.abs(cosine) < np.sin(ALIGNED))) @ patches.areas
+    best = int(np.argmax(agreeing * (0.6 + 0.4 * leaning[largest])))
     return refined_up(normals, patches.areas, normals[largest[best]])
-
-
-def votes(normals: np.ndarray, areas: np.ndarray, tried: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the area (T,) that agrees with each tried up (T, 3), and number and area (T,) of its level patches."""
-    cosine = tried @ normals.T
-    level = cosine > np.cos(_ALIGNED)
-    upright = np.abs(cosine) < np.sin(_ALIGNED)
-    level_area = level @ areas
-    return level_area + _VERTICAL_SHARE * (upright @ areas), level.sum(axis=1), level_area
 
 
 def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
     """Return the up (3,) near another that level normals lie along and upright ones across, in least squares by area.
+
+    A plane through a floor's points is truer than its patches, unless the floor is small, far or thick: then tops and
+    walls tell better. So it counts as one patch of its area.
 
     Parameters
     ----------
@@ -133,31 +103,8 @@ def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np
     for degrees in _FITTED:
         cosine = np.abs(normals @ up)
         level, upright = cosine > np.cos(np.radians(degrees)), cosine < np.sin(np.radians(degrees))
-        if level.sum() < _FEWEST:
-            break
-        weights = areas * (_VERTICAL_SHARE * upright - level)
+        weights = areas * (upright.astype(float) - level)
         spread = (normals * weights[:, None]).T @ normals - np.outer(floor, floor)
         fitted = np.linalg.eigh(spread)[1][:, 0]
         up = fitted * np.sign(fitted @ up)
     return up
-
-
-def joint_up(patches: Patches, seen: np.ndarray, floor: np.ndarray, floor_area: float) -> np.ndarray:
-    """Return the up (3,) that fits a floor, other level surfaces and walls together.
-
-    A plane through a floor's points is truer than its patches, unless the floor is small, far or thick: then tops and
-    walls tell better. Level normals are to lie along the up, upright ones across it, in least squares by area.
-
-    Parameters
-    ----------
-    patches : Patches
-    seen : (3,) float64
-        The up that most surfaces agree with.
-    floor : (3,) float64
-        The normal of the plane through the floor's points.
-    floor_area : float
-        What the floor counts, square metres.
-    """
-    if seen @ floor > np.cos(np.radians(_DISAGREES)):
-        return floor
-    return refined_up(patches.normals, patches.areas, seen, floor * np.sqrt(floor_area))

@@ -9,18 +9,13 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from .cells import CELL, cells
-from .gravity import axis_up, camera_frame, facing_normals, joint_up, seen_gravity
-from .patches import TRIED, Patches, find_patches, patch_side
+from .gravity import axis_up, camera_frame, facing_normals, refined_up, seen_gravity
+from .patches import ALIGNED, TRIED, Patches, find_patches
 
-_LEVEL = np.cos(np.radians(15.0))  # patches that may belong to a floor
 _LARGE = 0.15  # of the largest level plane: what is smaller is no floor
-_LARGE_ENOUGH = 1.0  # square metres: what is larger is a floor however large the others are
-_MOST_BELOW = 0.03  # share of the points that noise and reflections may put below the floor
-_BELOW = 0.10  # metres below a plane, for that count
-_FIT = 0.04  # metres around a plane within which points are fitted
-_TABLE_AREA = 2.5  # square metres, where patches of two sizes may count a place twice: no table top is larger
-_STANDING = 0.75  # metres: a camera nearer than that to a plane below looks at a table top
-_LOWEST_CAMERA = 0.15  # metres above the ground: an origin that is lower was put there, and is no camera
+STRAY = 0.03  # share of the points that noise and reflections may put below a floor or behind a wall
+FIT = 0.04  # metres around a plane within which points are fitted
+_TABLE_AREA = 1.25  # square metres: no table top is larger
 _ON_TABLE = 0.6  # metres: what stands on a table top is not higher
 
 
@@ -32,7 +27,6 @@ class Levelling:
     source: str  # "floor", "table top", "given" (--up, no floor seen) or "assumed" (the sensor's own up)
     floor_seen: bool  # whether z = 0 is a plane in the scan, or only the lowest point
     noise: float | None  # standard deviation of the floor's points about it, metres; None where none is seen
-    camera: np.ndarray | None = None  # (3,) where the scan was seen from, in its own frame, if known
 
     @property
     def up(self) -> np.ndarray:
@@ -72,13 +66,14 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
     InputError
         If ``up`` is no direction, or the points have no extent.
     """
-    patches = find_patches(points, patch_side(points))
+    patches = find_patches(points)
     likely, camera = camera_frame(points)
     if up != "auto":
         likely, camera = axis_up(up), None
     seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
     upward = likely if seen is None else seen
-    plane = lowest_large_plane(points, patches[facing_normals(patches, upward, camera) @ upward > _LEVEL], upward)
+    facing = facing_normals(patches, upward, camera) @ upward > np.cos(ALIGNED)
+    plane = lowest_large_plane(points, patches[facing], upward)
     if plane is None:
         source = "given" if up != "auto" else "assumed"
         return Levelling(
@@ -86,22 +81,17 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
             source=source,
             floor_seen=False,
             noise=None,
-            camera=camera,
         )
     height, area = plane
     fixed = up != "auto"
     upward, height, noise = fitted_plane(points, upward, height, fixed)
     if seen is not None:
-        joint = joint_up(patches, seen, upward, area)
+        joint = refined_up(patches.normals, patches.areas, seen, upward * np.sqrt(area))
         height, upward = height_along(joint, points, upward, height), joint
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
-    if camera is not None and camera @ upward - height < _LOWEST_CAMERA:
-        camera = None
-    source = "table top" if is_table_top(points, upward, height, area, camera) else "floor"
-    return Levelling(
-        T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise, camera=camera
-    )
+    source = "table top" if is_table_top(points, upward, height, area) else "floor"
+    return Levelling(T_level_scan=level_transform(upward, height), source=source, floor_seen=True, noise=noise)
 
 
 def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> tuple[float, float] | None:
@@ -121,17 +111,17 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
     lowest = np.floor(heights.min() / CELL)
     bins = np.floor(heights / CELL).astype(int) - int(lowest)
     area = np.bincount(bins, patches.areas, bins.max() + 1)
-    width = 2 * round(_FIT / CELL) + 1
+    width = 2 * round(FIT / CELL) + 1
     around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
-    large = around >= min(_LARGE * around.max(), _LARGE_ENOUGH)
+    large = around >= _LARGE * around.max()
     along = np.sort(points @ up)
     for peak in np.flatnonzero(large):
         height = (lowest + peak + 0.5) * CELL
         near = slice(peak, peak + width)
         if around[peak] < around[near].max():
             continue  # a larger sum is just above: this is its slope
-        below = np.searchsorted(along, height - _BELOW) / len(along)
-        return (height, float(around[peak])) if below <= _MOST_BELOW else None
+        below = np.searchsorted(along, height - 2 * FIT) / len(along)
+        return (height, float(around[peak])) if below <= STRAY else None
     return None
 
 
@@ -140,11 +130,11 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
 
     Each cell of 2 cm counts once, so that what is near the sensor does not outweigh the rest.
     """
-    near = np.abs(points @ up - height) < 2 * _FIT
+    near = np.abs(points @ up - height) < 2 * FIT
     if near.sum() < 3:
         return up, height, 0.0
     means = cells(points[near], CELL).means
-    for reach in (2 * _FIT, _FIT, _FIT):
+    for reach in (2 * FIT, FIT, FIT):
         offset = means @ up - height
         inside = np.abs(offset) < reach
         if inside.sum() < 10:
@@ -152,23 +142,21 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
         if not fixed:
             axes = np.linalg.eigh(np.cov(means[inside].T))[1]
             normal = axes[:, 0] * np.sign(axes[:, 0] @ up)
-            up = normal if normal @ up > _LEVEL else up
+            up = normal if normal @ up > np.cos(ALIGNED) else up
         height = float(np.median(means[inside] @ up))
     offset = points[near] @ up - height
-    inside = np.abs(offset) < _FIT
+    inside = np.abs(offset) < FIT
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
 
 
 def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: float) -> float:
     """Return the height along another up (3,) of the points at a height along one, metres."""
-    inside = np.abs(points @ up - height) < _FIT
+    inside = np.abs(points @ up - height) < FIT
     return float(np.median(points[inside] @ joint)) if inside.any() else height
 
 
-def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float, camera: np.ndarray | None) -> bool:
-    """Tell a table top from a floor: close below the camera, or small, with only low objects on it."""
-    if camera is not None:
-        return bool(camera @ up - height < _STANDING)
+def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float) -> bool:
+    """Tell a table top from a floor: small, with only low objects on it."""
     return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
 
 
@@ -202,13 +190,13 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
     InputError
         If ``up`` is no direction, or no three points span a plane.
     """
-    likely, camera = (axis_up(up), None) if up != "auto" else camera_frame(points)
+    likely = axis_up(up) if up != "auto" else camera_frame(points)[0]
     normal, height = largest_plane(cells(points, CELL).means, np.random.default_rng(0))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0
     transform = level_transform(side * normal, side * height)
-    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None, camera=camera)
+    return Levelling(T_level_scan=transform, source="floor", floor_seen=True, noise=None)
 
 
 def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:

@@ -10,9 +10,9 @@ from .cells import cells
 
 _MIN_POINTS = 8  # that a patch's plane is fitted to
 _FLAT = 0.35  # most that a patch may be as thick as wide: noise of 4 cm over 10 cm still passes
-_CELLS_ACROSS = 40  # patches along a scan, about: a table top still has hundreds
+_SIDES = (0.04, 0.12, 0.36)  # metres: a table top has hundreds of small ones, noise tilts the large ones less
+ALIGNED = np.radians(12.0)  # patches whose normals differ by less face the same way
 TRIED = 500  # directions or planes, of a scan that is a third floor all but certain to hold one of it
-_SIDES = (0.03, 0.10)  # metres: finer, noise tilts the patches; coarser, they bridge two surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,27 +31,15 @@ class Patches:
         return len(self.centers)
 
 
-def patch_side(points: np.ndarray) -> float:
-    """Return the side in metres of the cells for a scan's patches (N, 3), by the scan's extent."""
-    low, high = np.percentile(points, [5, 95], axis=0)
-    return float(np.clip((high - low).max() / _CELLS_ACROSS, *_SIDES))
+def find_patches(points: np.ndarray) -> Patches:
+    """Return the flat pieces of a scan (N, 3), metres, of three sizes.
 
-
-def find_patches(points: np.ndarray, side: float) -> Patches:
-    """Return the flat pieces of a scan, of two sizes.
-
-    Noise of a few centimetres, as of a Kinect at four metres, leaves small patches no direction; then the large ones,
-    four times as wide, still have one. Where both are flat a surface counts twice, wherever it lies.
-
-    Parameters
-    ----------
-    points : (N, 3) float64, metres
-    side : float
-        Of a patch, metres.
+    Noise of a few centimetres, as of a Kinect at four metres, leaves small patches no direction; then the large ones
+    still have one. Each counts a third of its area, so that what is flat in all sizes counts once.
     """
-    small, large = patches_of_size(points, side), patches_of_size(points, 4 * side)
+    sizes = [patches_of_size(points, side) for side in _SIDES]
     names = ("centers", "normals", "areas", "thickness")
-    return Patches(*(np.concatenate([getattr(small, name), getattr(large, name)]) for name in names))
+    return Patches(*(np.concatenate([getattr(one, name) for one in sizes]) for name in names))
 
 
 def patches_of_size(points: np.ndarray, side: float) -> Patches:
@@ -61,5 +49,5 @@ def patches_of_size(points: np.ndarray, side: float) -> Patches:
     spread = np.sqrt(np.maximum(spread, 0))
     flat = (grid.counts >= _MIN_POINTS) & (spread[:, 0] < _FLAT * spread[:, 1]) & (spread[:, 1] > 0.1 * side)
     # A square of side a spreads by a / sqrt(12) along each of its axes.
-    areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2)
+    areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2) / len(_SIDES)
     return Patches(grid.means[flat], axes[flat, :, 0], areas[flat], spread[flat, 0])

@@ -13,11 +13,12 @@ from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.sources import Geometry, read_geometry
 from spherefunc_bullet.formats.units import METRES
 
+from .cells import CELL
+
 Report = Callable[[str], None]
 
 MIN_POINTS = 100
 LARGEST = 60.0  # metres: what is larger in metres is no room but written in millimetres
-_MESH_GAP = 0.01  # metres: largest distance from a fused mesh to its nearest sample
 UNITS = (*METRES, "auto")
 
 
@@ -126,5 +127,5 @@ def surface_points(geometry: Geometry) -> np.ndarray:
     from spherefunc_bullet.clouds.sampling import sample_surface
 
     extent = np.ptp(geometry.vertices, axis=0).max()
-    gap = _MESH_GAP if extent <= LARGEST else _MESH_GAP * extent / 5
+    gap = CELL / 2 if extent <= LARGEST else CELL / 2 * extent / 5
     return sample_surface(geometry.vertices, geometry.faces, gap)

@@ -105,9 +105,6 @@ def root_of(roots, i):
     return i
 
 
-_MANY = 3_000  # points: of fewer, the hull is as quick
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Box:
     """A box in the level frame: two faces level, four upright."""
@@ -149,8 +146,7 @@ def bounding_box(points: np.ndarray) -> Box:
     from scipy.spatial import ConvexHull, QhullError
 
     places = points[:, :2]
-    if len(places) > _MANY:
-        places = places[~well_within(places)]
+    places = places[~well_within(places)]
     try:
         outline = places[ConvexHull(places).vertices]
     except (QhullError, ValueError):  # in a line

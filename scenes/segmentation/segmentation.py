@@ -10,13 +10,12 @@ import numpy as np
 from spherefunc_bullet.errors import InputError
 
 from ..scans.cells import CELL, cells
-from ..scans.patches import find_patches, patch_side
+from ..scans.levelling import FIT
+from ..scans.patches import find_patches
 from .clusters import euclidean_clusters
 from .walls import Wall, ceiling_height, find_walls
 
 FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # what a point is of that is of no object
-_THINNEST = 0.008  # metres: a floor is never quite flat
-_THICKEST = 0.04  # metres, however noisy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +60,7 @@ def segment(points: np.ndarray, settings: Segmentation | None = None, *, noise: 
 
 def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | None) -> np.ndarray:
     """Return the label (C,) int32 of each voxel (C, 3) of a thinned scan; see `segment`."""
-    patches = find_patches(voxels, max(patch_side(voxels), 4 * settings.leaf_size))
+    patches = find_patches(voxels)
     labels = np.full(len(voxels), LEFT_OVER, np.int32)
     labels[is_floor(voxels, noise)] = FLOOR
     above = voxels[:, 2] > 0
@@ -73,7 +72,7 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
 
 def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
     """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
-    return np.abs(voxels[:, 2]) <= (CELL if noise is None else np.clip(4 * noise, _THINNEST, _THICKEST))
+    return np.abs(voxels[:, 2]) <= (CELL if noise is None else np.clip(4 * noise, CELL / 2, FIT))
 
 
 def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:

@@ -6,18 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scans.patches import TRIED, Patches
+from ..scans.levelling import STRAY
+from ..scans.patches import ALIGNED, TRIED, Patches
 
-_ALIGNED = np.radians(12.0)  # by which the normals of patches of one wall may differ, and lean
 _THICK = 0.05  # metres off its plane at which a point still belongs to a wall
-_THICKEST = 0.10  # metres, however noisy
-_BEYOND = 0.15  # metres: what is farther behind is another object
 _MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
-_MOST_BEYOND = 0.03  # share of the voxels within that stretch
 # Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
-_AREA, _WIDTH, _TOP = 0.5, 1.0, 0.85
-_CEILING = 1.9  # metres: the least height
-_CEILING_SHARE = 0.9  # of the highest patch's height
+_AREA, _WIDTH, _TOP = 0.25, 1.0, 0.85
+HIGH = 1.9  # metres: what is higher may be a ceiling, and carries nothing of use
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,10 +42,8 @@ class Wall:
 
 def ceiling_height(patches: Patches) -> float:
     """Return the height above which there is ceiling, metres; infinity if none is seen."""
-    level = patches[np.abs(patches.normals[:, 2]) > np.cos(_ALIGNED)]
-    if not len(level) or level.centers[:, 2].max() < _CEILING:
-        return np.inf
-    high = level.centers[:, 2] > max(_CEILING, _CEILING_SHARE * level.centers[:, 2].max())
+    level = patches[np.abs(patches.normals[:, 2]) > np.cos(ALIGNED)]
+    high = level.centers[:, 2] > HIGH
     if level.areas[high].sum() < _AREA:
         return np.inf
     return float(np.median(level.centers[high, 2])) - _THICK
@@ -65,7 +59,7 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
     patches : Patches
         Of the same points.
     """
-    left = patches[np.abs(patches.normals[:, 2]) < np.sin(_ALIGNED)]
+    left = patches[np.abs(patches.normals[:, 2]) < np.sin(ALIGNED)]
     walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
@@ -83,7 +77,7 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
     tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // TRIED)]
-    aligned = np.abs(normals[tried] @ normals.T) > np.cos(_ALIGNED)
+    aligned = np.abs(normals[tried] @ normals.T) > np.cos(ALIGNED)
     offsets = (normals[tried] * places[tried]).sum(axis=1)
     near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK
     best = int(np.argmax((aligned & near) @ patches.areas))
@@ -102,7 +96,7 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0))
     low, high = np.percentile(wall.along(patches.centers), [2, 98])
     spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
-    thickness = float(np.clip(3 * spread, _THICK, _THICKEST))
+    thickness = float(np.clip(3 * spread, _THICK, 2 * _THICK))
     wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
     along, ahead = wall.along(points), wall.ahead(points)
     own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
@@ -110,5 +104,5 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     if width < _WIDTH or top < _TOP:
         return None
     beside = (along > low - _MARGIN) & (along < high + _MARGIN)
-    behind = np.mean(ahead[beside] < -_BEYOND)
-    return wall if behind < _MOST_BEYOND else None
+    behind = np.mean(ahead[beside] < -2 * _THICK)
+    return wall if behind < STRAY else None
