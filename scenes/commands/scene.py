@@ -188,7 +188,7 @@ def warm_up_recognition(classifier: FunctionModel):
 
 def say_remarks(scan: Scan, room: Room):
     """Say on stderr what the user may not expect."""
-    from ..recognition.recognition import FINE, MANY
+    from ..recognition.recognition import MANY, SPACING
 
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
@@ -196,7 +196,7 @@ def say_remarks(scan: Scan, room: Room):
         "given": "no floor is seen; the lowest point along --up serves as ground",
     }
     if len(scan) > MANY:
-        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(FINE)}")
+        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(SPACING)}")
     if room.levelling.source in remarks:
         say(f"{scan.name}: {remarks[room.levelling.source]}")
     if not room.objects:

@@ -8,14 +8,10 @@ import numpy as np
 
 from ..scans.cells import CELL
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .surfaces import NECK, Pool
+from .surfaces import HIGHEST, NECK, SLAB, Pool
 
-_BESIDE = 0.04  # metres around the surface that are cut out with it
-MARGIN = 0.03  # metres above and around a surface that still belong to it, and between parts of what rises from it
-_REACH = 0.08  # metres around it in which a back or an arm rises
-_BACK = 0.75  # metres: the highest back
+_REACH = 0.08  # metres around a surface's edge in which a back or an arm rises: farther inside it stands on it
 _SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
-_INSIDE = 0.06  # metres from the surface's edge: what rises farther inside stands on it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,12 +78,12 @@ def cut_out(points: np.ndarray, pool: Pool, gap: float = LOOSE_CUTS.gap) -> np.n
         Metres above the surface at which a back begins at the latest.
     """
     ground = footprint_of(pool)
-    bare = ground.grown(_BESIDE).holds(points) & (points[:, 2] < pool.height + MARGIN)
+    bare = ground.grown(2 * CELL).holds(points) & (points[:, 2] < pool.height + SLAB)
     if pool.is_table:
         return bare
-    free = ~bare & (points[:, 2] >= pool.height + MARGIN) & (points[:, 2] < pool.height + _BACK)
-    rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_INSIDE)
-    for members in members_of(euclidean_clusters(points[rising], MARGIN)):
+    free = ~bare & (points[:, 2] >= pool.height + SLAB) & (points[:, 2] < HIGHEST)
+    rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_REACH)
+    for members in members_of(euclidean_clusters(points[rising], SLAB)):
         if is_back(points[rising[members]], pool, middle, gap):
             bare[rising[members]] = True
     return bare

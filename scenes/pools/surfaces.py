@@ -9,15 +9,15 @@ import numpy as np
 
 from ..scans.cells import CELL, cells
 from ..segmentation.clusters import euclidean_clusters, members_of
+from .resting import FEWEST, LINKED
 
-_LINKED = 0.18  # metres between spheres at rest of one pool: twice their mean distance
-_BAND = 0.035  # metres of height between them, and around their feet: a cushion's swelling, less than a shelf's lip
+SLAB = 0.03  # metres above and below a surface that still belong to it: a cushion's swelling, less than a shelf's lip
 _UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
-_APART = 0.045  # metres between squares of one surface
-_FEWEST = 3  # spheres that make a pool
 NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
 PART = 0.10  # square metres: the least of such a part, and of what objects stand on
 _TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
+_APART = 0.05  # metres between squares of one surface: one may lack
+LOWEST, HIGHEST = 0.15, 1.3  # metres: of surfaces that are neither floor nor out of reach
 _LEAST = 0.035  # square metres: of a seat's surface that is seen
 
 
@@ -58,11 +58,11 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         Where spheres rest.
     """
     feet = centers - [0, 0, radius]
-    stretched = feet * [1 / _LINKED, 1 / _LINKED, 1 / _BAND]
+    stretched = feet / [LINKED * radius, LINKED * radius, SLAB]
     pools = [
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))
-        if len(members) >= _FEWEST
+        if len(members) >= FEWEST
         for pool in pools_at(points, centers[members], feet[members])
     ]
     return sorted(pools, key=lambda pool: (-pool.area, pool.height))
@@ -70,7 +70,7 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
     """Return the pools that a chain of spheres (S, 3), whose feet are given as well, is: one for each surface."""
-    low, high = np.percentile(feet[:, 2], [10, 90]) + [-_BAND, _BAND]
+    low, high = np.percentile(feet[:, 2], [10, 90]) + [-SLAB, SLAB]
     squares, heights = level_squares(points[near_feet(points, feet)], low, high)
     if not len(squares):
         return []
@@ -79,13 +79,13 @@ def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[
     return [
         Pool(centers=centers[own == k], squares=squares[members], heights=heights[members])
         for k, members in enumerate(members_of(surface_of))
-        if np.count_nonzero(own == k) >= _FEWEST and len(members) * CELL**2 >= _LEAST
+        if np.count_nonzero(own == k) >= FEWEST and len(members) * CELL**2 >= _LEAST
     ]
 
 
 def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
-    reach = [1, 1, _BAND + _UPRIGHT]
+    reach = [1, 1, SLAB + _UPRIGHT]
     low, high = feet.min(axis=0) - reach, feet.max(axis=0) + reach
     inside = np.ones(len(points), bool)
     for column, least, most in zip(points.T, low, high, strict=True):  # which is much quicker than rows of three
@@ -145,9 +145,9 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
     if len(large) < 2:
         return []
     feet = centers - [0, 0, radius]
-    on_it = np.where(np.abs(feet[:, 2] - pool.height) < 2 * _BAND, surface_under(feet, pool.squares, part_of), -1)
+    on_it = np.where(np.abs(feet[:, 2] - pool.height) < 2 * SLAB, surface_under(feet, pool.squares, part_of), -1)
     return [
         Pool(centers=centers[on_it == k], squares=pool.squares[part_of == k], heights=pool.heights[part_of == k])
         for k in large
-        if np.count_nonzero(on_it == k) >= _FEWEST
+        if np.count_nonzero(on_it == k) >= FEWEST
     ]

@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..scans.cells import CELL, cells
-from ..segmentation.clusters import euclidean_clusters, members_of
+from ..segmentation.clusters import LARGE, euclidean_clusters, members_of
 from ..segmentation.segmentation import Segmentation
-from .cutting import MARGIN, Footprint, footprint_of
-from .surfaces import Pool
+from .cutting import Footprint, footprint_of
+from .surfaces import SLAB, Pool
 
-SPACING = 0.005  # metres: voxels of what stands on a top, and between points that are added
-_OVER = 0.012  # metres above a top at which objects begin
-_TALLEST = 0.35  # metres: of what is looked at
-SLAB = 0.05  # metres around a pool's height in which its top lies, however it slopes
+SPACING = 0.004  # metres: voxels of small objects, and between points that are added
+NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
 _FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
 FEWEST = 30  # points: what has less is no object
 
@@ -39,7 +37,7 @@ class Top:
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
-    near = footprint_of(pool).grown(MARGIN).holds(points)
+    near = footprint_of(pool).grown(SLAB).holds(points)
     own = near & (np.abs(points[:, 2] - pool.height) < SLAB)
     top = top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
     return replace(top, is_table=pool.is_table)
@@ -54,7 +52,7 @@ def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
     """Return the top of a plane (3,) with those of the chosen points that stand on it."""
     top = Top(plane=plane, points=points[chosen], indices=chosen)
     above = top.points[:, 2] - top.height_at(top.points)
-    over = (above > _OVER) & (above < _TALLEST)
+    over = (above > CELL / 2) & (above < LARGE)
     return Top(plane=plane, points=top.points[over], indices=chosen[over])
 
 
@@ -80,12 +78,8 @@ def objects_on(top: Top) -> list[np.ndarray]:
     return [
         top.indices[own]
         for own, size in zip(found, sizes, strict=True)
-        if len(own) >= FEWEST and size[2] > CELL and size.max() < _TALLEST
+        if len(own) >= FEWEST and size[2] > CELL and size.max() < LARGE
     ]
-
-
-_EVEN = 0.010  # metres: median distance from its plane; a cushion's is more
-_SCATTER = 0.022  # metres from the plane up to which points are the sensor's scatter
 
 
 def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
@@ -100,14 +94,14 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
         Whose surface the object has.
     """
     ground = footprint_of(pool)
-    near = ground.grown(MARGIN).holds(points) & (np.abs(points[:, 2] - pool.height) < SLAB)
+    near = ground.grown(SLAB).holds(points) & (np.abs(points[:, 2] - pool.height) < SLAB)
     if not near.any():
         return points
     plane = fitted_height(points[near], pool.height)
     rise = points[:, 2] - points[:, :2] @ plane[:2] - plane[2]
-    if np.median(np.abs(rise[near])) > _EVEN:
+    if np.median(np.abs(rise[near])) > CELL / 2:  # as a cushion's
         return points
-    own = near & (np.abs(rise) < _SCATTER)
+    own = near & (np.abs(rise) < CELL)
     even = points.copy()
     even[own, 2] = pool.height
     return np.vstack([even, bare_places(ground, points[own], pool.height)])

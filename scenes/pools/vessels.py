@@ -16,19 +16,14 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .resting import resting_places
-from .tops import Top
+from .resting import FEWEST, LINKED, resting_places
+from .tops import SPACING, Top
 
 RADIUS = 0.012  # metres, of the spheres
-_DENSITY, _RUNS = 400, 6  # spheres on a square metre, and runs: about ten in a mug
-FINE = 0.004  # metres: voxels of small objects; the spacing of clouds that are sampled from meshes
 DIRECTIONS = 24
 _WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
 _RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
 _ENCLOSED = 0.6  # of the directions that meet a wall
-_JOINED = 0.03  # metres between spheres of one pool
-_WALL = 0.015  # metres: of a wall's thickness, and of a rim's curl
-_FEWEST = 2  # spheres of a pool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,18 +41,16 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
     if len(top.points) < 10:
         return []
     flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
-    objects = cells(flat, FINE).means
+    objects = cells(flat, SPACING).means
     corner = objects.min(axis=0)
     moved = objects - [*corner[:2], 0]
-    centers = resting_places(
-        np.vstack([moved, sheet_below(moved)]), simulator, RADIUS, density=_DENSITY, runs=_RUNS, seed=seed
-    )
+    centers = resting_places(np.vstack([moved, sheet_below(moved)]), simulator, RADIUS, seed=seed)
     feet = centers - [0, 0, RADIUS]
     walls, rims = surroundings(moved, feet)
     enclosed = np.flatnonzero(np.isfinite(walls).mean(axis=1) >= _ENCLOSED)
     pools = []
-    for members in members_of(euclidean_clusters(feet[enclosed], _JOINED)):
-        if len(members) >= _FEWEST:
+    for members in members_of(euclidean_clusters(feet[enclosed], LINKED * RADIUS)):
+        if len(members) >= FEWEST:
             pools.append((len(members), pool_of(feet[enclosed[members]] + [*corner[:2], 0], top, flat)))
     return [pool for _, pool in sorted(pools, key=lambda pair: -pair[0]) if pool is not None]
 
@@ -113,6 +106,6 @@ def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | Non
 
 
 def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
-    """Return which points (N, 3) are a vessel's: its wall, and what the wall surrounds, (N,) bool."""
-    inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + _WALL
-    return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + _WALL)
+    """Return which points (N, 3) are a vessel's: its wall, as thick as a sphere, and what that surrounds, (N,) bool."""
+    inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + RADIUS
+    return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + RADIUS)

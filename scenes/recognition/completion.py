@@ -12,9 +12,8 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.places.putting import along_edges
 from spherefunc_bullet.processes.compilation import njit
 
-from ..pools.tops import SPACING
-from ..pools.vessels import FINE
-from ..scans.cells import Near, advance, cells
+from ..pools.tops import NARROWEST, SPACING
+from ..scans.cells import CELL, Near, advance, cells
 from ..segmentation.clusters import LARGE, bounding_box
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ def smoothed(points: np.ndarray) -> np.ndarray:
     ----------
     points : (N, 3) float64, metres
     """
-    thinned = cells(points, FINE)
+    thinned = cells(points, SPACING)
     places, counts = thinned.means, thinned.counts.astype(float)
     for _ in range(PASSES):
         grid = cells(places, RADIUS)
@@ -91,12 +90,8 @@ def moments(points, counts, start, columns, radius, i):
 TOP = "top"  # done where the pool is known that an object carries, see `pools.tops`
 STEPS = ("smooth", "top", "bottom", "sides", "mirror")
 DEFAULT = ("smooth", "top", "bottom", "mirror")
-_SLICE = 0.015  # metres: the least height of an object's lower part
 _LOWER = 0.25  # of its height
-_CUT = 0.06  # metres above the support: what begins higher does not stand on it
 _CLOSED = 0.35  # of the outline that has a side below it, and a rim above: one side shows half, legs cover a tenth
-_NARROWEST = 0.045  # metres: a vessel's width; slices that a depth camera's steps leave of flat objects are thinner
-_NEARBY = 0.025  # metres
 _DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
@@ -164,15 +159,13 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
 
     low, high = corners_of(points)
     lowest, highest = low[2], high[2]
-    if (high - low).max() > LARGE or lowest > support + _CUT:
-        return np.empty((0, 3))
-    if bounding_box(points).size[1] < _NARROWEST:
+    if (high - low).max() > LARGE or bounding_box(points).size[1] < NARROWEST:
         return np.empty((0, 3))
     try:
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
         return np.empty((0, 3))
-    slice_height = max(_SLICE, _LOWER * (highest - lowest))
+    slice_height = _LOWER * (highest - lowest)
     outline = points[hull.vertices, :2]
     lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
     if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _CLOSED:
@@ -193,12 +186,12 @@ def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
     """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
     from scipy.spatial import cKDTree
 
-    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < _NEARBY))
+    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < CELL))
 
 
 def continued_down(points: np.ndarray, support: float) -> np.ndarray:
     """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
-    column = np.floor(points[:, :2] / (2 * SPACING)).astype(np.int64)
+    column = np.floor(points[:, :2] / (CELL / 2)).astype(np.int64)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
     first = np.ones(len(order), bool)
     first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
@@ -224,7 +217,7 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
     own = box.to_own(points)
-    seen, added = Near(own, 2 * SPACING), [np.empty((0, 3))]
+    seen, added = Near(own, CELL / 2), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
         apart = ~seen.to(own * sign)
         if apart.mean() <= _DISAGREES:

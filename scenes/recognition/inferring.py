@@ -9,19 +9,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..pools.surfaces import HIGHEST, SLAB
 from ..scans.cells import CELL, cells
 from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
 from .room import Inferred, SceneObject
-from .surroundings import SLAB, level_of
+from .surroundings import level_of
 
 SEAT, TABLE = "sittable", "table"  # the functions
-_VOXEL, _APART = 0.015, 0.035  # metres: of what is looked at, and between backs
 _REACH = 0.35  # metres outside a top's edge up to which a chair's back stands
-_BESIDE = 0.40  # metres between the middles of two chairs
-_ABOVE = 0.55  # metres above a table's top up to which its back shows
-_NEAR = 0.05  # metres inside the top's edge and below it where a back may show, and by which it rises above it at least
+_NEAR = 2 * CELL  # inside the top's edge and below it where a back may show, and by which it rises above it at least
 _WIDTH, _THICK = (0.28, 0.70), 0.24  # metres: of a back, the least and most, and most
-_DEPTH = 0.45  # metres: of a chair
+_DEPTH = 0.45  # metres: of a chair, and between the middles of two
 
 
 def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[Inferred]:
@@ -44,7 +42,7 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
         joined = (labels == table.id) & (points[:, 2] > top + CELL)  # what is one cluster with the table
         for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
-            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _BESIDE for other in taken):
+            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _DEPTH for other in taken):
                 taken.append(seat)
                 seats.append(Inferred(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
     return seats
@@ -53,11 +51,11 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
 def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
     """Return the boxes of the backs among points (N, 3) that rise at a table's edge, its top at a height in metres."""
     beside = beyond_edge(points, table)
-    around = (beside > -_NEAR) & (beside < _REACH) & (points[:, 2] < top + _ABOVE)
+    around = (beside > -_NEAR) & (beside < _REACH) & (points[:, 2] < HIGHEST)
     if not around.any():
         return []
-    voxels = cells(points[around], _VOXEL).means
-    boxes = [bounding_box(voxels[own]) for own in members_of(euclidean_clusters(voxels, _APART)) if len(own) > 10]
+    voxels = cells(points[around], CELL).means
+    boxes = [bounding_box(voxels[own]) for own in members_of(euclidean_clusters(voxels, 2 * CELL)) if len(own) > 10]
     return [box for box in boxes if is_back(box, top)]
 
 

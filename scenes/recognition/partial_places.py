@@ -16,9 +16,11 @@ from spherefunc_bullet.places.place import FUNCTION, Place, Similarity
 from spherefunc_bullet.places.pouring import ABOVE, pour_places
 from spherefunc_bullet.places.putting import DISC, put_places
 from spherefunc_bullet.places.regions import Surface, rings_of, seat_surface, surface_of
+from spherefunc_bullet.places.shelves import GAP
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
+from ..pools.surfaces import LOWEST, SLAB
 from ..pools.tops import FEWEST, Top
 from ..pools.vessels import VesselPool, vessel_pools
 from ..scans.cells import CELL, cells
@@ -27,13 +29,12 @@ from ..scans.scan import Scan
 from ..segmentation.segmentation import Segmentation
 from .completion import complete
 from .room import Inferred, Room, SceneObject
-from .surroundings import SLAB, level_of
+from .surroundings import level_of
 
-_FREE = 0.15  # metres above a level that are free where something is put
 _TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
 _NOTE = "seen in part"
 _UNSEEN = "to be pulled out from under its table"
-_SEAT, _BACK, _THIGHS = 0.45, 0.15, 0.12  # metres: how high a seat is, how thick its back, and who sits under a table
+_BACK, _THIGHS = 0.15, 0.12  # metres: how thick a seat's back is, and who sits under a table
 
 
 def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
@@ -81,7 +82,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
 
 def covered(surface: Surface, points: np.ndarray, height: float) -> np.ndarray:
     """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
-    over = points[(points[:, 2] > height + SLAB) & (points[:, 2] < height + _FREE)]
+    over = points[(points[:, 2] > height + SLAB) & (points[:, 2] < height + GAP)]
     places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
     hidden = np.zeros(surface.heights.shape, bool)
     hidden[tuple(places[((places >= 0) & (places < hidden.shape)).all(axis=1)].T)] = True
@@ -125,7 +126,6 @@ def hollow_place(pool: VesselPool) -> Place:
     )
 
 
-FLOOR = 0.12  # metres: what is lower in a room is its floor
 AROUND = 0.6  # metres about a seat that decide where its back is and whether knees have room
 SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
 
@@ -136,7 +136,7 @@ def room_places(
     """Return the places of each object by its id, and under None those to put of no object; in the scan's frame."""
     cloud = Cloud(filled(room.levelling.to_level(scan.points), Segmentation.leaf_size), scan.name)
     found: dict[int | None, list[Place]] = {item.id: object_places(cloud, item, person) for item in room.objects}
-    lowest = -SLAB if room.levelling.source == "table top" else FLOOR
+    lowest = -SLAB if room.levelling.source == "table top" else LOWEST
     for place in put_places(surface_of(cloud), put, lowest):
         found.setdefault(owner_of(place, room), []).append(place)
     for item in room.objects:
@@ -167,7 +167,7 @@ def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
     near = (np.abs(seat.box.to_own(points)[:, :2]) <= [width / 2, depth / 2]).all(axis=1)
     near &= (points[:, :2] - seat.box.center[:2]) @ ahead > _BACK - depth / 2
     level = points[near & (points[:, 2] < top - _THIGHS)]
-    height = level_of(level, Segmentation.leaf_size).height if len(level) >= FEWEST else _SEAT
+    height = level_of(level, Segmentation.leaf_size).height if len(level) >= FEWEST else float(np.mean(SEAT_HEIGHTS))
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, depth / 2] @ seat.box.axes[:2, :2]
     return Place(
         kind="sit",

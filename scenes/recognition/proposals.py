@@ -13,10 +13,10 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import LOOSE_CUTS, CutSettings, cut_out
 from ..pools.resting import resting_places
-from ..pools.surfaces import PART, Pool, level_pools, parted_at_necks
-from ..pools.tops import FEWEST, SLAB, Top, ground_top, objects_on, top_of_pool
+from ..pools.surfaces import HIGHEST, LOWEST, PART, SLAB, Pool, level_pools, parted_at_necks
+from ..pools.tops import FEWEST, NARROWEST, Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
-from ..scans.cells import cells
+from ..scans.cells import CELL, cells
 from ..segmentation.clusters import Box, bounding_box, members_of
 from ..segmentation.segmentation import FLOOR, WALL, Segmentation
 from ..segmentation.walls import HIGH
@@ -24,12 +24,7 @@ from ..segmentation.walls import HIGH
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
 _RADIUS = 0.04  # metres, of the spheres that find seats and tops
-_DENSITY, _RUNS = 40, 4  # of them on a square metre, and runs: a chair's seat carries twenty
-_LOWEST, _HIGHEST = 0.15, 1.3  # metres: surfaces that are neither floor nor out of reach
 _BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
-_NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
-_EXTENT = 0.06  # metres by which the corners of two such may differ: the few points of a thin back count
-_ABOVE = 0.015  # metres above an object's lowest point that what it stands on may reach
 _SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
@@ -106,14 +101,17 @@ def propose(
 
 
 def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Proposal]) -> int | None:
-    """Return which other proposal has nearly the same of the points (N, 3) and the same extent; None if none has."""
+    """Return which other proposal has nearly the same of the points (N, 3) and the same extent; None if none has.
+
+    The few points of a thin back count: an object with its back is another one than its seat.
+    """
     own = corners_of(points[proposal.members])
     low, high = _SAME * len(proposal.members), len(proposal.members) / _SAME
     for k, other in enumerate(others):
         if not low <= len(other.members) <= high:
             continue
         if shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members)):
-            if np.abs(corners_of(points[other.members]) - own).max() < _EXTENT:
+            if np.abs(corners_of(points[other.members]) - own).max() < 2 * SLAB:
                 return k
     return None
 
@@ -155,10 +153,10 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
     if low[2] < SLAB:
         return best
     reaches = (lows[:, :2] <= low[:2] + SLAB) & (highs[:, :2] >= high[:2] - SLAB)
-    begins = (lows[:, 2] < low[2] + _ABOVE) & (highs[:, 2] > low[2] - SLAB)
+    begins = (lows[:, 2] < low[2] + CELL) & (highs[:, 2] > low[2] - SLAB)
     for k in np.flatnonzero(reaches.all(axis=1) & begins):
         other = parts[k]
-        under = other[(other[:, 2] < low[2] + _ABOVE) & (other[:, 2] > low[2] - SLAB)]
+        under = other[(other[:, 2] < low[2] + CELL) & (other[:, 2] > low[2] - SLAB)]
         under = under[((under[:, :2] > low[:2] - SLAB) & (under[:, :2] < high[:2] + SLAB)).all(axis=1)]
         if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
             best = max(best, float(np.median(under[:, 2])))
@@ -169,10 +167,10 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < HIGH))
     thinned = cells(scene.points[solid], Segmentation.leaf_size)
-    centers = resting_places(thinned.means, simulator, _RADIUS, density=_DENSITY, runs=_RUNS, seed=seed)
+    centers = resting_places(thinned.means, simulator, _RADIUS, seed=seed)
     own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
     voxels = cells(scene.points[own], Segmentation.leaf_size)
-    pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if _LOWEST < pool.height < _HIGHEST]
+    pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if LOWEST < pool.height < HIGHEST]
     if how.parts:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
     cuts = [cut_out(voxels.means, pool, how.gap)[voxels.cell_of] for pool in pools]
@@ -199,7 +197,7 @@ def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simul
     for members in objects_on(top):
         item = points[own[members]]
         box = bounding_box(item)
-        if box.size[1] < _NARROWEST:
+        if box.size[1] < NARROWEST:
             continue
         support = float(np.median(top.height_at(item)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box, on_top=top.is_table))
@@ -208,6 +206,6 @@ def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simul
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]
                 box = bounding_box(points[inside]) if len(inside) >= FEWEST else None
-                if box is not None and box.size[1] >= _NARROWEST:
+                if box is not None and box.size[1] >= NARROWEST:
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

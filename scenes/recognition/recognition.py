@@ -12,11 +12,13 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
-from ..pools.tops import SLAB
-from ..pools.vessels import FINE, surroundings
+from ..pools.surfaces import SLAB
+from ..pools.tops import SPACING
+from ..pools.vessels import surroundings
 from ..scans.cells import Near, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
+from ..scans.patches import ALIGNED
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
@@ -29,7 +31,6 @@ from .room import BARS, Candidate, Room, SceneObject, chosen
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
 USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells
 HEIGHTS = (0.3, 1.3)  # metres above z = 0 of a level frame between which that is a floor and the top a table's
-UPRIGHT = 0.999  # cosine of 2.6 degrees: a scan's own z axis that is gravity's
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +59,7 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
-    on_floor = levelling.up[2] > UPRIGHT and lowest + height > -SLAB
+    on_floor = levelling.up[2] > np.cos(ALIGNED) and lowest + height > -SLAB
     return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
 
 
@@ -129,7 +130,7 @@ def recognise(
         See `proposals.propose`.
     """
     settings, watch = settings or Segmentation(), Stopwatch()
-    fine = cells(scan.points, FINE) if len(scan) > MANY else None
+    fine = cells(scan.points, SPACING) if len(scan) > MANY else None
     seen = scan.points if fine is None else fine.means
     watch.lap("thinning")
     levelling = level(seen, up, scan.name)

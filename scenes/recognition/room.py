@@ -34,9 +34,10 @@ BARS = {
     POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
 _SAME = 0.35  # intersection over union from which on two claims are of one object
-_WITHIN = 0.6  # of the smaller one's points: two claims of a function that lie so far within each other are one object
+# Of the smaller one's points: two claims of a function that lie so far within each other are one object, and a cluster
+# without a function of which claims hold so much is none.
+_WITHIN = 0.6
 _NEARLY = 0.1  # of score: what differs by less is as sure
-_LEFT = 0.5  # of a cluster without a function that claims must leave for it to stay an object
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,7 +88,7 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
             claims.append(candidate)
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
     claims = [as_cluster(one, clusters) for one in claims]
-    rest = [one for one in clusters if not one.claimed and free_share(one, claims) >= _LEFT]
+    rest = [one for one in clusters if not one.claimed and free_share(one, claims) > 1 - _WITHIN]
     rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return parted([*claims, *rest], least)

@@ -11,17 +11,16 @@ from functools import cached_property
 
 import numpy as np
 
+from ..pools.surfaces import SLAB
 from ..pools.vessels import DIRECTIONS
 from ..scans.cells import CELL, cells
 
 _SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
 _SQUARE = 2  # voxels along the side of the squares that areas are measured in
-SLAB = 0.03  # metres above and below the level, of the points that its outline is of; also above the ground
-_EDGE, _NEAR, _FAR = 0.06, 0.16, 0.40  # metres beyond the level's edge
+_NEAR, _FAR = 0.16, 0.40  # metres beyond the level's edge
 _REACH = _FAR + CELL  # beyond a proposal within which the scene is looked at
 _RISES = 0.10  # metres above the level: a back, a wall, a neighbour
 _LOW = 0.25  # metres above the level: objects that stand on it
-_WALL = 0.05  # metres: squares of walls seen from above
 NAMES = (
     "long", "wide", "high",  # metres, of its box
     "level", "over_level", "level_area", "level_share",  # height over the support; what is above; m2; of its footprint
@@ -91,7 +90,7 @@ class Surroundings:
 
     @cached_property
     def _walls(self) -> np.ndarray:
-        return cells(self.points[self.is_wall] * [1, 1, 0], _WALL).means[:, :2]
+        return cells(self.points[self.is_wall] * [1, 1, 0], CELL).means[:, :2]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -168,7 +167,7 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
     return [
         level.covered(others[over & (above > CELL) & (above < _LOW)]),
         level.covered(others[over & rises]),
-        share_of_directions(way[at_edge & (beyond < _EDGE) & (np.abs(above) < 2 * CELL)]),
+        share_of_directions(way[at_edge & (beyond < 2 * SLAB) & (np.abs(above) < 2 * CELL)]),
         share_of_directions(way[ring & standing]),
         share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
         share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
