@@ -54,7 +54,9 @@ def test_what_a_model_has_kept_says_what_simulating_says(data, model):
     simulated, kept = across_sources(data), across_sources(data, "--model", model)
     assert simulated.returncode == kept.returncode == 0, simulated.stderr + kept.stderr
     assert json.loads(kept.stdout) == json.loads(simulated.stdout)
-    assert json.loads(kept.stdout)["objects"] == sum(LABELS.values())
+    report = json.loads(kept.stdout)
+    assert report["objects"] == report["data_sets"][data.name]["objects"] == sum(LABELS.values())
+    assert report["data_sets"][data.name]["f_measure"] == report["f_measure_fair"]
 
 
 def test_a_model_of_other_objects_is_refused(data, model, tmp_path):

@@ -50,6 +50,7 @@ class Answered:
     labels: Labels  # of all objects
     kinds: np.ndarray  # (N,) str, of which kind of copy each object is
     originals: np.ndarray  # (N,) str, the function of the original
+    folders: np.ndarray  # (N,) str, the data set
 
 
 def kinds_of(datasets: Sequence[Dataset]) -> dict[str, str]:
@@ -101,25 +102,36 @@ def answered(read: Profiled, objects: Sequence[DatasetObject], kinds: dict[str, 
         labels=read.labels,
         kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
         originals=np.array([of.get(original or name, NONE) for name, original in zip(names, originals, strict=True)]),
+        folders=np.array([item.path.parent.name for item in objects]),
     )
 
 
 def report_of(said: Answered) -> dict:
-    """Return the F-measures and the error at each coverage of whole objects, and the shares of every kind of copy."""
+    """Return F-measures of whole objects, in all and of each data set, their errors, and the shares of every kind."""
     trial, labels, wrong = said.trial, said.labels, said.trial.wrong(said.labels)
-    kinds, originals = said.kinds[trial.rows], said.originals[trial.rows]
+    kinds, originals, folders = (each[trial.rows] for each in (said.kinds, said.originals, said.folders))
     whole = kinds == WHOLE
-    f_measures = {
-        name: round(trial.kept(whole).quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)
-    }
     rows = {
         kind: rates(trial, wrong, originals, kinds == kind, labels.functions) for kind in dict.fromkeys(kinds.tolist())
+    }
+    data_sets = {
+        name: {"f_measure": f_measures(trial, labels, whole & (folders == name))}
+        | rates(trial, wrong, originals, whole & (folders == name), labels.functions)
+        for name in dict.fromkeys(folders[whole].tolist())
     }
     surest = np.argsort(-np.abs(trial.scores - 0.5).min(axis=1)[whole], kind="stable")
     errors = {
         str(part): round(float(wrong[whole][surest[: round(part * len(surest))]].mean()), 4) for part in COVERAGES
     }
-    return {"objects": int(whole.sum()), "f_measure_fair": f_measures, "error_at_coverage": errors, "kinds": rows}
+    fair = f_measures(trial, labels, whole)
+    counts = {"objects": int(whole.sum()), "f_measure_fair": fair, "error_at_coverage": errors}
+    return counts | {"data_sets": data_sets, "kinds": rows}
+
+
+def f_measures(trial: Trial, labels: Labels, which: np.ndarray) -> dict[str, float]:
+    """Return the F-measure of each function over some answers (T,) bool."""
+    kept = trial.kept(which)
+    return {name: round(kept.quality(labels, column)[1], 4) for column, name in enumerate(labels.functions)}
 
 
 def rates(
@@ -148,6 +160,13 @@ def print_report(report: dict):
     figures |= {f"error of {float(part):.0%}": error for part, error in report["error_at_coverage"].items()}
     title = f"{report['objects']} objects of sources that were not learnt"
     print_table(title, list(figures), [[f"{value:.3f}" for value in figures.values()]])
+    rows = [
+        [name, str(row["objects"]), *(f"{value:.3f}" for value in row["f_measure"].values())]
+        + ["" if row[rate] is None else f"{row[rate]:.2f}" for rate in ("unsure", "right_of_sure")]
+        for name, row in report["data_sets"].items()
+    ]
+    titles = ["data set", "objects", *(f"F {name}" for name in functions), "unsure", "right of sure"]
+    print_table("\nwhole objects by data set", titles, rows)
     columns = [*functions, "unsure", "wrong_and_sure", "right_of_sure"]
     rows = [
         [kind, str(row["objects"]), *("" if row[name] is None else f"{row[name]:.2f}" for name in columns)]
