@@ -31,10 +31,11 @@ from spherefunc_bullet.scenes.household.household import household_objects
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run (shapes, exam), or no checkout has: bags (test_ros), images over time (test_fusion), other people's and
-# PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
+# What other tests run (shapes, exam), or no checkout has: bags (test_ros), images over time (test_fusion), other people's
+# and PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
-    r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|robustness\.exam|\$SLURM|part_\*|spherefunc demo"
+    r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|\$SLURM|part_\*|spherefunc demo"
+    r"|robustness\.exam"
     r"|compare (DATA|DIR)|mechanics |demo\.gallery|shapes DIR|pybullet_data"
     r"|poses mug_01|together dining_table_02|places mug_01"  # the gallery, of what mechanics.md and places.md run too
     r"|--impaired|--corruptions|rooms household|dataset (rooms|impair)|shapes mug\.obj|--best|--coacd|compare_shapes"
