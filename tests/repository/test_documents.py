@@ -31,8 +31,8 @@ from spherefunc_bullet.scenes.household.household import household_objects
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PROSE = {"text", "bibtex", "toml"}
-# What other tests run (shapes, exam), or no checkout has: bags (test_ros), images over time (test_fusion), other people's
-# and PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
+# What other tests run (shapes, exam), or no checkout has: bags (test_ros), images over time (test_fusion), other
+# people's and PyBullet's own models; and what takes minutes each: comparisons, copies, virtual rooms, the best shape.
 ELSEWHERE = re.compile(
     r"\.bag|scene drive|--frames|SceneFusion|--scheduler|across_sources|\$SLURM|part_\*|spherefunc demo"
     r"|robustness\.exam"
