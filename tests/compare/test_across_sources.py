@@ -86,3 +86,18 @@ def test_an_exam_says_which_answers_of_a_ready_model_are_wrong(data, model, tmp_
     assert [(row["file"], row["label"], row["answer"]) for row in json.loads(wrong.stdout)["wrong"]] == [
         (mislabelled, "none", "table")
     ]
+
+
+def test_an_exam_goes_on_where_a_file_cannot_be_read_and_knows_its_labels(data, model, tmp_path):
+    manifest = (data / "manifest.csv").read_text()
+    for path in data.glob("*.ply"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "manifest.csv").write_text(manifest)
+    damaged = tmp_path / manifest.splitlines()[1].split(",")[0]
+    damaged.write_bytes(b"ply\nformat")
+    said = measured(exam.main, tmp_path, "--model", model)
+    assert said.returncode == 2 and said.stderr.count("\n") == 1 and damaged.name in said.stderr
+    assert json.loads(said.stdout)["objects"] == sum(LABELS.values()) - 1
+    (tmp_path / "manifest.csv").write_text(manifest.replace(",table,", ",shelf,"))
+    refused = measured(exam.main, tmp_path, "--model", model)
+    assert refused.returncode == 2 and "'shelf': expected some of cup, table" in refused.stderr

@@ -95,11 +95,16 @@ def answered(read: Profiled, objects: Sequence[DatasetObject], kinds: dict[str, 
     rows = np.arange(len(objects))
     splits = [Split(rows[sources != name], rows[sources == name]) for name in sorted(set(sources.tolist()) - {""})]
     read = sure_across_sources(read, objects)
+    return described(read.trial(splits), read.labels, objects, kinds)
+
+
+def described(trial: Trial, labels: Labels, objects: Sequence[DatasetObject], kinds: dict[str, str]) -> Answered:
+    """Return answers with what is known of each object: of which kind of copy it is, of what, and its data set."""
     names, originals = distinct_names(objects)
     of = {name: function_of(item) or NONE for name, item in zip(names, objects, strict=True) if not item.of}
     return Answered(
-        trial=read.trial(splits),
-        labels=read.labels,
+        trial=trial,
+        labels=labels,
         kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
         originals=np.array([of.get(original or name, NONE) for name, original in zip(names, originals, strict=True)]),
         folders=np.array([item.path.parent.name for item in objects]),

@@ -1,4 +1,4 @@
-"""What a model that is ready says of labelled objects that it has not learnt.
+"""What a trained model says of labelled objects that it has not learnt: a held-out test set.
 
     python -m spherefunc_bullet.compare.evaluation.robustness.exam DATA... [--backend bullet] [--model MODEL]
 
@@ -8,6 +8,7 @@ wrong.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -15,47 +16,29 @@ import typer
 
 from spherefunc_bullet.answer import Answer, classify
 from spherefunc_bullet.commands import options
-from spherefunc_bullet.console import print_json, print_table, progress, run
-from spherefunc_bullet.datasets.dataset import DatasetObject, joined_datasets, open_dataset
+from spherefunc_bullet.console import Failures, print_json, print_table, progress, run
+from spherefunc_bullet.datasets.dataset import Dataset, DatasetObject, joined_datasets, open_dataset
+from spherefunc_bullet.errors import InputError, require_known
+from spherefunc_bullet.learning.model_file import load_model
 from spherefunc_bullet.scenes.impairment.folder import function_of
 from spherefunc_bullet.scenes.impairment.specimen import NONE
 
 from ..evaluation import Trial
 from ..protocol import labels_of
-from .across_sources import WHOLE, Answered, kinds_of, print_report, report_of
+from .across_sources import described, kinds_of, print_report, report_of
 
 
-def main(
-    data: Annotated[list[str], typer.Argument(help="Data sets that the model has not learnt.")],
-    backend: options.Backend = "fast",
-    model: options.Model = None,
-    json: options.Json = False,
-):
-    """Ask a model that is ready, and compare what it says with the labels."""
-    datasets = [open_dataset(name) for name in data]
-    dataset, kinds = joined_datasets(datasets), kinds_of(datasets)
-    objects, labels = dataset.objects, labels_of(dataset)
-    answers = [
-        classify(item.path, backend=backend, model=model, explain=False)
-        for item in progress(objects, len(objects), "classifying")
-    ]
-    scores = np.array([[answer.scores[name] for name in labels.functions] for answer in answers])
-    unsure = np.array([answer.unsure for answer in answers])
-    trial = Trial(learnt=0, rows=np.arange(len(objects)), scores=scores, weights=(), unsure=unsure)
-    said = Answered(
-        trial=trial,
-        labels=labels,
-        kinds=np.array([kinds.get(str(item.path), WHOLE) for item in objects]),
-        originals=np.array([function_of(item) or NONE for item in objects]),
-        folders=np.array([item.path.parent.name for item in objects]),
-    )
-    wrong = [row_of(objects[row], answers[row]) for row in np.flatnonzero(trial.wrong(labels))]
-    report = report_of(said)
-    if json:
-        print_json(report | {"wrong": wrong})
-        return
-    print_report(report)
-    print_table("\nwrong answers", list(wrong[0]) if wrong else ["file"], [list(row.values()) for row in wrong])
+def answers_of(dataset: Dataset, failures: Failures, **how: object) -> tuple[Dataset, list[Answer]]:
+    """Return the objects that could be classified, and the answers; the others are failures."""
+    objects, answers = [], []
+    for item in progress(dataset.objects, len(dataset), "classifying"):
+        try:
+            answers.append(classify(item.path, explain=False, **how))
+        except InputError as error:
+            failures.add(error)
+        else:
+            objects.append(item)
+    return replace(dataset, objects=tuple(objects)), answers
 
 
 def row_of(item: DatasetObject, answer: Answer) -> dict[str, str]:
@@ -67,6 +50,35 @@ def row_of(item: DatasetObject, answer: Answer) -> dict[str, str]:
         "highest score": f"{max(answer.scores.values()):.2f}",
         "unsure": "yes" if answer.unsure else "no",
     }
+
+
+def main(
+    data: Annotated[list[str], typer.Argument(help="Data sets that the model has not learnt.")],
+    backend: options.Backend = "fast",
+    model: options.Model = None,
+    json: options.Json = False,
+):
+    """Ask a trained model, and compare what it says with the labels."""
+    failures, datasets = Failures(), [open_dataset(name) for name in data]
+    asked, trained = joined_datasets(datasets), load_model(model, backend)
+    require_known(f"{asked.name}: label", asked.functions, trained.functions_)
+    dataset, answers = answers_of(asked, failures, backend=backend, model=trained)
+    labels = labels_of(dataset)
+    trial = Trial(
+        learnt=0,
+        rows=np.arange(len(dataset)),
+        scores=np.array([[answer.scores[name] for name in labels.functions] for answer in answers]),
+        weights=(),
+        unsure=np.array([answer.unsure for answer in answers]),
+    )
+    report = report_of(described(trial, labels, dataset.objects, kinds_of(datasets)))
+    wrong = [row_of(dataset.objects[row], answers[row]) for row in np.flatnonzero(trial.wrong(labels))]
+    if json:
+        print_json(report | {"wrong": wrong})
+    else:
+        print_report(report)
+        print_table("\nwrong answers", list(wrong[0]) if wrong else ["file"], [list(row.values()) for row in wrong])
+    failures.exit()
 
 
 if __name__ == "__main__":
