@@ -12,7 +12,7 @@ from spherefunc_bullet.datasets.dataset import Dataset
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.classifier import CloudClassifier
 from spherefunc_bullet.learning.model_file import load_model, new_classifier
-from spherefunc_bullet.scenes.recognition.judging import LARGE
+from spherefunc_bullet.scenes.settings import SEGMENTATION
 from spherefunc_bullet.scenes.virtual_rooms.furnishing import ON_FLOOR, ON_TOPS, TABLES, furnish
 from spherefunc_bullet.scenes.virtual_rooms.scans import partial_views, scan_room
 from spherefunc_bullet.settling.dropping import Dropping
@@ -80,7 +80,7 @@ def partial_examples(
     for room in furnish(dataset, rooms, seed=training.seed + OTHER_ROOMS, failed=failed):
         scan = scan_room(room, VIEWS, NOISE, training.seed)
         for number, cloud in partial_views(scan, training.completion):
-            if cloud.size.max() < LARGE:
+            if cloud.size.max() < SEGMENTATION.large:
                 continue
             item = room.objects[number].item
             settled = settle(cloud, training.simulator, training.radii, training.seed, training.length)

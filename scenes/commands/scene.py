@@ -12,6 +12,8 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.formats.units import Stopwatch, format_length, parse_length
 
+from ..settings import POOL, RECOGNITION
+
 if TYPE_CHECKING:
     from spherefunc_bullet.function_model import FunctionModel
     from spherefunc_bullet.places.place import Place
@@ -188,15 +190,13 @@ def warm_up_recognition(classifier: FunctionModel):
 
 def say_remarks(scan: Scan, room: Room):
     """Say on stderr what the user may not expect."""
-    from ..recognition.recognition import MANY, SPACING
-
     remarks = {
         "table top": "no floor is seen; the table top that carries the scene serves as ground",
         "assumed": "neither a floor nor a table top was found under the scene; its lowest point serves as ground",
         "given": "no floor is seen; the lowest point along --up serves as ground",
     }
-    if len(scan) > MANY:
-        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(SPACING)}")
+    if len(scan) > RECOGNITION.many:
+        say(f"{scan.name}: {len(scan):,} points, more than needed; thinned to voxels of {format_length(POOL.spacing)}")
     if room.levelling.source in remarks:
         say(f"{scan.name}: {remarks[room.levelling.source]}")
     if not room.objects:

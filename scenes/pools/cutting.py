@@ -6,19 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scans.cells import CELL
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .surfaces import HIGHEST, NECK, SLAB, Pool
-
-_REACH = 0.08  # metres around a surface's edge in which a back or an arm rises: farther inside it stands on it
-_SLENDER = 0.45  # of the surface's area: what rises from a seat and is wider is no back
+from ..settings import POOL, SCAN
+from .surfaces import Pool
 
 
 @dataclass(frozen=True, kw_only=True)
 class CutSettings:
     """How much may be guessed where pools are cut out."""
 
-    gap: float = 0.25  # metres above the surface at which a back begins at the latest: it may be held by posts
+    gap: float = POOL.back_gap  # metres above the surface at which a back begins at the latest: it may be held by posts
     parts: bool = True  # whether surfaces are parted at necks as well
 
 
@@ -28,14 +25,14 @@ STRICT_CUTS = CutSettings(gap=0.10, parts=False)  # what models are taught by
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
-    """A part of the ground, as squares of `CELL`."""
+    """A part of the ground, as squares of `SCAN.cell`."""
 
     corner: np.ndarray  # (2,) int64, square of the mask's first element
     mask: np.ndarray  # (X, Y) bool
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) lie above or below it, (N,) bool."""
-        x, y = (np.floor(points[:, k] / CELL).astype(np.int64) - self.corner[k] for k in range(2))
+        x, y = (np.floor(points[:, k] / SCAN.cell).astype(np.int64) - self.corner[k] for k in range(2))
         known = (x >= 0) & (x < self.mask.shape[0]) & (y >= 0) & (y < self.mask.shape[1])
         inside = np.zeros(len(points), bool)
         inside[known] = self.mask[x[known], y[known]]
@@ -45,24 +42,24 @@ class Footprint:
         """Return it with all squares within a distance in metres."""
         from scipy.ndimage import distance_transform_edt
 
-        return Footprint(corner=self.corner, mask=distance_transform_edt(~self.mask) * CELL <= distance)
+        return Footprint(corner=self.corner, mask=distance_transform_edt(~self.mask) * SCAN.cell <= distance)
 
     def shrunk(self, distance: float) -> Footprint:
         """Return it without the squares within a distance in metres of its edge."""
         from scipy.ndimage import distance_transform_edt
 
-        return Footprint(corner=self.corner, mask=distance_transform_edt(self.mask) * CELL > distance)
+        return Footprint(corner=self.corner, mask=distance_transform_edt(self.mask) * SCAN.cell > distance)
 
 
 def footprint_of(pool: Pool) -> Footprint:
     """Return the ground below a pool's surface, gaps closed that are no wider than a neck."""
     from scipy.ndimage import binary_fill_holes
 
-    border = int(np.ceil((NECK + _REACH) / CELL)) + 2
+    border = int(np.ceil((POOL.neck + POOL.back_reach) / SCAN.cell)) + 2
     corner = pool.squares.min(axis=0) - border
     mask = np.zeros(pool.squares.max(axis=0) - corner + border + 1, bool)
     mask[tuple((pool.squares - corner).T)] = True
-    closed = Footprint(corner=corner, mask=mask).grown(NECK).shrunk(NECK)
+    closed = Footprint(corner=corner, mask=mask).grown(POOL.neck).shrunk(POOL.neck)
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
@@ -78,12 +75,12 @@ def cut_out(points: np.ndarray, pool: Pool, gap: float = LOOSE_CUTS.gap) -> np.n
         Metres above the surface at which a back begins at the latest.
     """
     ground = footprint_of(pool)
-    bare = ground.grown(2 * CELL).holds(points) & (points[:, 2] < pool.height + SLAB)
+    bare = ground.grown(2 * SCAN.cell).holds(points) & (points[:, 2] < pool.height + POOL.slab)
     if pool.is_table:
         return bare
-    free = ~bare & (points[:, 2] >= pool.height + SLAB) & (points[:, 2] < HIGHEST)
-    rising, middle = np.flatnonzero(ground.grown(_REACH).holds(points) & free), ground.shrunk(_REACH)
-    for members in members_of(euclidean_clusters(points[rising], SLAB)):
+    free = ~bare & (points[:, 2] >= pool.height + POOL.slab) & (points[:, 2] < POOL.highest)
+    rising, middle = np.flatnonzero(ground.grown(POOL.back_reach).holds(points) & free), ground.shrunk(POOL.back_reach)
+    for members in members_of(euclidean_clusters(points[rising], POOL.slab)):
         if is_back(points[rising[members]], pool, middle, gap):
             bare[rising[members]] = True
     return bare
@@ -93,5 +90,5 @@ def is_back(part: np.ndarray, pool: Pool, middle: Footprint, gap: float) -> bool
     """Return whether what rises (P, 3) around a pool is a back or an arm, and not an object that stands on it."""
     if part[:, 2].min() > pool.height + gap:
         return False
-    squares = np.unique(np.floor(part[:, :2] / CELL).astype(np.int64), axis=0)
-    return bool(len(squares) * CELL**2 < _SLENDER * pool.area + 0.02 and middle.holds(part).mean() < 0.5)
+    squares = np.unique(np.floor(part[:, :2] / SCAN.cell).astype(np.int64), axis=0)
+    return bool(len(squares) * SCAN.cell**2 < POOL.back_area * pool.area + 0.02 and middle.holds(part).mean() < 0.5)

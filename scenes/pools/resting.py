@@ -12,11 +12,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.processes.tasks import run_tasks
 from spherefunc_bullet.simulator import DropSettings, Simulator, isolated, make_simulator
 
-_DENSITY = 0.06  # spheres of a run on a square of their radius: so few that they do not pile up
-_RUNS = 5  # a chair's seat carries twenty large spheres, a mug ten small ones
-_LEAST = 20  # spheres of a run
-LINKED = 4.0  # radii between spheres at rest of one pool, about twice their mean distance
-FEWEST = 3  # spheres that make a pool
+from ..settings import POOL
 
 
 def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float, *, seed: int = 0) -> np.ndarray:
@@ -42,11 +38,11 @@ def resting_places(points: np.ndarray, simulator: str | Simulator, radius: float
     if len(points) < MIN_POINTS or np.ptp(points, axis=0).max() < radius:
         return np.empty((0, 3))
     scene, simulator = Cloud(points, "scene"), make_simulator(simulator)
-    count = max(int(_DENSITY * np.prod(scene.size[:2]) / radius**2), _LEAST)
+    count = max(int(POOL.density * np.prod(scene.size[:2]) / radius**2), POOL.min_spheres)
     settings = DropSettings(radius=radius, miss_limit=count, max_drops=count)
-    tasks = [(scene, simulator, settings, seed + run) for run in range(_RUNS)]
+    tasks = [(scene, simulator, settings, seed + run) for run in range(POOL.runs)]
     found = []
-    for _, outcome in run_tasks(centers_on, tasks, ["scene"] * _RUNS, isolate=isolated(simulator)):
+    for _, outcome in run_tasks(centers_on, tasks, ["scene"] * POOL.runs, isolate=isolated(simulator)):
         if isinstance(outcome, InputError):
             raise outcome
         found.append(outcome)

@@ -7,18 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..scans.cells import CELL, cells
+from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .resting import FEWEST, LINKED
-
-SLAB = 0.03  # metres above and below a surface that still belong to it: a cushion's swelling, less than a shelf's lip
-_UPRIGHT = 0.10  # metres of height that one square of a wall or a back spans, and of a level surface does not
-NECK = 0.12  # metres: what is narrower connects two surfaces, of which each has
-PART = 0.10  # square metres: the least of such a part, and of what objects stand on
-_TABLE_AREA, _TABLE_HEIGHT = 0.30, 0.60  # square metres and metres: from there on a surface is no seat's
-_APART = 0.05  # metres between squares of one surface: one may lack
-LOWEST, HIGHEST = 0.15, 1.3  # metres: of surfaces that are neither floor nor out of reach
-_LEAST = 0.035  # square metres: of a seat's surface that is seen
+from ..settings import POOL, SCAN
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,7 +17,7 @@ class Pool:
     """Spheres that rest together, and the surface below them."""
 
     centers: np.ndarray  # (S, 3) float64, metres, level frame
-    squares: np.ndarray  # (K, 2) int64, of the surface seen from above, in steps of `CELL`
+    squares: np.ndarray  # (K, 2) int64, of the surface seen from above, in steps of `SCAN.cell`
     heights: np.ndarray  # (K,) float64, metres, of each square
 
     @cached_property
@@ -37,12 +28,12 @@ class Pool:
     @property
     def area(self) -> float:
         """Of the surface that is seen, square metres."""
-        return len(self.squares) * CELL**2
+        return len(self.squares) * SCAN.cell**2
 
     @property
     def is_table(self) -> bool:
         """Whether it is too large and too high for a seat: nothing that rises from it is its own."""
-        return self.area >= _TABLE_AREA and self.height >= _TABLE_HEIGHT
+        return self.area >= POOL.table_area and self.height >= POOL.table_height
 
 
 def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[Pool]:
@@ -58,11 +49,11 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
         Where spheres rest.
     """
     feet = centers - [0, 0, radius]
-    stretched = feet / [LINKED * radius, LINKED * radius, SLAB]
+    stretched = feet / [POOL.linked * radius, POOL.linked * radius, POOL.slab]
     pools = [
         pool
         for members in members_of(euclidean_clusters(stretched, 1.0))
-        if len(members) >= FEWEST
+        if len(members) >= POOL.min_rests
         for pool in pools_at(points, centers[members], feet[members])
     ]
     return sorted(pools, key=lambda pool: (-pool.area, pool.height))
@@ -70,22 +61,22 @@ def level_pools(points: np.ndarray, centers: np.ndarray, radius: float) -> list[
 
 def pools_at(points: np.ndarray, centers: np.ndarray, feet: np.ndarray) -> list[Pool]:
     """Return the pools that a chain of spheres (S, 3), whose feet are given as well, is: one for each surface."""
-    low, high = np.percentile(feet[:, 2], [10, 90]) + [-SLAB, SLAB]
+    low, high = np.percentile(feet[:, 2], [10, 90]) + [-POOL.slab, POOL.slab]
     squares, heights = level_squares(points[near_feet(points, feet)], low, high)
     if not len(squares):
         return []
-    surface_of = euclidean_clusters(np.column_stack([squares * CELL, np.zeros(len(squares))]), _APART)
+    surface_of = euclidean_clusters(np.column_stack([squares * SCAN.cell, np.zeros(len(squares))]), POOL.apart)
     own = surface_under(feet, squares, surface_of)
     return [
         Pool(centers=centers[own == k], squares=squares[members], heights=heights[members])
         for k, members in enumerate(members_of(surface_of))
-        if np.count_nonzero(own == k) >= FEWEST and len(members) * CELL**2 >= _LEAST
+        if np.count_nonzero(own == k) >= POOL.min_rests and len(members) * SCAN.cell**2 >= POOL.seen_area
     ]
 
 
 def near_feet(points: np.ndarray, feet: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) lie within a metre around spheres' feet (S, 3), (N,) bool."""
-    reach = [1, 1, SLAB + _UPRIGHT]
+    reach = [1, 1, POOL.slab + POOL.upright]
     low, high = feet.min(axis=0) - reach, feet.max(axis=0) + reach
     inside = np.ones(len(points), bool)
     for column, least, most in zip(points.T, low, high, strict=True):  # which is much quicker than rows of three
@@ -100,10 +91,10 @@ def level_squares(points: np.ndarray, low: float, high: float) -> tuple[np.ndarr
     """
     if not len(points):
         return np.empty((0, 2), np.int64), np.empty(0)
-    columns = cells(points * [1, 1, 0], CELL)
+    columns = cells(points * [1, 1, 0], SCAN.cell)
     inside = (points[:, 2] >= low) & (points[:, 2] <= high)
     count = np.bincount(columns.cell_of, inside, len(columns.keys))
-    near = (points[:, 2] > low - _UPRIGHT) & (points[:, 2] < high + _UPRIGHT)
+    near = (points[:, 2] > low - POOL.upright) & (points[:, 2] < high + POOL.upright)
     others = np.bincount(columns.cell_of, near & ~inside, len(columns.keys))
     mean = np.bincount(columns.cell_of, points[:, 2] * inside, len(columns.keys)) / np.maximum(count, 1)
     level = (count > 0) & (others < 1.5 * count + 2)
@@ -114,8 +105,8 @@ def surface_under(feet: np.ndarray, squares: np.ndarray, surface_of: np.ndarray)
     """Return the surface (S,) under each sphere's foot (S, 3), -1 where there is none."""
     from scipy.spatial import cKDTree
 
-    distance, nearest = cKDTree((squares + 0.5) * CELL).query(feet[:, :2])
-    return np.where(distance < 2 * CELL, surface_of[nearest], -1)
+    distance, nearest = cKDTree((squares + 0.5) * SCAN.cell).query(feet[:, :2])
+    return np.where(distance < 2 * SCAN.cell, surface_of[nearest], -1)
 
 
 def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool]:
@@ -135,19 +126,19 @@ def parted_at_necks(pool: Pool, centers: np.ndarray, radius: float) -> list[Pool
     mask = np.zeros(pool.squares.max(axis=0) - corner + 2, bool)
     own = tuple((pool.squares - corner).T)
     mask[own] = True
-    broad = distance_transform_edt(binary_fill_holes(mask)) * CELL > NECK / 2
+    broad = distance_transform_edt(binary_fill_holes(mask)) * SCAN.cell > POOL.neck / 2
     parts, count = label(broad)
     if count < 2:
         return []
     nearest = distance_transform_edt(~broad, return_distances=False, return_indices=True)
     part_of = parts[tuple(nearest)][own]
-    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * CELL**2 >= PART]
+    large = [k for k in range(1, count + 1) if np.count_nonzero(part_of == k) * SCAN.cell**2 >= POOL.part_area]
     if len(large) < 2:
         return []
     feet = centers - [0, 0, radius]
-    on_it = np.where(np.abs(feet[:, 2] - pool.height) < 2 * SLAB, surface_under(feet, pool.squares, part_of), -1)
+    on_it = np.where(np.abs(feet[:, 2] - pool.height) < 2 * POOL.slab, surface_under(feet, pool.squares, part_of), -1)
     return [
         Pool(centers=centers[on_it == k], squares=pool.squares[part_of == k], heights=pool.heights[part_of == k])
         for k in large
-        if np.count_nonzero(on_it == k) >= FEWEST
+        if np.count_nonzero(on_it == k) >= POOL.min_rests
     ]

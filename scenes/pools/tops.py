@@ -9,16 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..scans.cells import CELL, cells
-from ..segmentation.clusters import LARGE, euclidean_clusters, members_of
-from ..segmentation.segmentation import Segmentation
+from ..scans.cells import cells
+from ..segmentation.clusters import euclidean_clusters, members_of
+from ..settings import POOL, SCAN, SEGMENTATION
 from .cutting import Footprint, footprint_of
-from .surfaces import SLAB, Pool
-
-SPACING = 0.004  # metres: voxels of small objects, and between points that are added
-NARROWEST = 0.04  # metres: of an object on a top; a sensor's flying points and the slices it leaves are thinner
-_FITS = (0.025, 0.015, 0.01)  # metres from a plane within which points are fitted, from one fit to the next
-FEWEST = 30  # points: what has less is no object
+from .surfaces import Pool
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -37,8 +32,8 @@ class Top:
 
 def top_of_pool(points: np.ndarray, pool: Pool) -> Top:
     """Return a pool's surface as a plane, with what stands on it; few tables are level to the centimetre in a scan."""
-    near = footprint_of(pool).grown(SLAB).holds(points)
-    own = near & (np.abs(points[:, 2] - pool.height) < SLAB)
+    near = footprint_of(pool).grown(POOL.slab).holds(points)
+    own = near & (np.abs(points[:, 2] - pool.height) < POOL.slab)
     top = top_at(points, np.flatnonzero(near), fitted_height(points[own], pool.height))
     return replace(top, is_table=pool.is_table)
 
@@ -52,16 +47,16 @@ def top_at(points: np.ndarray, chosen: np.ndarray, plane: np.ndarray) -> Top:
     """Return the top of a plane (3,) with those of the chosen points that stand on it."""
     top = Top(plane=plane, points=points[chosen], indices=chosen)
     above = top.points[:, 2] - top.height_at(top.points)
-    over = (above > CELL / 2) & (above < LARGE)
+    over = (above > SCAN.cell / 2) & (above < SEGMENTATION.large)
     return Top(plane=plane, points=top.points[over], indices=chosen[over])
 
 
 def fitted_height(points: np.ndarray, height: float) -> np.ndarray:
     """Return the plane (3,) through the points (N, 3) of a nearly level surface, those far from it left out."""
     plane = np.array([0.0, 0.0, height])
-    for reach in _FITS:
+    for reach in POOL.top_fits:
         inside = np.abs(points[:, 2] - points[:, :2] @ plane[:2] - plane[2]) < reach
-        if inside.sum() < FEWEST:
+        if inside.sum() < POOL.min_points:
             return plane
         rows = np.column_stack([points[inside, :2], np.ones(inside.sum())])
         plane = np.linalg.lstsq(rows, points[inside, 2], rcond=None)[0]
@@ -72,13 +67,13 @@ def objects_on(top: Top) -> list[np.ndarray]:
     """Return the members of each object that stands on a top, indices of the scene's points,."""
     if not len(top.points):
         return []
-    fine = cells(top.points, SPACING)
-    found = members_of(euclidean_clusters(fine.means, Segmentation.cluster_tolerance)[fine.cell_of])
+    fine = cells(top.points, POOL.spacing)
+    found = members_of(euclidean_clusters(fine.means, SEGMENTATION.cluster_tolerance)[fine.cell_of])
     sizes = [np.ptp(top.points[own], axis=0) for own in found]
     return [
         top.indices[own]
         for own, size in zip(found, sizes, strict=True)
-        if len(own) >= FEWEST and size[2] > CELL and size.max() < LARGE
+        if len(own) >= POOL.min_points and size[2] > SCAN.cell and size.max() < SEGMENTATION.large
     ]
 
 
@@ -94,14 +89,14 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
         Whose surface the object has.
     """
     ground = footprint_of(pool)
-    near = ground.grown(SLAB).holds(points) & (np.abs(points[:, 2] - pool.height) < SLAB)
+    near = ground.grown(POOL.slab).holds(points) & (np.abs(points[:, 2] - pool.height) < POOL.slab)
     if not near.any():
         return points
     plane = fitted_height(points[near], pool.height)
     rise = points[:, 2] - points[:, :2] @ plane[:2] - plane[2]
-    if np.median(np.abs(rise[near])) > CELL / 2:  # as a cushion's
+    if np.median(np.abs(rise[near])) > SCAN.cell / 2:  # as a cushion's
         return points
-    own = near & (np.abs(rise) < CELL)
+    own = near & (np.abs(rise) < SCAN.cell)
     even = points.copy()
     even[own, 2] = pool.height
     return np.vstack([even, bare_places(ground, points[own], pool.height)])
@@ -110,10 +105,10 @@ def levelled(points: np.ndarray, pool: Pool) -> np.ndarray:
 def bare_places(ground: Footprint, points: np.ndarray, height: float) -> np.ndarray:
     """Return places (M, 3) a centimetre apart at a height, where a footprint has none of the points (N, 3)."""
     bare = ground.mask.copy()
-    place = np.floor(points[:, :2] / CELL).astype(np.int64) - ground.corner
+    place = np.floor(points[:, :2] / SCAN.cell).astype(np.int64) - ground.corner
     known = ((place >= 0) & (place < bare.shape)).all(axis=1)
     bare[tuple(place[known].T)] = False
-    corners = (np.argwhere(bare) + ground.corner) * CELL
-    offsets = np.array([[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)]) * CELL
+    corners = (np.argwhere(bare) + ground.corner) * SCAN.cell
+    offsets = np.array([[x, y] for x in (0.25, 0.75) for y in (0.25, 0.75)]) * SCAN.cell
     places = (corners[:, None] + offsets).reshape(-1, 2)
     return np.column_stack([places, np.full(len(places), height)])

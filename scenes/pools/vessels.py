@@ -16,14 +16,12 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..scans.cells import cells
 from ..segmentation.clusters import euclidean_clusters, members_of
-from .resting import FEWEST, LINKED, resting_places
-from .tops import SPACING, Top
+from ..settings import POOL
+from .resting import resting_places
+from .tops import Top
 
-RADIUS = 0.012  # metres, of the spheres
-DIRECTIONS = 24
 _WIDEST = 0.10  # metres from a resting place to the wall: half of a bowl
 _RISES = (0.012, 0.14)  # metres above a sphere's foot between which a wall is looked for
-_ENCLOSED = 0.6  # of the directions that meet a wall
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,16 +39,16 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
     if len(top.points) < 10:
         return []
     flat = np.column_stack([top.points[:, :2], top.points[:, 2] - top.height_at(top.points)])
-    objects = cells(flat, SPACING).means
+    objects = cells(flat, POOL.spacing).means
     corner = objects.min(axis=0)
     moved = objects - [*corner[:2], 0]
-    centers = resting_places(np.vstack([moved, sheet_below(moved)]), simulator, RADIUS, seed=seed)
-    feet = centers - [0, 0, RADIUS]
+    centers = resting_places(np.vstack([moved, sheet_below(moved)]), simulator, POOL.vessel_radius, seed=seed)
+    feet = centers - [0, 0, POOL.vessel_radius]
     walls, rims = surroundings(moved, feet)
-    enclosed = np.flatnonzero(np.isfinite(walls).mean(axis=1) >= _ENCLOSED)
+    enclosed = np.flatnonzero(np.isfinite(walls).mean(axis=1) >= POOL.enclosed)
     pools = []
-    for members in members_of(euclidean_clusters(feet[enclosed], LINKED * RADIUS)):
-        if len(members) >= FEWEST:
+    for members in members_of(euclidean_clusters(feet[enclosed], POOL.linked * POOL.vessel_radius)):
+        if len(members) >= POOL.min_rests:
             pools.append((len(members), pool_of(feet[enclosed[members]] + [*corner[:2], 0], top, flat)))
     return [pool for _, pool in sorted(pools, key=lambda pair: -pair[0]) if pool is not None]
 
@@ -58,7 +56,7 @@ def vessel_pools(top: Top, simulator: str | Simulator, *, seed: int = 0) -> list
 def sheet_below(points: np.ndarray) -> np.ndarray:
     """Return a lattice (M, 3) on the ground below points (N, 3): the bottom that a scan of a deep vessel lacks."""
     high = points.max(axis=0)
-    x, y = (np.arange(0, high[axis] + RADIUS / 2, RADIUS / 2) for axis in range(2))
+    x, y = (np.arange(0, high[axis] + POOL.vessel_radius / 2, POOL.vessel_radius / 2) for axis in range(2))
     places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.column_stack([places, np.full(len(places), 1e-4)])
 
@@ -71,7 +69,7 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
     (S, D) and (S, D) float64, metres
         Infinite, and 0, where none is near.
     """
-    walls, rims = np.full((len(feet), DIRECTIONS), np.inf), np.zeros((len(feet), DIRECTIONS))
+    walls, rims = np.full((len(feet), POOL.directions), np.inf), np.zeros((len(feet), POOL.directions))
     meet_walls(np.ascontiguousarray(points), np.ascontiguousarray(feet), walls, rims)
     return walls, rims
 
@@ -79,12 +77,13 @@ def surroundings(points: np.ndarray, feet: np.ndarray) -> tuple[np.ndarray, np.n
 @njit(cache=True, error_model="numpy")
 def meet_walls(points, feet, walls, rims):
     """Write how far walls of points (N, 3) are from spheres' feet (S, 3), and how high they end; see `surroundings`."""
+    directions = walls.shape[1]
     for k in range(len(feet)):
         for i in range(len(points)):
             x, y, rise = points[i, 0] - feet[k, 0], points[i, 1] - feet[k, 1], points[i, 2] - feet[k, 2]
             square = x * x + y * y
             if square <= _WIDEST * _WIDEST and _RISES[0] < rise < _RISES[1]:
-                sector = int(math.atan2(y, x) / (2 * math.pi) * DIRECTIONS) % DIRECTIONS
+                sector = int(math.atan2(y, x) / (2 * math.pi) * directions) % directions
                 walls[k, sector] = min(walls[k, sector], math.sqrt(square))
                 rims[k, sector] = max(rims[k, sector], points[i, 2])
 
@@ -94,7 +93,7 @@ def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | Non
     middle = np.append(feet[:, :2].mean(axis=0), feet[:, 2].min())
     walls, rims = surroundings(objects, middle[None])
     seen = np.isfinite(walls[0])
-    if seen.mean() < _ENCLOSED:
+    if seen.mean() < POOL.enclosed:
         return None
     level = float(middle[:2] @ top.plane[:2] + top.plane[2])
     return VesselPool(
@@ -107,5 +106,5 @@ def pool_of(feet: np.ndarray, top: Top, objects: np.ndarray) -> VesselPool | Non
 
 def cut_vessel(points: np.ndarray, pool: VesselPool) -> np.ndarray:
     """Return which points (N, 3) are a vessel's: its wall, as thick as a sphere, and what that surrounds, (N,) bool."""
-    inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + RADIUS
-    return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + RADIUS)
+    inside = np.linalg.norm(points[:, :2] - pool.center[:2], axis=1) < pool.reach + POOL.vessel_radius
+    return inside & (points[:, 2] > pool.support + 0.003) & (points[:, 2] < pool.rim + POOL.vessel_radius)

@@ -12,15 +12,13 @@ from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.places.putting import along_edges
 from spherefunc_bullet.processes.compilation import njit
 
-from ..pools.tops import NARROWEST, SPACING
-from ..scans.cells import CELL, Near, advance, cells
-from ..segmentation.clusters import LARGE, bounding_box
+from ..scans.cells import Near, advance, cells
+from ..segmentation.clusters import bounding_box
+from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 
 if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
-RADIUS = 0.02  # metres, of the neighbourhood, half of a cup's; wider planes cut its bend; who is near counts more
-PASSES = 2
 
 
 def smoothed(points: np.ndarray) -> np.ndarray:
@@ -30,12 +28,13 @@ def smoothed(points: np.ndarray) -> np.ndarray:
     ----------
     points : (N, 3) float64, metres
     """
-    thinned = cells(points, SPACING)
+    thinned = cells(points, POOL.spacing)
     places, counts = thinned.means, thinned.counts.astype(float)
-    for _ in range(PASSES):
-        grid = cells(places, RADIUS)
+    radius = RECOGNITION.smooth_radius
+    for _ in range(RECOGNITION.smooth_passes):
+        grid = cells(places, radius)
         moved = np.empty_like(places)
-        project(np.ascontiguousarray(places[grid.order]), counts[grid.order], grid.keys, grid.start, RADIUS, moved)
+        project(np.ascontiguousarray(places[grid.order]), counts[grid.order], grid.keys, grid.start, radius, moved)
         places[grid.order] = moved
     return places
 
@@ -90,9 +89,6 @@ def moments(points, counts, start, columns, radius, i):
 TOP = "top"  # done where the pool is known that an object carries, see `pools.tops`
 STEPS = ("smooth", "top", "bottom", "sides", "mirror")
 DEFAULT = ("smooth", "top", "bottom", "mirror")
-_LOWER = 0.25  # of its height
-_CLOSED = 0.35  # of the outline that has a side below it, and a rim above: one side shows half, legs cover a tenth
-_DISAGREES = 0.6  # of an image's points that may have nothing near them for it to be one of the object
 
 
 def steps_of(text: str | None) -> tuple[str, ...]:
@@ -135,7 +131,7 @@ def complete(points: np.ndarray, steps: Sequence[str] = DEFAULT, *, support: flo
     (M, 3) float64, metres
         The points, smoothed if asked, then those added.
     """
-    small = np.ptp(corners_of(points), axis=0).max() <= LARGE
+    small = np.ptp(corners_of(points), axis=0).max() <= SEGMENTATION.large
     if "smooth" in steps and small:
         points = smoothed(points)
     if "mirror" in steps and not small:  # a vessel's images, not quite in place, would fill it
@@ -159,24 +155,24 @@ def closed_bottom(points: np.ndarray, support: float) -> np.ndarray:
 
     low, high = corners_of(points)
     lowest, highest = low[2], high[2]
-    if (high - low).max() > LARGE or bounding_box(points).size[1] < NARROWEST:
+    if (high - low).max() > SEGMENTATION.large or bounding_box(points).size[1] < POOL.narrowest:
         return np.empty((0, 3))
     try:
         hull = ConvexHull(points[:, :2])
     except (QhullError, ValueError):
         return np.empty((0, 3))
-    slice_height = _LOWER * (highest - lowest)
+    slice_height = RECOGNITION.lower_part * (highest - lowest)
     outline = points[hull.vertices, :2]
     lower, upper = (points[points[:, 2] < lowest + slice_height], points[points[:, 2] > highest - slice_height])
-    if covered_share(outline, lower[:, :2]) < _CLOSED or covered_share(outline, upper[:, :2]) < _CLOSED:
+    if min(covered_share(outline, part[:, :2]) for part in (lower, upper)) < RECOGNITION.closed:
         return np.empty((0, 3))
-    sheet = sheet_within(hull, low, high + SPACING, support)
+    sheet = sheet_within(hull, low, high + POOL.spacing, support)
     return np.vstack([sheet, continued_down(points, support)])
 
 
 def sheet_within(hull: ConvexHull, low: np.ndarray, high: np.ndarray, height: float) -> np.ndarray:
     """Return a level sheet (M, 3) within a hull in the plane, from one corner of a grid to another, metres."""
-    x, y = (np.arange(low[k], high[k], SPACING) for k in range(2))
+    x, y = (np.arange(low[k], high[k], POOL.spacing) for k in range(2))
     sheet = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     inside = (hull.equations[:, :2] @ sheet.T + hull.equations[:, 2:] <= 0).all(axis=0)
     return np.column_stack([sheet[inside], np.full(inside.sum(), height)])
@@ -186,18 +182,18 @@ def covered_share(outline: np.ndarray, points: np.ndarray) -> float:
     """Return the share of a closed outline (H, 2) that has a point (N, 2) nearby."""
     from scipy.spatial import cKDTree
 
-    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < CELL))
+    return float(np.mean(cKDTree(points).query(along_edges(outline, 0.01))[0] < SCAN.cell))
 
 
 def continued_down(points: np.ndarray, support: float) -> np.ndarray:
     """Return points (K, 3) from the lowest of each column of an object's outline down to the support."""
-    column = np.floor(points[:, :2] / (CELL / 2)).astype(np.int64)
+    column = np.floor(points[:, :2] / (SCAN.cell / 2)).astype(np.int64)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
     first = np.ones(len(order), bool)
     first[1:] = (np.diff(column[order], axis=0) != 0).any(axis=1)
     lowest = points[order[first]]
     edge = lowest[on_outline(column[order[first]])]
-    levels = np.arange(support, points[:, 2].max(), SPACING)
+    levels = np.arange(support, points[:, 2].max(), POOL.spacing)
     counts = np.searchsorted(levels, edge[:, 2])
     upwards = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     return np.column_stack([np.repeat(edge[:, :2], counts, axis=0), levels[upwards]])
@@ -217,9 +213,9 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     """Return what mirror images about the box's upright middle planes add (K, 3), of those that mostly agree."""
     box = bounding_box(points)
     own = box.to_own(points)
-    seen, added = Near(own, CELL / 2), [np.empty((0, 3))]
+    seen, added = Near(own, SCAN.cell / 2), [np.empty((0, 3))]
     for sign in ((-1, 1, 1), (1, -1, 1)):
         apart = ~seen.to(own * sign)
-        if apart.mean() <= _DISAGREES:
+        if apart.mean() <= RECOGNITION.disagrees:
             added.append((own * sign)[apart])
     return np.vstack(added) @ box.axes + box.center

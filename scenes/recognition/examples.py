@@ -13,13 +13,13 @@ from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import STRICT_CUTS
-from ..pools.tops import FEWEST
 from ..scans.cells import cells
 from ..scans.depth_image import filled
 from ..scans.levelling import level, level_by_ransac
 from ..scans.scan import Scan
 from ..segmentation.clusters import euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, is_floor, numbered_by_size, segment
+from ..settings import POOL
 from .completion import DEFAULT
 from .judging import RecognitionContext, is_fragment, judged, object_cloud
 from .proposals import CLUSTERS, Proposal, Scene, propose
@@ -59,7 +59,7 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
     for proposal in propose(scene, simulator, how=STRICT_CUTS):
         seen = proposal.members[proposal.members < len(points)]
-        if len(seen) < FEWEST:
+        if len(seen) < POOL.min_points:
             continue
         number, shared = best_object(truth[seen], sizes)
         own = dense[proposal.members]

@@ -9,17 +9,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..pools.surfaces import HIGHEST, SLAB
-from ..scans.cells import CELL, cells
+from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, euclidean_clusters, members_of
+from ..settings import POOL, RECOGNITION, SCAN
 from .room import Inferred, SceneObject
 from .surroundings import level_of
 
 SEAT, TABLE = "sittable", "table"  # the functions
-_REACH = 0.35  # metres outside a top's edge up to which a chair's back stands
-_NEAR = 2 * CELL  # inside the top's edge and below it where a back may show, and by which it rises above it at least
-_WIDTH, _THICK = (0.28, 0.70), 0.24  # metres: of a back, the least and most, and most
-_DEPTH = 0.45  # metres: of a chair, and between the middles of two
 
 
 def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[SceneObject]) -> list[Inferred]:
@@ -36,13 +32,13 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
     free = (labels != -1) & (labels != -2) & ~of_use[np.where(labels >= 0, labels, len(objects))]
     seats, taken = [], [item.box for item in objects if SEAT in item.members]
     for table in (item for item in objects if TABLE in item.members):
-        top = level_of(cells(table.points, CELL).means, CELL).height
-        edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < SLAB])
-        beside = free & (points[:, 2] > top - _NEAR)
-        joined = (labels == table.id) & (points[:, 2] > top + CELL)  # what is one cluster with the table
+        top = level_of(cells(table.points, SCAN.cell).means, SCAN.cell).height
+        edge = bounding_box(table.points[np.abs(table.points[:, 2] - top) < POOL.slab])
+        beside = free & (points[:, 2] > top - 2 * SCAN.cell)
+        joined = (labels == table.id) & (points[:, 2] > top + SCAN.cell)  # what is one cluster with the table
         for back in backs_at(points[beside | joined], edge, top):
             seat = seat_of(back, table)
-            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > _DEPTH for other in taken):
+            if all(np.linalg.norm(seat.center[:2] - other.center[:2]) > RECOGNITION.tucked_depth for other in taken):
                 taken.append(seat)
                 seats.append(Inferred(function=SEAT, box=seat, table=table.id, reason=reason_of(back, table)))
     return seats
@@ -51,11 +47,12 @@ def inferred_seats(points: np.ndarray, labels: np.ndarray, objects: Sequence[Sce
 def backs_at(points: np.ndarray, table: Box, top: float) -> list[Box]:
     """Return the boxes of the backs among points (N, 3) that rise at a table's edge, its top at a height in metres."""
     beside = beyond_edge(points, table)
-    around = (beside > -_NEAR) & (beside < _REACH) & (points[:, 2] < HIGHEST)
+    around = (beside > -2 * SCAN.cell) & (beside < RECOGNITION.tucked_reach) & (points[:, 2] < POOL.highest)
     if not around.any():
         return []
-    voxels = cells(points[around], CELL).means
-    boxes = [bounding_box(voxels[own]) for own in members_of(euclidean_clusters(voxels, 2 * CELL)) if len(own) > 10]
+    voxels = cells(points[around], SCAN.cell).means
+    members = members_of(euclidean_clusters(voxels, 2 * SCAN.cell))
+    boxes = [bounding_box(voxels[own]) for own in members if len(own) > 10]
     return [box for box in boxes if is_back(box, top)]
 
 
@@ -68,17 +65,19 @@ def beyond_edge(points: np.ndarray, box: Box) -> np.ndarray:
 def is_back(box: Box, top: float) -> bool:
     """Return whether a box is upright, thin, as wide as a chair, and taller than a table's top."""
     width, thickness, height = box.size
-    tall = box.center[2] + height / 2 > top + _NEAR
-    return bool(_WIDTH[0] <= width <= _WIDTH[1] and thickness <= min(_THICK, 0.6 * width) and height >= _NEAR and tall)
+    narrowest, widest = RECOGNITION.tucked_width
+    thin = thickness <= min(RECOGNITION.tucked_thickness, 0.6 * width)
+    tall = height >= 2 * SCAN.cell and box.center[2] + height / 2 > top + 2 * SCAN.cell
+    return bool(narrowest <= width <= widest and thin and tall)
 
 
 def seat_of(back: Box, table: SceneObject) -> Box:
     """Return the box of the chair whose back is seen: from there towards the table's middle, down to the floor."""
     across = back.axes[1, :2]
     toward = across if across @ (table.box.center[:2] - back.center[:2]) > 0 else -across
-    height = back.center[2] + back.size[2] / 2
-    middle = back.center[:2] + toward * (_DEPTH - back.size[1]) / 2
-    return Box(center=np.array([*middle, height / 2]), size=np.array([back.size[0], _DEPTH, height]), yaw=back.yaw)
+    height, depth = back.center[2] + back.size[2] / 2, RECOGNITION.tucked_depth
+    middle = back.center[:2] + toward * (depth - back.size[1]) / 2
+    return Box(center=np.array([*middle, height / 2]), size=np.array([back.size[0], depth, height]), yaw=back.yaw)
 
 
 def reason_of(back: Box, table: SceneObject) -> str:

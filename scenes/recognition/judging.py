@@ -20,7 +20,8 @@ from spherefunc_bullet.settling.settling import settle_all
 from ..pools.surfaces import Pool
 from ..pools.tops import levelled
 from ..scans.cells import cells
-from ..segmentation.clusters import LARGE, Box, bounding_box
+from ..segmentation.clusters import Box, bounding_box
+from ..settings import RECOGNITION, SEGMENTATION
 from .completion import TOP, complete
 from .proposals import Proposal
 from .room import Bar, Candidate, claiming
@@ -30,11 +31,6 @@ Memberships = dict[str, Membership]  # by the function's name
 
 
 logger = logging.getLogger("spherefunc")
-# Smallest radii by an object's largest side, both metres. Small spheres on large objects take seconds and tell nothing
-# that larger ones do not: on whole models 2, 3 and 5 cm alone tell sittables and tables as well (README).
-SMALLEST_RADII = ((1.0, 0.02), (LARGE, 0.01))
-SPACINGS = ((1.0, 0.008), (LARGE, 0.005))  # metres likewise, side of the voxels that are enough for such spheres
-FLOATS = 0.10  # metres above its support: what begins higher does not stand
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -138,7 +134,7 @@ def classify_dropped(
 
 def is_fragment(points: np.ndarray, box: Box, support: float) -> bool:
     """Return whether points (N, 3) are a part of something that is not seen whole: small, and carried by nothing."""
-    return bool(box.size.max() < LARGE and points[:, 2].min() > support + FLOATS)
+    return bool(box.size.max() < SEGMENTATION.large and points[:, 2].min() > support + RECOGNITION.floats)
 
 
 def object_cloud(
@@ -146,7 +142,7 @@ def object_cloud(
 ) -> tuple[Cloud, Box]:
     """Return an object as spheres see it, completed, standing on its support, its long side along x; and its box."""
     box = box or bounding_box(points)
-    spacing = value_for_size(SPACINGS, box.size.max())
+    spacing = value_for_size(RECOGNITION.spacings, box.size.max())
     seen = cells(points, spacing).means if spacing else points
     even = levelled(seen, pool) if pool is not None and TOP in completion else seen
     whole = complete(even, completion, support=support)
@@ -179,5 +175,5 @@ def informative_radii(cloud: Cloud, model: FunctionModel) -> list[float]:
     """Return the radii that tell something of an object, metres; resting profiles need all that were learnt."""
     if model.length.drops is not None:
         return model.chosen_radii()
-    smallest = value_for_size(SMALLEST_RADII, cloud.size.max())
+    smallest = value_for_size(RECOGNITION.smallest_radii, cloud.size.max())
     return [radius for radius in model.chosen_radii() if radius >= smallest]

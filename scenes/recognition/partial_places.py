@@ -20,21 +20,18 @@ from spherefunc_bullet.places.shelves import GAP
 from spherefunc_bullet.places.sitting import HIGH_SEAT, NARROW, SEAT_HEIGHTS, sit_places
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.surfaces import LOWEST, SLAB
-from ..pools.tops import FEWEST, Top
+from ..pools.tops import Top
 from ..pools.vessels import VesselPool, vessel_pools
-from ..scans.cells import CELL, cells
+from ..scans.cells import cells
 from ..scans.depth_image import filled
 from ..scans.scan import Scan
-from ..segmentation.segmentation import Segmentation
+from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import complete
 from .room import Inferred, Room, SceneObject
 from .surroundings import level_of
 
-_TRUST = 0.5  # what the score keeps of a place whose surface was seen in part
 _NOTE = "seen in part"
 _UNSEEN = "to be pulled out from under its table"
-_BACK, _THIGHS = 0.15, 0.12  # metres: how thick a seat's back is, and who sits under a table
 
 
 def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | None:
@@ -46,23 +43,23 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
     around : (N, 3) float64, metres, level frame
         The scene: where it reaches over the level nothing is put. One sits on a chair that is pushed under a table too.
     """
-    voxels = cells(item.points, Segmentation.leaf_size).means
+    voxels = cells(item.points, SEGMENTATION.leaf_size).means
     if kind == "sit":
         highest = HIGH_SEAT if item.box.size[0] < NARROW else SEAT_HEIGHTS[1]
         above = voxels[:, 2] - item.support
         voxels = voxels[(above > SEAT_HEIGHTS[0]) & (above < highest)]
-    if len(voxels) < FEWEST:
+    if len(voxels) < POOL.min_points:
         return None
-    height = level_of(voxels, Segmentation.leaf_size).height
-    squares = cells(voxels[np.abs(voxels[:, 2] - height) <= SLAB] * [1, 1, 0], CELL).indices[:, :2]
+    height = level_of(voxels, SEGMENTATION.leaf_size).height
+    squares = cells(voxels[np.abs(voxels[:, 2] - height) <= POOL.slab] * [1, 1, 0], SCAN.cell).indices[:, :2]
     corner = squares.min(axis=0) - 2
     mask = np.zeros(squares.max(axis=0) - corner + 3, bool)
     mask[tuple((squares - corner).T)] = True
-    surface = Surface(corner * CELL, CELL, np.where(mask, height, -np.inf), 0.0)
+    surface = Surface(corner * SCAN.cell, SCAN.cell, np.where(mask, height, -np.inf), 0.0)
     mask = surface.blurred(mask, 2)
     if kind == "put":
         mask &= ~covered(surface, around, height)
-    room = CELL * (ndimage.distance_transform_edt(mask) - 0.5)
+    room = SCAN.cell * (ndimage.distance_transform_edt(mask) - 0.5)
     if room.max() < DISC:
         return None
     middle = surface.middles(np.array(np.unravel_index(room.argmax(), room.shape)))
@@ -71,9 +68,9 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
         function=FUNCTION[kind],
         position=np.array([*middle, height]),
         region=rings_of(surface, mask, np.array([0.0, 0.0, height])),
-        area=float(mask.sum()) * CELL**2,
+        area=float(mask.sum()) * SCAN.cell**2,
         height=height,
-        score=_TRUST,
+        score=RECOGNITION.trust,
         radius=float(room.max()),
         inferred=True,
         note=_NOTE,
@@ -82,7 +79,7 @@ def level_place(item: SceneObject, kind: str, around: np.ndarray) -> Place | Non
 
 def covered(surface: Surface, points: np.ndarray, height: float) -> np.ndarray:
     """Return the squares (X, Y) bool of a surface over which points (N, 3) lie within a hand's reach of its height."""
-    over = points[(points[:, 2] > height + SLAB) & (points[:, 2] < height + GAP)]
+    over = points[(points[:, 2] > height + POOL.slab) & (points[:, 2] < height + GAP)]
     places = np.floor((over[:, :2] - surface.origin) / surface.cell).astype(int)
     hidden = np.zeros(surface.heights.shape, bool)
     hidden[tuple(places[((places >= 0) & (places < hidden.shape)).all(axis=1)].T)] = True
@@ -115,7 +112,7 @@ def hollow_place(pool: VesselPool) -> Place:
         region=(np.column_stack([ring, np.full(len(ring), pool.rim)]),),
         area=area,
         height=float(pool.rim),
-        score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)) * _TRUST,
+        score=float(np.clip(2 * depth / np.sqrt(area), 0, 1)) * RECOGNITION.trust,
         radius=pool.reach,
         capacity_ml=area * depth * 1e6,
         filled_ml=SPILLED_AT * area * depth * 1e6,
@@ -126,7 +123,6 @@ def hollow_place(pool: VesselPool) -> Place:
     )
 
 
-AROUND = 0.6  # metres about a seat that decide where its back is and whether knees have room
 SIMULATOR = "fast"  # whose spheres tell where a vessel that was seen in part holds them
 
 
@@ -134,9 +130,9 @@ def room_places(
     scan: Scan, room: Room, put: Cloud | None = None, person: float = 1.75
 ) -> dict[int | None, list[Place]]:
     """Return the places of each object by its id, and under None those to put of no object; in the scan's frame."""
-    cloud = Cloud(filled(room.levelling.to_level(scan.points), Segmentation.leaf_size), scan.name)
+    cloud = Cloud(filled(room.levelling.to_level(scan.points), SEGMENTATION.leaf_size), scan.name)
     found: dict[int | None, list[Place]] = {item.id: object_places(cloud, item, person) for item in room.objects}
-    lowest = -SLAB if room.levelling.source == "table top" else LOWEST
+    lowest = -POOL.slab if room.levelling.source == "table top" else POOL.lowest
     for place in put_places(surface_of(cloud), put, lowest):
         found.setdefault(owner_of(place, room), []).append(place)
     for item in room.objects:
@@ -163,11 +159,12 @@ def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
     across = seat.box.axes[1, :2]
     ahead = across if across @ (table.box.center[:2] - seat.box.center[:2]) > 0 else -across
     width, depth, _ = seat.box.size
-    top = level_of(table.points, Segmentation.leaf_size).height
+    top = level_of(table.points, SEGMENTATION.leaf_size).height
     near = (np.abs(seat.box.to_own(points)[:, :2]) <= [width / 2, depth / 2]).all(axis=1)
-    near &= (points[:, :2] - seat.box.center[:2]) @ ahead > _BACK - depth / 2
-    level = points[near & (points[:, 2] < top - _THIGHS)]
-    height = level_of(level, Segmentation.leaf_size).height if len(level) >= FEWEST else float(np.mean(SEAT_HEIGHTS))
+    near &= (points[:, :2] - seat.box.center[:2]) @ ahead > RECOGNITION.back_thickness - depth / 2
+    level = points[near & (points[:, 2] < top - RECOGNITION.thighs)]
+    enough = len(level) >= POOL.min_points
+    height = level_of(level, SEGMENTATION.leaf_size).height if enough else float(np.mean(SEAT_HEIGHTS))
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, depth / 2] @ seat.box.axes[:2, :2]
     return Place(
         kind="sit",
@@ -178,7 +175,7 @@ def seat_below(seat: Inferred, room: Room, points: np.ndarray) -> Place:
         area=float(width * depth),
         height=height,
         clearance=float(top - height),
-        score=_TRUST * table.functions[FUNCTION["put"]].score,
+        score=RECOGNITION.trust * table.functions[FUNCTION["put"]].score,
         depth=float(depth),
         back=True,
         knees=False,
@@ -214,7 +211,7 @@ def weighed(place: Place, item: SceneObject) -> float:
 
 def around(points: np.ndarray, item: SceneObject) -> np.ndarray:
     """Return the points (N, 3) on and about an object."""
-    low, high = item.points.min(axis=0) - AROUND, item.points.max(axis=0) + AROUND
+    low, high = item.points.min(axis=0) - RECOGNITION.around, item.points.max(axis=0) + RECOGNITION.around
     low[2] = item.support - 0.05
     return points[((points >= low) & (points <= high)).all(axis=1)]
 

@@ -13,19 +13,16 @@ from spherefunc_bullet.simulator import Simulator
 
 from ..pools.cutting import LOOSE_CUTS, CutSettings, cut_out
 from ..pools.resting import resting_places
-from ..pools.surfaces import HIGHEST, LOWEST, PART, SLAB, Pool, level_pools, parted_at_necks
-from ..pools.tops import FEWEST, NARROWEST, Top, ground_top, objects_on, top_of_pool
+from ..pools.surfaces import Pool, level_pools, parted_at_necks
+from ..pools.tops import Top, ground_top, objects_on, top_of_pool
 from ..pools.vessels import cut_vessel, vessel_pools
-from ..scans.cells import CELL, cells
+from ..scans.cells import cells
 from ..segmentation.clusters import Box, bounding_box, members_of
-from ..segmentation.segmentation import FLOOR, WALL, Segmentation
-from ..segmentation.walls import HIGH
+from ..segmentation.segmentation import FLOOR, WALL
+from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 
 CLUSTERS, POOLS = "clusters", "pools"
 KINDS = (CLUSTERS, POOLS)
-_RADIUS = 0.04  # metres, of the spheres that find seats and tops
-_BLOB = 0.14  # metres: what is wider holds more than a vessel, and pools part it
-_SAME = 0.8  # of the points that two proposals share, for one to be enough
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,12 +103,12 @@ def same_proposal(points: np.ndarray, proposal: Proposal, others: Sequence[Propo
     The few points of a thin back count: an object with its back is another one than its seat.
     """
     own = corners_of(points[proposal.members])
-    low, high = _SAME * len(proposal.members), len(proposal.members) / _SAME
+    low, high = RECOGNITION.same_points * len(proposal.members), len(proposal.members) / RECOGNITION.same_points
     for k, other in enumerate(others):
         if not low <= len(other.members) <= high:
             continue
-        if shared_points(proposal, other) > _SAME * max(len(proposal.members), len(other.members)):
-            if np.abs(corners_of(points[other.members]) - own).max() < 2 * SLAB:
+        if shared_points(proposal, other) > RECOGNITION.same_points * max(len(proposal.members), len(other.members)):
+            if np.abs(corners_of(points[other.members]) - own).max() < 2 * POOL.slab:
                 return k
     return None
 
@@ -150,14 +147,14 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
         Their lowest and highest corners.
     """
     low, high, best = lows[own], highs[own], 0.0
-    if low[2] < SLAB:
+    if low[2] < POOL.slab:
         return best
-    reaches = (lows[:, :2] <= low[:2] + SLAB) & (highs[:, :2] >= high[:2] - SLAB)
-    begins = (lows[:, 2] < low[2] + CELL) & (highs[:, 2] > low[2] - SLAB)
+    reaches = (lows[:, :2] <= low[:2] + POOL.slab) & (highs[:, :2] >= high[:2] - POOL.slab)
+    begins = (lows[:, 2] < low[2] + SCAN.cell) & (highs[:, 2] > low[2] - POOL.slab)
     for k in np.flatnonzero(reaches.all(axis=1) & begins):
         other = parts[k]
-        under = other[(other[:, 2] < low[2] + CELL) & (other[:, 2] > low[2] - SLAB)]
-        under = under[((under[:, :2] > low[:2] - SLAB) & (under[:, :2] < high[:2] + SLAB)).all(axis=1)]
+        under = other[(other[:, 2] < low[2] + SCAN.cell) & (other[:, 2] > low[2] - POOL.slab)]
+        under = under[((under[:, :2] > low[:2] - POOL.slab) & (under[:, :2] < high[:2] + POOL.slab)).all(axis=1)]
         if k != own and len(under) >= 10 and np.ptp(under[:, :2], axis=0).min() > 0:
             best = max(best, float(np.median(under[:, 2])))
     return best
@@ -165,23 +162,25 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
 
 def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
-    solid = np.flatnonzero((scene.labels != FLOOR) & (scene.points[:, 2] > 0) & (scene.points[:, 2] < HIGH))
-    thinned = cells(scene.points[solid], Segmentation.leaf_size)
-    centers = resting_places(thinned.means, simulator, _RADIUS, seed=seed)
-    own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (scene.points[:, 2] > 0))
-    voxels = cells(scene.points[own], Segmentation.leaf_size)
-    pools = [pool for pool in level_pools(voxels.means, centers, _RADIUS) if LOWEST < pool.height < HIGHEST]
+    z = scene.points[:, 2]
+    solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
+    thinned = cells(scene.points[solid], SEGMENTATION.leaf_size)
+    centers = resting_places(thinned.means, simulator, RECOGNITION.radius, seed=seed)
+    own = np.flatnonzero((scene.labels != FLOOR) & (scene.labels != WALL) & (z > 0))
+    voxels = cells(scene.points[own], SEGMENTATION.leaf_size)
+    found = level_pools(voxels.means, centers, RECOGNITION.radius)
+    pools = [pool for pool in found if POOL.lowest < pool.height < POOL.highest]
     if how.parts:
-        pools += [part for pool in pools for part in parted_at_necks(pool, centers, _RADIUS)]
+        pools += [part for pool in pools for part in parted_at_necks(pool, centers, RECOGNITION.radius)]
     cuts = [cut_out(voxels.means, pool, how.gap)[voxels.cell_of] for pool in pools]
     proposed = [
         Proposal(by=POOLS, members=own[cut], support=0.0, pool=pool) for cut, pool in zip(cuts, pools, strict=True)
     ]
-    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= PART]
+    tops = [top_of_pool(scene.points[own], pool) for pool in pools if pool.area >= POOL.part_area]
     tops += [ground_top(scene.points[own])] if scene.on_table else []
     for top in tops:
         proposed += on_top(scene.points, own, top, simulator, seed)
-    return [proposal for proposal in proposed if len(proposal.members) >= FEWEST]
+    return [proposal for proposal in proposed if len(proposal.members) >= POOL.min_points]
 
 
 def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simulator, seed: int) -> list[Proposal]:
@@ -197,15 +196,15 @@ def on_top(points: np.ndarray, own: np.ndarray, top: Top, simulator: str | Simul
     for members in objects_on(top):
         item = points[own[members]]
         box = bounding_box(item)
-        if box.size[1] < NARROWEST:
+        if box.size[1] < POOL.narrowest:
             continue
         support = float(np.median(top.height_at(item)))
         proposed.append(Proposal(by=POOLS, members=own[members], support=support, box=box, on_top=top.is_table))
-        if np.ptp(item[:, :2], axis=0).max() > _BLOB:
+        if np.ptp(item[:, :2], axis=0).max() > RECOGNITION.widest_vessel:
             alone = Top(plane=top.plane, points=item, indices=members)
             for pool in vessel_pools(alone, simulator, seed=seed):
                 inside = own[members[cut_vessel(item, pool)]]
-                box = bounding_box(points[inside]) if len(inside) >= FEWEST else None
-                if box is not None and box.size[1] >= NARROWEST:
+                box = bounding_box(points[inside]) if len(inside) >= POOL.min_points else None
+                if box is not None and box.size[1] >= POOL.narrowest:
                     proposed.append(Proposal(by=POOLS, members=inside, support=pool.support, box=box))
     return proposed

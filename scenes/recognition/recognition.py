@@ -12,16 +12,14 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 
-from ..pools.surfaces import SLAB
-from ..pools.tops import SPACING
 from ..pools.vessels import surroundings
 from ..scans.cells import Near, cells, crowded
 from ..scans.depth_image import filled
 from ..scans.levelling import Levelling, level
-from ..scans.patches import ALIGNED
 from ..scans.scan import Scan
 from ..segmentation.clusters import bounding_box, euclidean_clusters, members_of
 from ..segmentation.segmentation import FLOOR, LEFT_OVER, WALL, Segmentation, segment
+from ..settings import POOL, RECOGNITION, SCAN, SEGMENTATION
 from .completion import DEFAULT, sheet_within, smoothed
 from .inferring import inferred_seats
 from .judging import Part, RecognitionContext, classify_parts, is_fragment, judged, surroundings_for
@@ -29,8 +27,6 @@ from .proposals import CLUSTERS, KINDS, Proposal, Scene, cluster_proposals, prop
 from .room import BARS, Candidate, Room, SceneObject, chosen
 
 TABLE_TOP = "table top"  # `Levelling.source`, and where the object comes from
-USUAL_HEIGHT = 0.73  # metres: of dining tables and desks (EN 527-1: 0.72 to 0.74), where no floor tells
-HEIGHTS = (0.3, 1.3)  # metres above z = 0 of a level frame between which that is a floor and the top a table's
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -46,8 +42,8 @@ def ground_top_of(points: np.ndarray, labels: np.ndarray, levelling: Levelling) 
     on_ground = np.flatnonzero(labels == FLOOR)
     if levelling.source != TABLE_TOP or not len(on_ground):
         return None
-    voxels = cells(points[on_ground], Segmentation.leaf_size)
-    parts = members_of(euclidean_clusters(voxels.means, SLAB))
+    voxels = cells(points[on_ground], SEGMENTATION.leaf_size)
+    parts = members_of(euclidean_clusters(voxels.means, POOL.slab))
     largest = np.zeros(len(voxels.means), bool)
     largest[max(parts, key=len)] = True
     return GroundTop(members=on_ground[largest[voxels.cell_of]], height=height_in_scan(points, levelling))
@@ -59,8 +55,8 @@ def height_in_scan(points: np.ndarray, levelling: Levelling) -> float | None:
     It is where the scan's z axis points up, all points (N, 3) lie above its z = 0, and tables are so high.
     """
     height, lowest = levelling.height, float(points[:, 2].min())
-    on_floor = levelling.up[2] > np.cos(ALIGNED) and lowest + height > -SLAB
-    return height if on_floor and HEIGHTS[0] < height < HEIGHTS[1] else None
+    on_floor = levelling.up[2] > np.cos(SCAN.aligned) and lowest + height > -POOL.slab
+    return height if on_floor and RECOGNITION.frame_heights[0] < height < RECOGNITION.frame_heights[1] else None
 
 
 def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContext, number: int) -> SceneObject:
@@ -72,7 +68,7 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     from scipy.spatial import ConvexHull
 
     own = points[top.members]
-    height = USUAL_HEIGHT if top.height is None else top.height
+    height = RECOGNITION.usual_height if top.height is None else top.height
     box = bounding_box(own)
     sheet = sheet_within(ConvexHull(own[:, :2]), *corners_of(own), 0.0)
     proposal = Proposal(by=CLUSTERS, members=top.members, support=-height, box=box)
@@ -90,7 +86,6 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     )
 
 
-MANY = 2_000_000  # points: what has more is thinned before anything else
 
 
 def compile_kernels():
@@ -130,7 +125,7 @@ def recognise(
         See `proposals.propose`.
     """
     settings, watch = settings or Segmentation(), Stopwatch()
-    fine = cells(scan.points, SPACING) if len(scan) > MANY else None
+    fine = cells(scan.points, POOL.spacing) if len(scan) > RECOGNITION.many else None
     seen = scan.points if fine is None else fine.means
     watch.lap("thinning")
     levelling = level(seen, up, scan.name)
@@ -149,7 +144,7 @@ def recognise(
         model=model, completion=completion, bars=bars, surroundings=around
     )
     candidates = judged(dense, proposed, context, watch)
-    objects = [one for one in chosen(candidates, Segmentation.min_cluster_size) if not one.fragment]
+    objects = [one for one in chosen(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)
     labels, items = labels_of(objects, labels), [scene_object(k, dense, one) for k, one in enumerate(objects)]
     watch.lap("choice")

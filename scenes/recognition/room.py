@@ -11,6 +11,7 @@ from spherefunc_bullet.function_model import THRESHOLD, Membership
 
 from ..scans.levelling import Levelling
 from ..segmentation.clusters import Box
+from ..settings import RECOGNITION
 from .proposals import CLUSTERS, POOLS, Proposal, shared_points
 
 
@@ -33,11 +34,6 @@ BARS = {
     CLUSTERS: Bar(usual=0.45, by_function={"cup": 0.55, "sittable": 0.25}),
     POOLS: Bar(usual=0.7, by_function={"cup": 0.55, "sittable": 0.4}),
 }
-_SAME = 0.35  # intersection over union from which on two claims are of one object
-# Of the smaller one's points: two claims of a function that lie so far within each other are one object, and a cluster
-# without a function of which claims hold so much is none.
-_WITHIN = 0.6
-_NEARLY = 0.1  # of score: what differs by less is as sure
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -88,7 +84,7 @@ def chosen(candidates: Sequence[Candidate], least: int) -> list[Candidate]:
             claims.append(candidate)
     clusters = [one for one in candidates if one.proposal.by == CLUSTERS]
     claims = [as_cluster(one, clusters) for one in claims]
-    rest = [one for one in clusters if not one.claimed and free_share(one, claims) > 1 - _WITHIN]
+    rest = [one for one in clusters if not one.claimed and free_share(one, claims) > 1 - RECOGNITION.within]
     rest += standing(candidates, claims)
     rest += [one for one in candidates if one.proposal.by != CLUSTERS and not clusters and not one.claimed]
     return parted([*claims, *rest], least)
@@ -110,7 +106,7 @@ def precedence(one: Candidate) -> tuple[int, bool, int, int]:
     A cluster that holds several objects is classified less surely than the pools in it; of one a pool may hold half,
     as of a sofa one of two seats, which is classified as surely as the whole.
     """
-    return -round(one.score / _NEARLY), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
+    return -round(one.score / RECOGNITION.nearly), one.proposal.by != CLUSTERS, -len(one.proposal.members), one.place
 
 
 def is_same(one: Candidate, other: Candidate) -> bool:
@@ -119,9 +115,9 @@ def is_same(one: Candidate, other: Candidate) -> bool:
     if not shared:
         return False
     sizes = len(one.proposal.members), len(other.proposal.members)
-    if shared / (sum(sizes) - shared) >= _SAME:
+    if shared / (sum(sizes) - shared) >= RECOGNITION.same_object:
         return True
-    return bool(one.claimed & other.claimed) and shared >= _WITHIN * min(sizes)
+    return bool(one.claimed & other.claimed) and shared >= RECOGNITION.within * min(sizes)
 
 
 def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
@@ -131,7 +127,7 @@ def as_cluster(claim: Candidate, clusters: Sequence[Candidate]) -> Candidate:
     for cluster in clusters:
         shared = shared_points(claim.proposal, cluster.proposal)
         sizes = len(claim.proposal.members), len(cluster.proposal.members)
-        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= _WITHIN:
+        if shared >= 0.9 * sizes[0] and shared / (sum(sizes) - shared) >= RECOGNITION.within:
             return claim.taking(cluster.proposal.members)
     return claim
 

@@ -11,16 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..pools.surfaces import SLAB
-from ..pools.vessels import DIRECTIONS
-from ..scans.cells import CELL, cells
+from ..scans.cells import cells
+from ..settings import POOL, RECOGNITION, SCAN
 
-_SIDES = ((0.5, 0.02), (0.0, 0.01))  # metres: voxels, by the largest side of what is asked about
-_SQUARE = 2  # voxels along the side of the squares that areas are measured in
-_NEAR, _FAR = 0.16, 0.40  # metres beyond the level's edge
-_REACH = _FAR + CELL  # beyond a proposal within which the scene is looked at
-_RISES = 0.10  # metres above the level: a back, a wall, a neighbour
-_LOW = 0.25  # metres above the level: objects that stand on it
 NAMES = (
     "long", "wide", "high",  # metres, of its box
     "level", "over_level", "level_area", "level_share",  # height over the support; what is above; m2; of its footprint
@@ -42,10 +35,11 @@ class Voxels:
 
     def around(self, low: np.ndarray, high: np.ndarray, own: np.ndarray) -> np.ndarray:
         """Return the means (K, 3) of voxels within reach of a box's corners (3,), without those of own keys (C,)."""
-        ends = np.array([[low[0] - _REACH, 0, 0], [high[0] + _REACH, 0, 0]])
+        reach = RECOGNITION.far_level + SCAN.cell
+        ends = np.array([[low[0] - reach, 0, 0], [high[0] + reach, 0, 0]])
         first, last = np.searchsorted(self.keys, cells(ends, self.side).keys)
         y = self.means[first:last, 1]
-        near = first + np.flatnonzero((y > low[1] - _REACH) & (y < high[1] + _REACH))
+        near = first + np.flatnonzero((y > low[1] - reach) & (y < high[1] + reach))
         keys = self.keys[near]
         place = np.minimum(np.searchsorted(own, keys), len(own) - 1)
         return self.means[near[own[place] != keys]]
@@ -68,7 +62,7 @@ class Surroundings:
         support : float
             The height that they stand on, metres.
         """
-        voxels = self._voxels[next(side for least, side in _SIDES if size.max() >= least)]
+        voxels = self._voxels[next(side for least, side in RECOGNITION.voxels if size.max() >= least)]
         mine = cells(own, voxels.side)
         level = level_of(mine.means, voxels.side)
         low, high = mine.means.min(axis=0), mine.means.max(axis=0)
@@ -83,14 +77,14 @@ class Surroundings:
     @cached_property
     def _voxels(self) -> dict[float, Voxels]:
         voxels = {}
-        for _, side in _SIDES:
+        for _, side in RECOGNITION.voxels:
             thinned = cells(self.points, side)
             voxels[side] = Voxels(side=side, means=thinned.means, keys=thinned.keys)
         return voxels
 
     @cached_property
     def _walls(self) -> np.ndarray:
-        return cells(self.points[self.is_wall] * [1, 1, 0], CELL).means[:, :2]
+        return cells(self.points[self.is_wall] * [1, 1, 0], SCAN.cell).means[:, :2]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,20 +106,20 @@ class Level:
 
 def level_of(voxels: np.ndarray, side: float) -> Level:
     """Return the level of a proposal's voxels (C, 3) of a side in metres."""
-    square = _SQUARE * side
+    square = RECOGNITION.square * side
     columns = cells(voxels * [1, 1, 0], square)
     tops, lowest = np.full(len(columns.keys), -np.inf), np.full(len(columns.keys), np.inf)
     np.maximum.at(tops, columns.cell_of, voxels[:, 2])
     np.minimum.at(lowest, columns.cell_of, voxels[:, 2])
     tops.sort()
-    counts = np.searchsorted(tops, tops + 2 * CELL, side="right") - np.arange(len(tops))
+    counts = np.searchsorted(tops, tops + 2 * SCAN.cell, side="right") - np.arange(len(tops))
     best = int(np.argmax(counts))
     height = float(np.median(tops[best : best + counts[best]]))
-    slab = voxels[np.abs(voxels[:, 2] - height) <= SLAB]
+    slab = voxels[np.abs(voxels[:, 2] - height) <= POOL.slab]
     flat = cells(slab * [1, 1, 0], square).means[:, :2]
     middle = flat.mean(axis=0)
     way, far = polar(flat, middle)
-    edge = np.zeros(DIRECTIONS)
+    edge = np.zeros(POOL.directions)
     np.maximum.at(edge, way, far)
     return Level(
         height=height,
@@ -144,35 +138,35 @@ def own_shape(voxels: np.ndarray, level: Level, support: float) -> list[float]:
     Directions in which they rise, how one-sided these are, directions closed by sides, and columns with nothing below.
     """
     way, far = polar(voxels[:, :2], level.middle)
-    backs = np.unique(way[voxels[:, 2] > level.height + _RISES])
-    angles = backs * (2 * np.pi / DIRECTIONS)
+    backs = np.unique(way[voxels[:, 2] > level.height + RECOGNITION.rises])
+    angles = backs * (2 * np.pi / POOL.directions)
     aside = float(np.hypot(np.cos(angles).mean(), np.sin(angles).mean())) if len(backs) else 0.0
     rise = level.height - support
     between = (voxels[:, 2] > support + 0.25 * rise) & (voxels[:, 2] < support + 0.7 * rise)
     closed = share_of_directions(way[between & (far > 0.6 * level.edge[way])])
-    return [len(backs) / DIRECTIONS, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
+    return [len(backs) / POOL.directions, aside, closed, float(np.mean(level.lowest > support + 0.5 * rise))]
 
 
 def around_level(others: np.ndarray, level: Level, support: float) -> list[float]:
     """Return what other voxels (K, 3) of the scene are over a proposal's level and around it, from `carries` on."""
     way, far = polar(others[:, :2], level.middle)
     beyond, above = far - level.edge[way], others[:, 2] - level.height
-    over, ring = beyond < 0, (beyond > 0) & (beyond < _NEAR)
-    standing, rises = others[:, 2] > support + SLAB, above > _RISES
-    at_edge = beyond > -CELL
+    over, ring = beyond < 0, (beyond > 0) & (beyond < RECOGNITION.near_level)
+    standing, rises = others[:, 2] > support + POOL.slab, above > RECOGNITION.rises
+    at_edge = beyond > -SCAN.cell
     highest = [
         float(np.percentile(above[which], 95)) if which.any() else support - level.height
-        for which in (ring, (beyond > 0) & (beyond < _FAR))
+        for which in (ring, (beyond > 0) & (beyond < RECOGNITION.far_level))
     ]
     return [
-        level.covered(others[over & (above > CELL) & (above < _LOW)]),
+        level.covered(others[over & (above > SCAN.cell) & (above < RECOGNITION.standing_on)]),
         level.covered(others[over & rises]),
-        share_of_directions(way[at_edge & (beyond < 2 * SLAB) & (np.abs(above) < 2 * CELL)]),
+        share_of_directions(way[at_edge & (beyond < 2 * POOL.slab) & (np.abs(above) < 2 * SCAN.cell)]),
         share_of_directions(way[ring & standing]),
-        share_of_directions(way[at_edge & (beyond < _NEAR) & rises]),
-        share_of_directions(way[at_edge & (beyond < _FAR) & rises]),
-        share_of_directions(way[ring & (above < -2 * CELL) & standing]),
-        share_of_directions(way[ring & (np.abs(others[:, 2]) < SLAB)]),
+        share_of_directions(way[at_edge & (beyond < RECOGNITION.near_level) & rises]),
+        share_of_directions(way[at_edge & (beyond < RECOGNITION.far_level) & rises]),
+        share_of_directions(way[ring & (above < -2 * SCAN.cell) & standing]),
+        share_of_directions(way[ring & (np.abs(others[:, 2]) < POOL.slab)]),
         1 - share_of_directions(way[ring]),
         *highest,
     ]
@@ -181,12 +175,12 @@ def around_level(others: np.ndarray, level: Level, support: float) -> list[float
 def polar(places: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return direction (N,) int and distance (N,) of places (N, 2) from a middle (2,)."""
     x, y = places[:, 0] - middle[0], places[:, 1] - middle[1]
-    return np.floor(np.arctan2(y, x) / (2 * np.pi) * DIRECTIONS).astype(int) % DIRECTIONS, np.hypot(x, y)
+    return np.floor(np.arctan2(y, x) / (2 * np.pi) * POOL.directions).astype(int) % POOL.directions, np.hypot(x, y)
 
 
 def share_of_directions(ways: np.ndarray) -> float:
     """Return the share of all directions that are among some (N,)."""
-    return np.count_nonzero(np.bincount(ways, minlength=DIRECTIONS)) / DIRECTIONS
+    return np.count_nonzero(np.bincount(ways, minlength=POOL.directions)) / POOL.directions
 
 
 def alone(points: np.ndarray, size: np.ndarray) -> np.ndarray:

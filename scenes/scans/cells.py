@@ -12,7 +12,6 @@ import numpy as np
 
 from spherefunc_bullet.processes.compilation import njit
 
-CELL = 0.02  # metres: side of the cells and squares that surfaces are measured in
 STEP = 1e-5  # metres: what coordinates are rounded to; a sensor is off by a hundred times as much
 _BITS = 21  # of a cell's index along each axis
 _OFFSET = 1 << (_BITS - 1)

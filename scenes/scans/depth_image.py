@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from spherefunc_bullet.errors import InputError, explaining, one_line
 from spherefunc_bullet.formats.files import require_file
 
+from ..settings import SCAN
 from .cells import NEIGHBORS, cells, crowded
-from .scan import LARGEST, Report, Scan, scan_from_points
+from .scan import Report, Scan, scan_from_points
 
 IMAGES = (".png", ".tif", ".tiff", ".npy")
 _DAMAGE = (OSError, ValueError, EOFError, SyntaxError)  # what readers of images raise
-_KINECT_FOCAL = 525 / 640  # of the image's width: PrimeSense's, Open3D's default
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +75,7 @@ def camera_of_matrix(K: np.ndarray, size: tuple[int, int], name: str) -> Intrins
 
 def kinect_like(width: int, height: int) -> Intrinsics:
     """Return the intrinsics of a Kinect of the first generation for an image of any size, in pixels."""
-    focal = _KINECT_FOCAL * width
+    focal = SCAN.focal * width
     return Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
 
 
@@ -120,7 +120,7 @@ def load_depth_image(
         if report:
             report(f"{name}: no camera given, so taken to be a first Kinect's, focal length {camera.fx:g} pixels")
     # Beyond, a depth is a sensor's mark of nothing seen, such as 65535.
-    points = np.where((depth > 0) & (depth < LARGEST), depth, np.nan)[..., None] * camera.rays()
+    points = np.where((depth > 0) & (depth < SCAN.largest), depth, np.nan)[..., None] * camera.rays()
     colors = None if color is None else read_color(color, depth)
     return scan_from_points(points.reshape(-1, 3), name, colors=colors, units="m", report=report)
 
@@ -180,8 +180,6 @@ def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
     return colors.reshape(-1, 3)
 
 
-_SPARSE = 2.2  # voxels to the sixth neighbour: 1.4 on a surface that fills its voxels
-_WIDEST = 0.08  # metres between neighbours: beyond, nothing says that there is a surface
 
 
 def filled(points: np.ndarray, side: float) -> np.ndarray:
@@ -202,8 +200,8 @@ def filled(points: np.ndarray, side: float) -> np.ndarray:
     places = cells(points, side).means
     if len(places) <= NEIGHBORS:
         return points
-    alone, tree = ~crowded(places, _SPARSE * side), cKDTree(places)
-    nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=_WIDEST)
+    alone, tree = ~crowded(places, SCAN.sparse * side), cKDTree(places)
+    nearest = partial(tree.query, k=NEIGHBORS + 1, distance_upper_bound=SCAN.widest_gap)
     own, beside = np.flatnonzero(alone), nearest(places[alone])[1]
     is_other = np.zeros(len(places) + 1, bool)  # the last one is that of no neighbour
     is_other[beside] = True

@@ -6,16 +6,13 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .patches import ALIGNED, TRIED, Patches
+from ..settings import SCAN
+from .patches import Patches
 
 # Axes of a camera in the origin, forward and up: z forward and y down (PCL, Open3D, ROS), -z forward and y up (OpenGL).
 # Anything else is a frame with z up.
 CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)))
-_WIDEST = np.cos(np.radians(50.0))  # depth cameras see less than 50 degrees off their axis
-_SEEN = 0.995  # share of the points that the view must hold
 
-TILT = np.cos(np.radians(65.0))  # the most that a sensor looks down or up
-_FITTED = (8.0, 5.0, 4.0)  # degrees within which patches count as level or upright in a fit, from one to the next
 
 
 def axis_up(up: str) -> np.ndarray:
@@ -44,9 +41,9 @@ def camera_frame(points: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
 
     The up is of the camera and knows nothing of how it is tilted.
     """
-    distance = np.linalg.norm(points, axis=1)
+    ahead = np.cos(np.radians(SCAN.half_view_deg)) * np.linalg.norm(points, axis=1)
     for forward, up in CAMERA_FRAMES:
-        if np.mean(points @ np.array(forward, float) > _WIDEST * distance) >= _SEEN:
+        if np.mean(points @ np.array(forward, float) > ahead) >= SCAN.in_view:
             return np.array(up, float), np.zeros(3)
     return np.array([0.0, 0.0, 1.0]), None
 
@@ -75,12 +72,12 @@ def seen_gravity(patches: Patches, up: np.ndarray, camera: np.ndarray | None) ->
     """
     normals = facing_normals(patches, up, camera)
     leaning = normals @ up
-    tried = np.flatnonzero(leaning > TILT)
+    tried = np.flatnonzero(leaning > np.cos(np.radians(SCAN.steepest_view_deg)))
     if not len(tried):
         return None
-    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:TRIED]]
+    largest = tried[np.argsort(-patches.areas[tried] / (patches.thickness[tried] + 1e-3), kind="stable")[:SCAN.tried]]
     cosine = normals[largest] @ normals.T
-    agreeing = ((cosine > np.cos(ALIGNED)) | (np.abs(cosine) < np.sin(ALIGNED))) @ patches.areas
+    agreeing = ((cosine > np.cos(SCAN.aligned)) | (np.abs(cosine) < np.sin(SCAN.aligned))) @ patches.areas
     best = int(np.argmax(agreeing * (0.6 + 0.4 * leaning[largest])))
     return refined_up(normals, patches.areas, normals[largest[best]])
 
@@ -100,7 +97,7 @@ def refined_up(normals: np.ndarray, areas: np.ndarray, up: np.ndarray, floor: np
         The normal of a floor as long as the square root of its area in metres.
     """
     floor = np.zeros(3) if floor is None else floor
-    for degrees in _FITTED:
+    for degrees in SCAN.fitted_deg:
         cosine = np.abs(normals @ up)
         level, upright = cosine > np.cos(np.radians(degrees)), cosine < np.sin(np.radians(degrees))
         weights = areas * (upright.astype(float) - level)

@@ -8,15 +8,10 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from .cells import CELL, cells
+from ..settings import SCAN
+from .cells import cells
 from .gravity import axis_up, camera_frame, facing_normals, refined_up, seen_gravity
-from .patches import ALIGNED, TRIED, Patches, find_patches
-
-_LARGE = 0.15  # of the largest level plane: what is smaller is no floor
-STRAY = 0.03  # share of the points that noise and reflections may put below a floor or behind a wall
-FIT = 0.04  # metres around a plane within which points are fitted
-_TABLE_AREA = 1.25  # square metres: no table top is larger
-_ON_TABLE = 0.6  # metres: what stands on a table top is not higher
+from .patches import Patches, find_patches
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,7 +67,7 @@ def level(points: np.ndarray, up: str = "auto", name: str = "scan") -> Levelling
         likely, camera = axis_up(up), None
     seen = seen_gravity(patches, likely, camera) if up == "auto" and len(patches) else None
     upward = likely if seen is None else seen
-    facing = facing_normals(patches, upward, camera) @ upward > np.cos(ALIGNED)
+    facing = facing_normals(patches, upward, camera) @ upward > np.cos(SCAN.aligned)
     plane = lowest_large_plane(points, patches[facing], upward)
     if plane is None:
         source = "given" if up != "auto" else "assumed"
@@ -108,20 +103,20 @@ def lowest_large_plane(points: np.ndarray, patches: Patches, up: np.ndarray) -> 
     if not len(patches):
         return None
     heights = patches.centers @ up
-    lowest = np.floor(heights.min() / CELL)
-    bins = np.floor(heights / CELL).astype(int) - int(lowest)
+    lowest = np.floor(heights.min() / SCAN.cell)
+    bins = np.floor(heights / SCAN.cell).astype(int) - int(lowest)
     area = np.bincount(bins, patches.areas, bins.max() + 1)
-    width = 2 * round(FIT / CELL) + 1
+    width = 2 * round(SCAN.fit / SCAN.cell) + 1
     around = np.convolve(area, np.ones(width), "same") if len(area) >= width else np.full(len(area), area.sum())
-    large = around >= _LARGE * around.max()
+    large = around >= SCAN.least_floor * around.max()
     along = np.sort(points @ up)
     for peak in np.flatnonzero(large):
-        height = (lowest + peak + 0.5) * CELL
+        height = (lowest + peak + 0.5) * SCAN.cell
         near = slice(peak, peak + width)
         if around[peak] < around[near].max():
             continue  # a larger sum is just above: this is its slope
-        below = np.searchsorted(along, height - 2 * FIT) / len(along)
-        return (height, float(around[peak])) if below <= STRAY else None
+        below = np.searchsorted(along, height - 2 * SCAN.fit) / len(along)
+        return (height, float(around[peak])) if below <= SCAN.stray else None
     return None
 
 
@@ -130,11 +125,11 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
 
     Each cell of 2 cm counts once, so that what is near the sensor does not outweigh the rest.
     """
-    near = np.abs(points @ up - height) < 2 * FIT
+    near = np.abs(points @ up - height) < 2 * SCAN.fit
     if near.sum() < 3:
         return up, height, 0.0
-    means = cells(points[near], CELL).means
-    for reach in (2 * FIT, FIT, FIT):
+    means = cells(points[near], SCAN.cell).means
+    for reach in (2 * SCAN.fit, SCAN.fit, SCAN.fit):
         offset = means @ up - height
         inside = np.abs(offset) < reach
         if inside.sum() < 10:
@@ -142,22 +137,22 @@ def fitted_plane(points: np.ndarray, up: np.ndarray, height: float, fixed: bool)
         if not fixed:
             axes = np.linalg.eigh(np.cov(means[inside].T))[1]
             normal = axes[:, 0] * np.sign(axes[:, 0] @ up)
-            up = normal if normal @ up > np.cos(ALIGNED) else up
+            up = normal if normal @ up > np.cos(SCAN.aligned) else up
         height = float(np.median(means[inside] @ up))
     offset = points[near] @ up - height
-    inside = np.abs(offset) < FIT
+    inside = np.abs(offset) < SCAN.fit
     return up, height, float(1.4826 * np.median(np.abs(offset[inside]))) if inside.any() else 0.0
 
 
 def height_along(joint: np.ndarray, points: np.ndarray, up: np.ndarray, height: float) -> float:
     """Return the height along another up (3,) of the points at a height along one, metres."""
-    inside = np.abs(points @ up - height) < FIT
+    inside = np.abs(points @ up - height) < SCAN.fit
     return float(np.median(points[inside] @ joint)) if inside.any() else height
 
 
 def is_table_top(points: np.ndarray, up: np.ndarray, height: float, area: float) -> bool:
     """Tell a table top from a floor: small, with only low objects on it."""
-    return area < _TABLE_AREA and bool(np.percentile(points @ up, 99) - height < _ON_TABLE)
+    return area < SCAN.largest_top and bool(np.percentile(points @ up, 99) - height < SCAN.on_top)
 
 
 def level_transform(up: np.ndarray, height: float) -> np.ndarray:
@@ -191,7 +186,7 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
         If ``up`` is no direction, or no three points span a plane.
     """
     likely = axis_up(up) if up != "auto" else camera_frame(points)[0]
-    normal, height = largest_plane(cells(points, CELL).means, np.random.default_rng(0))
+    normal, height = largest_plane(cells(points, SCAN.cell).means, np.random.default_rng(0))
     if not np.isfinite(height):
         raise InputError(f"{name}: expected a scan of surfaces, found none; is it a line or a point?")
     side = 1.0 if normal @ likely >= 0 else -1.0
@@ -202,13 +197,13 @@ def level_by_ransac(points: np.ndarray, up: str = "auto", name: str = "scan") ->
 def largest_plane(points: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, float]:
     """Return the normal (3,) and the height along it of the plane near most points (N, 3); NaN where there is none."""
     best, most = (np.array([0.0, 0.0, 1.0]), np.nan), 0
-    for _ in range(TRIED):
+    for _ in range(SCAN.tried):
         a, b, c = points[rng.integers(len(points), size=3)]
         normal = np.cross(b - a, c - a)
         length = np.linalg.norm(normal)
         if length < 1e-9:
             continue
-        near = np.abs(points @ (normal / length) - a @ (normal / length)) < CELL
+        near = np.abs(points @ (normal / length) - a @ (normal / length)) < SCAN.cell
         if near.sum() > most:
             best, most = fitted(points[near]), int(near.sum())
     return best

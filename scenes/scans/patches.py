@@ -6,13 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..settings import SCAN
 from .cells import cells
-
-_MIN_POINTS = 8  # that a patch's plane is fitted to
-_FLAT = 0.35  # most that a patch may be as thick as wide: noise of 4 cm over 10 cm still passes
-_SIDES = (0.04, 0.12, 0.36)  # metres: a table top has hundreds of small ones, noise tilts the large ones less
-ALIGNED = np.radians(12.0)  # patches whose normals differ by less face the same way
-TRIED = 500  # directions or planes, of a scan that is a third floor all but certain to hold one of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +32,7 @@ def find_patches(points: np.ndarray) -> Patches:
     Noise of a few centimetres, as of a Kinect at four metres, leaves small patches no direction; then the large ones
     still have one. Each counts a third of its area, so that what is flat in all sizes counts once.
     """
-    sizes = [patches_of_size(points, side) for side in _SIDES]
+    sizes = [patches_of_size(points, side) for side in SCAN.patch_sides]
     names = ("centers", "normals", "areas", "thickness")
     return Patches(*(np.concatenate([getattr(one, name) for one in sizes]) for name in names))
 
@@ -47,7 +42,8 @@ def patches_of_size(points: np.ndarray, side: float) -> Patches:
     grid = cells(points, side)
     spread, axes = np.linalg.eigh(grid.covariances)
     spread = np.sqrt(np.maximum(spread, 0))
-    flat = (grid.counts >= _MIN_POINTS) & (spread[:, 0] < _FLAT * spread[:, 1]) & (spread[:, 1] > 0.1 * side)
+    flat = (spread[:, 0] < SCAN.patch_thickness * spread[:, 1]) & (spread[:, 1] > 0.1 * side)
+    flat &= grid.counts >= SCAN.patch_points
     # A square of side a spreads by a / sqrt(12) along each of its axes.
-    areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2) / len(_SIDES)
+    areas = np.minimum(12 * spread[:, 1] * spread[:, 2], 1.5 * side**2) / len(SCAN.patch_sides)
     return Patches(grid.means[flat], axes[flat, :, 0], areas[flat], spread[flat, 0])

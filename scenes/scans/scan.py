@@ -13,12 +13,10 @@ from spherefunc_bullet.errors import InputError, one_line
 from spherefunc_bullet.formats.sources import Geometry, read_geometry
 from spherefunc_bullet.formats.units import METRES
 
-from .cells import CELL
+from ..settings import SCAN
 
 Report = Callable[[str], None]
 
-MIN_POINTS = 100
-LARGEST = 60.0  # metres: what is larger in metres is no room but written in millimetres
 UNITS = (*METRES, "auto")
 
 
@@ -69,9 +67,9 @@ def scan_from_points(
     if points.ndim != 2 or points.shape[1] != 3:
         raise InputError(f"{name}: expected points (N, 3), got an array of shape {points.shape}")
     seen = np.isfinite(points).all(axis=1)
-    if seen.sum() < MIN_POINTS:
+    if seen.sum() < SCAN.min_points:
         raise InputError(
-            f"{name}: expected at least {MIN_POINTS} points, got {int(seen.sum())}; is it empty or cut off?"
+            f"{name}: expected at least {SCAN.min_points} points, got {int(seen.sum())}; is it empty or cut off?"
         )
     if not seen.all():
         points, colors = points[seen], None if colors is None else colors[seen]
@@ -91,12 +89,12 @@ def in_metres(points: np.ndarray, units: str, name: str, report: Report) -> np.n
     low, high = np.percentile(points, [1, 99], axis=0)
     extent = float((high - low).max())
     if units == "auto":
-        units = "mm" if extent > LARGEST else "m"
+        units = "mm" if extent > SCAN.largest else "m"
         if units == "mm":
             report(f"{name}: {extent:.3g} large, so taken to be in millimetres; units= says otherwise")
-    if not 0.05 <= extent * METRES[units] <= LARGEST:
+    if not 0.05 <= extent * METRES[units] <= SCAN.largest:
         came = f"got {extent * METRES[units]:.3g} m"
-        raise InputError(f"{name}: expected a scan between 5 cm and {LARGEST:g} m large, {came}; set units=")
+        raise InputError(f"{name}: expected a scan between 5 cm and {SCAN.largest:g} m large, {came}; set units=")
     return points * METRES[units]
 
 
@@ -127,5 +125,5 @@ def surface_points(geometry: Geometry) -> np.ndarray:
     from spherefunc_bullet.clouds.sampling import sample_surface
 
     extent = np.ptp(geometry.vertices, axis=0).max()
-    gap = CELL / 2 if extent <= LARGEST else CELL / 2 * extent / 5
+    gap = SCAN.cell / 2 if extent <= SCAN.largest else SCAN.cell / 2 * extent / 5
     return sample_surface(geometry.vertices, geometry.faces, gap)

@@ -11,8 +11,6 @@ from spherefunc_bullet.processes.compilation import njit
 
 from ..scans.cells import cells
 
-LARGE = 0.5  # metres: the least of furniture, and more than holds a drink
-
 
 def euclidean_clusters(points: np.ndarray, tolerance: float) -> np.ndarray:
     """Return the cluster (N,) int64 of each point, numbered from 0 in the order of their first points.

@@ -9,9 +9,9 @@ import numpy as np
 
 from spherefunc_bullet.errors import InputError
 
-from ..scans.cells import CELL, cells
-from ..scans.levelling import FIT
+from ..scans.cells import cells
 from ..scans.patches import find_patches
+from ..settings import SCAN, SEGMENTATION
 from .clusters import euclidean_clusters
 from .walls import Wall, ceiling_height, find_walls
 
@@ -22,9 +22,9 @@ FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # what a point is of that is of no o
 class Segmentation:
     """How a scan falls into objects; named as PCL's filters and EuclideanClusterExtraction name it."""
 
-    leaf_size: float = 0.01  # metres, side of the voxels that thin the scan first
-    cluster_tolerance: float = 0.02  # metres between neighbours of one cluster (paper, §IV-C)
-    min_cluster_size: int = 60  # voxels
+    leaf_size: float = SEGMENTATION.leaf_size  # metres, side of the voxels that thin the scan first
+    cluster_tolerance: float = SEGMENTATION.cluster_tolerance  # metres between neighbours of one cluster (paper, §IV-C)
+    min_cluster_size: int = SEGMENTATION.min_cluster_size  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
 
     def __post_init__(self):
@@ -72,7 +72,7 @@ def labelled_voxels(voxels: np.ndarray, settings: Segmentation, noise: float | N
 
 def is_floor(voxels: np.ndarray, noise: float | None) -> np.ndarray:
     """Return which voxels (C, 3) belong to the floor, (C,) bool: within four deviations of it, where noise is known."""
-    return np.abs(voxels[:, 2]) <= (CELL if noise is None else np.clip(4 * noise, CELL / 2, FIT))
+    return np.abs(voxels[:, 2]) <= (SCAN.cell if noise is None else np.clip(4 * noise, SCAN.cell / 2, SCAN.fit))
 
 
 def is_wall(voxels: np.ndarray, walls: Sequence[Wall], ceiling: float) -> np.ndarray:

@@ -6,14 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scans.levelling import STRAY
-from ..scans.patches import ALIGNED, TRIED, Patches
-
-_THICK = 0.05  # metres off its plane at which a point still belongs to a wall
-_MARGIN = 0.5  # metres along the wall to either side in which nothing may be behind: else it is a cupboard's front
-# Square metres, metres, metres above the floor: the least of a wall. Cameras that look down see no more of its height.
-_AREA, _WIDTH, _TOP = 0.25, 1.0, 0.85
-HIGH = 1.9  # metres: what is higher may be a ceiling, and carries nothing of use
+from ..scans.patches import Patches
+from ..settings import SCAN, SEGMENTATION
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,7 +17,7 @@ class Wall:
     normal: np.ndarray  # (2,) level unit vector into the room
     offset: float  # metres: normal @ xy on the plane
     span: tuple[float, float]  # metres along the wall, from and to
-    thickness: float = _THICK  # metres off the plane at which a point still belongs to it
+    thickness: float = SEGMENTATION.wall_thickness  # metres off the plane at which a point still belongs to it
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return places (N,) of points (N, 3) along the wall, metres."""
@@ -36,17 +30,17 @@ class Wall:
     def holds(self, points: np.ndarray) -> np.ndarray:
         """Return which points (N, 3) belong to the wall or lie behind it, (N,) bool."""
         along = self.along(points)
-        beside = (along > self.span[0] - _MARGIN) & (along < self.span[1] + _MARGIN)
+        beside = (along > self.span[0] - SEGMENTATION.wall_margin) & (along < self.span[1] + SEGMENTATION.wall_margin)
         return beside & (self.ahead(points) < self.thickness)
 
 
 def ceiling_height(patches: Patches) -> float:
     """Return the height above which there is ceiling, metres; infinity if none is seen."""
-    level = patches[np.abs(patches.normals[:, 2]) > np.cos(ALIGNED)]
-    high = level.centers[:, 2] > HIGH
-    if level.areas[high].sum() < _AREA:
+    level = patches[np.abs(patches.normals[:, 2]) > np.cos(SCAN.aligned)]
+    high = level.centers[:, 2] > SEGMENTATION.high
+    if level.areas[high].sum() < SEGMENTATION.wall_area:
         return np.inf
-    return float(np.median(level.centers[high, 2])) - _THICK
+    return float(np.median(level.centers[high, 2])) - SEGMENTATION.wall_thickness
 
 
 def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
@@ -59,11 +53,11 @@ def find_walls(points: np.ndarray, patches: Patches) -> list[Wall]:
     patches : Patches
         Of the same points.
     """
-    left = patches[np.abs(patches.normals[:, 2]) < np.sin(ALIGNED)]
+    left = patches[np.abs(patches.normals[:, 2]) < np.sin(SCAN.aligned)]
     walls = []
     while len(left) >= 3:
         plane, inside = largest_plane(left)
-        if left.areas[inside].sum() < _AREA:
+        if left.areas[inside].sum() < SEGMENTATION.wall_area:
             break
         wall = bounding_wall(points, plane, left[inside])
         if wall is not None:
@@ -76,10 +70,10 @@ def largest_plane(patches: Patches) -> tuple[tuple[np.ndarray, float], np.ndarra
     """Return normal (2,) and offset of the upright plane of most area, and which patches lie in it (P,) bool."""
     normals = patches.normals[:, :2] / np.linalg.norm(patches.normals[:, :2], axis=1)[:, None]
     places = patches.centers[:, :2]
-    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // TRIED)]
-    aligned = np.abs(normals[tried] @ normals.T) > np.cos(ALIGNED)
+    tried = np.argsort(-patches.areas, kind="stable")[:: max(1, len(patches) // SCAN.tried)]
+    aligned = np.abs(normals[tried] @ normals.T) > np.cos(SCAN.aligned)
     offsets = (normals[tried] * places[tried]).sum(axis=1)
-    near = np.abs(normals[tried] @ places.T - offsets[:, None]) < _THICK
+    near = np.abs(normals[tried] @ places.T - offsets[:, None]) < SEGMENTATION.wall_thickness
     best = int(np.argmax((aligned & near) @ patches.areas))
     inside = aligned[best] & near[best]
     centre = np.average(places[inside], axis=0, weights=patches.areas[inside])
@@ -96,13 +90,13 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0))
     low, high = np.percentile(wall.along(patches.centers), [2, 98])
     spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
-    thickness = float(np.clip(3 * spread, _THICK, 2 * _THICK))
+    thickness = float(np.clip(3 * spread, SEGMENTATION.wall_thickness, 2 * SEGMENTATION.wall_thickness))
     wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
     along, ahead = wall.along(points), wall.ahead(points)
     own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
-    if width < _WIDTH or top < _TOP:
+    if width < SEGMENTATION.wall_width or top < SEGMENTATION.wall_top:
         return None
-    beside = (along > low - _MARGIN) & (along < high + _MARGIN)
-    behind = np.mean(ahead[beside] < -2 * _THICK)
-    return wall if behind < STRAY else None
+    beside = (along > low - SEGMENTATION.wall_margin) & (along < high + SEGMENTATION.wall_margin)
+    behind = np.mean(ahead[beside] < -2 * SEGMENTATION.wall_thickness)
+    return wall if behind < SCAN.stray else None

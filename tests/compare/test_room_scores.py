@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import ast
+import re
+from dataclasses import fields
 
 import numpy as np
 import pytest
 from checkout import ROOT
 
 from spherefunc_bullet.compare.rooms.matching import Counts, function_counts, match_parts, segmentation_counts
-from spherefunc_bullet.compare.rooms.sensitivity import FOLDERS, names_read, names_set, numbers_of, print_list
+from spherefunc_bullet.compare.rooms.sensitivity import numbers_of, print_list
 from spherefunc_bullet.compare.rooms.trials import shares, split_in_halves
 from spherefunc_bullet.datasets.dataset import open_dataset
-from spherefunc_bullet.scenes.segmentation import walls
-from spherefunc_bullet.scenes.segmentation.segmentation import Segmentation
+from spherefunc_bullet.scenes.settings import SEGMENTATION, STAGES
 
 TRUTH = np.repeat([0, 1, 2, -1], [10, 10, 4, 20])
 
@@ -91,23 +91,22 @@ def test_halves_share_every_label_and_no_object():
 
 
 def test_a_number_is_another_for_a_while_where_it_is_read():
-    numbers = {one.name: one for one in numbers_of("segmentation")}
-    leaf, thick = numbers["Segmentation.leaf_size"], numbers["_THICK"]
-    with leaf.times(2), thick.times(0.5):
-        assert (Segmentation().leaf_size, walls._THICK) == (0.02, 0.025)
-    assert (Segmentation().leaf_size, walls._THICK) == (0.01, 0.05)
+    thickness = next(one for one in numbers_of("segmentation") if one.title == "segmentation.wall_thickness")
+    with thickness.times(0.5):
+        assert SEGMENTATION.wall_thickness == 0.025
+    assert SEGMENTATION.wall_thickness == 0.05
+
+
+def test_every_number_is_read():
+    code = "".join(path.read_text() for path in (ROOT / "scenes").rglob("*.py"))
+    names = [f"{stage.upper()}.{one.name}" for stage in STAGES for one in fields(STAGES[stage])]
+    assert [name for name in names if not re.search(rf"\b{name}\b", code)] == ["SCAN.aligned_deg"]  # `SCAN.aligned`
+
+
+def test_every_number_says_what_it_stands_for():
+    assert all(one.metadata["meaning"] for stage in STAGES.values() for one in fields(stage))
 
 
 def test_the_document_lists_those_that_are_left(capsys):
-    print_list([number for folder in FOLDERS for number in numbers_of(folder)])
+    print_list()
     assert capsys.readouterr().out in (ROOT / "docs" / "rooms.md").read_text()
-
-
-def test_what_kernels_read_is_apart_from_what_others_read():
-    tree = ast.parse("@njit(cache=True)\ndef kernel():\n    return FAR\n\ndef other():\n    return NEAR\n")
-    assert (names_read(tree, compiled=True) - {"njit"}, names_read(tree, compiled=False)) == ({"FAR"}, {"NEAR"})
-
-
-def test_labels_and_what_is_computed_from_other_constants_are_no_numbers():
-    module = ast.parse("FLOOR, WALL = range(-1, -3, -1)\nFAR = 0.4\nREACH = FAR + 0.02\n")
-    assert [name for node in module.body for name in names_set(node)] == ["FAR"]

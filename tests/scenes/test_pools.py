@@ -15,7 +15,7 @@ from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.tops import ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
-from spherefunc_bullet.scenes.scans.cells import CELL
+from spherefunc_bullet.scenes.settings import SCAN
 
 RADIUS = 0.04
 
@@ -99,7 +99,7 @@ def test_a_footprint_closes_the_shadow_of_what_stands_on_a_top():
     (pool,) = pools_of(points[~shadow])
     ground = footprint_of(pool)
     assert ground.holds(np.array([[0.0, 0.0, 0.0]]))[0]
-    assert ground.mask.sum() * CELL**2 == pytest.approx(0.8, rel=0.1)
+    assert ground.mask.sum() * SCAN.cell**2 == pytest.approx(0.8, rel=0.1)
 
 
 def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
@@ -108,7 +108,7 @@ def test_a_mug_on_a_table_is_a_thing_on_the_table_s_pool():
     (members,) = objects_on(top_of_pool(points, pool))
     assert points[members, :2].mean(axis=0) == pytest.approx([0.2, 0.1], abs=0.02)
     # But its bottom, and the centimetre above the top that may be the top's.
-    assert len(members) == pytest.approx((mug().points[:, 2] > CELL / 2).sum(), rel=0.02)
+    assert len(members) == pytest.approx((mug().points[:, 2] > SCAN.cell / 2).sum(), rel=0.02)
 
 
 def test_a_vessel_that_touches_a_tin_is_told_from_it_by_its_rim():
@@ -140,7 +140,7 @@ def proposed_on_table(points: np.ndarray):
 
 def over(points: np.ndarray) -> np.ndarray:
     """Return the points that lie higher than the top's own could."""
-    return points[points[:, 2] > CELL / 2]
+    return points[points[:, 2] > SCAN.cell / 2]
 
 
 def sides(width: float, height: float) -> list[np.ndarray]:

@@ -14,13 +14,13 @@ from room_shapes import NAMES, as_camera_sees, in_view, moved, room, square_tabl
 from spherefunc_bullet.compare.rooms.truth import box_overlap
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
-from spherefunc_bullet.scenes.pools.tops import SPACING
 from spherefunc_bullet.scenes.recognition.completion import DEFAULT, complete, steps_of
 from spherefunc_bullet.scenes.recognition.judging import object_cloud
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.depth_image import kinect_like, load_depth_image
 from spherefunc_bullet.scenes.scans.scan import load_scan, scan_from_points
 from spherefunc_bullet.scenes.segmentation.clusters import Box, bounding_box
+from spherefunc_bullet.scenes.settings import POOL
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +156,7 @@ def test_the_bottom_of_a_cup_is_closed_and_that_of_a_table_is_not():
     assert np.hypot(added[:, 0], added[:, 1]).max() < 0.04 + 1e-9
     sheet_points = added[np.hypot(added[:, 0], added[:, 1]) < 0.035]
     assert np.allclose(sheet_points[:, 2], 0.0)
-    assert len(sheet_points) * SPACING**2 == pytest.approx(np.pi * 0.035**2, rel=0.1)
+    assert len(sheet_points) * POOL.spacing**2 == pytest.approx(np.pi * 0.035**2, rel=0.1)
     assert len(complete(table := square_table(0.8, 0.6, 0.7), ("bottom",))) == len(table)
 
 
