@@ -26,6 +26,7 @@ from .profiles.calibration import (
     CopyGroups,
     Line,
     calibrated,
+    even_sources,
     calibration_line,
     group_copies,
     grown_on,
@@ -270,11 +271,15 @@ class FunctionClassifier(ProfileModel, CloudClassifier):
         return calibration_line(votes[asked], members[asked])
 
     def _band(self, votes: np.ndarray | None, line: Line, members: np.ndarray) -> Band:
-        """Return between which scores one function is unsure: what is known where sources can be left out."""
+        """Return between which scores one function is unsure: what is known where sources can be left out.
+
+        Of these each counts alike, whoever made many objects.
+        """
         if votes is None or not self.copy_groups_.has_sources:
             return UNSURE
         asked = ~np.isnan(votes)
-        return unsure_band(calibrated(votes[asked], line), members[asked])
+        weights = even_sources(self.copy_groups_.sources[asked])
+        return unsure_band(calibrated(votes[asked], line), members[asked], weights)
 
     def _f_measure(self, scores: np.ndarray, members: np.ndarray) -> float:
         """Return the F-measure of scores (N,) on the training objects that are no copies."""

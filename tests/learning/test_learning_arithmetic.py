@@ -20,6 +20,7 @@ from spherefunc_bullet.learning.profiles.calibration import (
     CopyGroups,
     calibrated,
     calibration_line,
+    even_sources,
     group_copies,
     held_out_votes,
     log_odds,
@@ -147,6 +148,16 @@ def test_bands_leave_no_more_wrong_and_sure_than_may_be():
     assert unsure_band(np.zeros(1000), few) == pytest.approx((0.5 - UNCERTAIN_MARGIN, 0.5 + UNCERTAIN_MARGIN))
     assert unsure_band(np.ones(1000), ~few)[1] == pytest.approx(0.5 + UNCERTAIN_MARGIN)
     assert unsure_band(np.where(members, 0.0, 1.0), members) == pytest.approx((0.5 - WIDEST, 0.5 + WIDEST))
+
+
+def test_every_source_counts_alike_in_a_band():
+    """Fifty of the 10,000 objects of a large source are more than may be missed of all, but not of two sources."""
+    weights = even_sources(np.repeat([0, 1], [10_000, 1_000]))
+    assert weights[:10_000].sum() == pytest.approx(weights[10_000:].sum())
+    scores, members = np.full(11_000, 0.9), np.ones(11_000, bool)
+    scores[:50], scores[50:100] = 0.1, 0.2
+    assert unsure_band(scores, members)[0] == pytest.approx(0.1)
+    assert unsure_band(scores, members, weights)[0] == pytest.approx(0.2)
 
 
 def test_votes_that_are_probabilities_stay_and_others_come_near_them():

@@ -122,19 +122,35 @@ def votes_on_other_sources(
     return votes
 
 
-def unsure_band(scores: np.ndarray, members: np.ndarray) -> Band:
+def unsure_band(scores: np.ndarray, members: np.ndarray, weights: np.ndarray | None = None) -> Band:
     """Return between which two scores one function is unsure, by held-out scores (N,) and members (N,) bool.
 
     No wider than it takes for the answers beyond it to be wrong in no more than `ERROR` of all on either side, and no
     narrower than `UNCERTAIN_MARGIN`, nor wider than `WIDEST`: beyond that, an answer says more than a doubt.
+
+    Parameters
+    ----------
+    weights : (N,) float
+        How much each counts among all; without them, all alike.
     """
-    allowed = int(ERROR * len(scores))
-    missed, claimed = np.sort(scores[members]), np.sort(scores[~members])[::-1]
-    low = missed[allowed] if len(missed) > allowed else 1.0
-    high = claimed[allowed] if len(claimed) > allowed else 0.0
+    weights = np.ones(len(scores)) if weights is None else weights / weights.mean()
+    low = first_beyond(scores[members], weights[members], ERROR * len(scores))
+    high = -first_beyond(-scores[~members], weights[~members], ERROR * len(scores))
     return float(np.clip(low, 0.5 - WIDEST, 0.5 - UNCERTAIN_MARGIN)), float(
         np.clip(high, 0.5 + UNCERTAIN_MARGIN, 0.5 + WIDEST)
     )
+
+
+def first_beyond(scores: np.ndarray, weights: np.ndarray, allowed: float) -> float:
+    """Return the lowest score (N,) with which the weights (N,) up to it are more than allowed; infinity if none is."""
+    order = np.argsort(scores, kind="stable")
+    place = np.searchsorted(np.cumsum(weights[order]), allowed, side="right")
+    return float(np.append(scores[order], np.inf)[place])
+
+
+def even_sources(sources: np.ndarray) -> np.ndarray:
+    """Return weights (N,) with which all sources (N,) count alike: the next one may be like any of them."""
+    return 1 / np.bincount(sources)[sources]
 
 
 def calibration_line(votes: np.ndarray, members: np.ndarray) -> Line:
