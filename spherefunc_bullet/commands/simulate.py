@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Summary = dict[str, Any]  # what the contract prints of one run
 Run = tuple[Summary, "DropResult"]
+COUNTS = ("drops", "settled", "rolled_off", "rejected", "timed_out")
 
 
 def simulate(
@@ -115,11 +116,7 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
         "radius": provenance["settings"]["radius"],
         "seed": provenance["seed"],
         "points": len(cloud.points),
-        "drops": result.drops,
-        "settled": result.settled,
-        "rolled_off": result.rolled_off,
-        "rejected": result.rejected,
-        "timed_out": result.timed_out,
+        **{name: getattr(result, name) for name in COUNTS},
         "stop": result.stop.name.lower(),
         "seconds": round(result.seconds, 4),
         "bounding_box": cloud.bounds.tolist(),
@@ -129,7 +126,7 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
 
 def print_summaries(rows: list[Summary]):
     """Print runs as a table."""
-    names = ("points", "drops", "settled", "rolled_off", "rejected", "timed_out", "seconds")
+    names = ("points", *COUNTS, "seconds")
     table = [
         [Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)] for row in rows
     ]

@@ -48,8 +48,6 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
         faces=solid.faces.astype(np.int32),
         pieces=None if solid.pieces is None else tuple(piece / radius for piece in solid.pieces),
         columns=dense_points(solid.vertices, solid.faces, 0.25 * radius) / radius,
-        voxel_size=None,
-        gap=None,
     )
 
 

@@ -23,7 +23,7 @@ from spherefunc_bullet.bullet.collision.triangulation import (
 )
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
-from spherefunc_bullet.bullet.flights import (
+from spherefunc_bullet.bullet.dropping import (
     IN_FLIGHT,
     LEANING,
     ROLLED_OFF,
@@ -32,7 +32,7 @@ from spherefunc_bullet.bullet.flights import (
     first_apart,
     judge_flights,
 )
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings

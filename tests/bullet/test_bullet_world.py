@@ -26,7 +26,7 @@ pytest.importorskip("pybullet", reason="PyBullet is not installed")
 from spherefunc_bullet.bullet import dropping, engine, loading
 from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.bullet.world import BAKED, BAKED_OF_MANY, MANY, MERGED, TWINS, World
 
 CLIENTS = 64  # more than this process ever has open at once
