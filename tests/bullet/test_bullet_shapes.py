@@ -10,7 +10,6 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.bullet import flights as flights_module
 from spherefunc_bullet.bullet.backend import BulletSimulator
 from spherefunc_bullet.bullet.collision.triangulation import (
     MAX_NEIGHBORS,
@@ -29,6 +28,7 @@ from spherefunc_bullet.bullet.dropping import (
     ROLLED_OFF,
     SETTLED,
     TIMED_OUT,
+    Flights,
     first_apart,
     judge_flights,
 )
@@ -401,7 +401,7 @@ def test_first_column_apart_from_all_in_the_air_is_put_before_the_others(form):
 
 def test_flights_time_of_rest_is_reached_after_two_looks():
     physics = Physics()
-    flights = flights_module.Flights(1, physics, LOW, HIGH)
+    flights = Flights(1, physics, LOW, HIGH)
     flights.start(0, np.array([0.0, 0, 5]))
     looks = 0
     while flights.look(np.array([[0.0, 0, 5]]))[0] == IN_FLIGHT:

@@ -89,7 +89,7 @@ def read_urdf(source: Source) -> Geometry:
     return joined(parts)
 
 
-def named_meshes(source: Source) -> dict[str, Source]:
+def named_sources(source: Source) -> dict[str, Source]:
     """Return the meshes of all visible parts, by the names that the file gives them."""
     meshes = plain_xml(source.data).findall("link/visual/geometry/mesh")
     names = {mesh.get("filename", "") for mesh in meshes}

@@ -59,14 +59,14 @@ def body_of(cloud: Cloud, matter: Matter) -> Body:
     InputError
         If it is flat: a sheet has no hull.
     """
-    notes = []
-    if cloud.mesh is None:
+    triangles, notes = surface_of(cloud), []
+    if triangles is None:
         points = cloud.thinned(PATCH)
         weights = np.full(len(points), PATCH**2)
         center, spread = moments_of_points(points, weights)
         notes.append("a cloud alone: what the sensor did not see has no weight")
     else:
-        weights, center, spread = moments_of_triangles(cloud.mesh.vertices[cloud.mesh.faces])
+        weights, center, spread = moments_of_triangles(triangles)
     corners = hull_corners(cloud.points if cloud.mesh is None else cloud.mesh.vertices, cloud.name)
     area = float(weights.sum())
     mass = matter.area_density * area if matter.mass is None else matter.mass
@@ -75,6 +75,11 @@ def body_of(cloud: Cloud, matter: Matter) -> Body:
         notes.append(f"{parts} loose parts, taken as one rigid body")
     inertia = mass / area * (np.trace(spread) * np.eye(3) - spread)
     return Body(cloud.name, mass, center, inertia, corners, tuple(notes))
+
+
+def surface_of(cloud: Cloud) -> np.ndarray | None:
+    """Return the triangles (T, 3, 3) of a cloud's mesh, or None where it has none."""
+    return None if cloud.mesh is None else cloud.mesh.vertices[cloud.mesh.faces]
 
 
 def moments_of_triangles(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
