@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
@@ -184,7 +184,8 @@ def classify(
     """
     asked = models_to_ask(model, backend, function)
     several = holds_several(anything)
-    items = each_of(anything) if several else [anything]
+    named = isinstance(anything, Mapping)
+    items = list(anything.values() if named else anything) if several else [anything]
     clouds = [
         as_cloud(item, units=units, up=up, name=f"object {number}" if several else None)
         for number, item in enumerate(items)
@@ -195,7 +196,7 @@ def classify(
         decision = classify_by_all(partial(object_of, cloud, cache), asked)
         answer = answer_of(cloud, decision, explain)
         answers.append(replace(answer, source=(item, units, up), seconds=round(time.perf_counter() - started, 3)))
-    if isinstance(anything, Mapping):
+    if named:
         return dict(zip(anything, answers, strict=True))
     return answers if several else answers[0]
 
@@ -239,26 +240,13 @@ def evidence(decision: Decision) -> dict[str, Any]:
 
 def reasons_by_function(decision: Decision) -> dict[str, list[Reason]]:
     """Return the quantities that decided about each function."""
+    decided = evidence(decision).get("quantities", {})
+    return {name: [reason_of(name, row) for row in rows] for name, rows in decided.items()}
+
+
+def reason_of(function: str, row: dict[str, Any]) -> Reason:
+    """Return a row of `words.deciding` as a reason."""
     from .learning.profiles.words import unit_of
 
-    return {
-        name: [
-            Reason(
-                function=name,
-                quantity=one["quantity"],
-                meaning=one["meaning"],
-                radius=one["radius"],
-                value=one["value"],
-                unit=unit_of(one["quantity"]),
-                median=one["median"],
-                effect=one["share"],
-            )
-            for one in decided
-        ]
-        for name, decided in evidence(decision).get("quantities", {}).items()
-    }
-
-
-def each_of(anything: Iterable[Anything] | Mapping[str, Anything]) -> list[Anything]:
-    """Return the objects of a list, a generator, or a dict of names to objects."""
-    return list(anything.values() if isinstance(anything, Mapping) else anything)
+    same = {name: row[name] for name in ("quantity", "meaning", "radius", "value", "median")}
+    return Reason(function=function, unit=unit_of(row["quantity"]), effect=row["share"], **same)

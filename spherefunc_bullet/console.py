@@ -47,11 +47,6 @@ def as_options(text: str) -> str:
     return _ARGUMENT.sub(lambda found: f"--{found[1].replace('_', '-')} {found[2] or ''}".rstrip(), text)
 
 
-def error_line(error: object) -> str:
-    """Return an error as one line of the command line's."""
-    return as_options(one_line(error))
-
-
 def show(text: str = ""):
     """Print lines on stdout."""
     sys.stdout.write(f"{printable(text)}\n")

@@ -7,6 +7,7 @@ either both, or a whole file without a row, which it reads instead of simulating
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import socket
@@ -19,7 +20,7 @@ from ..errors import InputError
 from ..processes.tasks import run_tasks
 from ..settling.dropping import Dropping
 from .folder import RunFolder
-from .ledger import Ledger, Row, RunConfig, settings_json
+from .ledger import Ledger, Row, RunConfig
 from .task import Task, kept_rows, settled_rows, valid_row
 
 LEAST_MEMORY = 256 << 20
@@ -48,8 +49,8 @@ class Batch:
             "loading": self.dropping.loading.kept(),
         }
         del settings["radius"]
-        seed = self.dropping.seed
-        return RunConfig(backend=simulator.name, settings=settings_json(settings), radius=radius, seed=seed)
+        same_text = json.dumps(settings, sort_keys=True, default=str)
+        return RunConfig(backend=simulator.name, settings=same_text, radius=radius, seed=self.dropping.seed)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -236,9 +236,7 @@ def status(ledger: Ledger) -> dict[str, Any]:
     left = round(waiting / rate) if rate and running is not False else None
     return {
         "objects": sum(states.values()),
-        "done": states.get("done", 0),
-        "failed": states.get("failed", 0),
-        "waiting": states.get("waiting", 0),
+        **{state: states.get(state, 0) for state in (DONE, "failed", WAITING)},
         "runs": runs,
         "seconds": round(sum(seconds or 0.0 for _, _, seconds, _ in totals), 3),
         "bytes": sum(size or 0 for *_, size in totals),

@@ -7,7 +7,6 @@ for the writer, nor it for them (write-ahead log).
 
 from __future__ import annotations
 
-import json
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -213,8 +212,3 @@ class Ledger:
 DAMAGED = (
     "expected a ledger that can be read and written, {}; if it is damaged, move it away: what is settled is found again"
 )
-
-
-def settings_json(settings: dict[str, Any]) -> str:
-    """Return settings as the ledger writes them: the same settings, the same text."""
-    return json.dumps(settings, sort_keys=True, default=str)

@@ -21,8 +21,7 @@ from ..simulator.mechanics import (
     carry_radius,
 )
 from ..simulator.proofs import ProofSettings, Use, Verdict
-from .engine import engine_version
-from .physics import Physics
+from .engine import Physics, engine_version
 
 VERSION = "6"  # of the method: another number, other centres
 SHAPES = ("auto", "voxel", "compound", "mesh")

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .collision.shape import CollisionShape
-from .engine import Engine, pybullet
+from .engine import Engine, Physics, pybullet
 from .loading import load_shape, load_spheres, require_arrived
-from .physics import Physics
 
 BAKED = 16  # spheres in one compound; createCollisionShapeArray silently drops what exceeds it
 MANY = 256  # spheres in a batch from which on its compounds are worth a file each
@@ -31,10 +30,6 @@ class Batch:
 
     centers: np.ndarray  # (S, 3)
     compounds: list[int]  # bodies
-
-    @property
-    def count(self) -> int:
-        return len(self.centers)
 
 
 class World(Engine):
@@ -166,7 +161,7 @@ class World(Engine):
             self._move(body, waiting(i, -FAR))
         self.batches.append(self._batch(np.array(self.fresh)))
         self.fresh = []
-        while len(self.batches) >= MERGED and self.batches[-MERGED].count == self.batches[-1].count:
+        while len(self.batches) >= MERGED and len(self.batches[-MERGED].centers) == len(self.batches[-1].centers):
             last, self.batches = self.batches[-MERGED:], self.batches[:-MERGED]
             for batch in last:
                 for body in batch.compounds:

@@ -56,7 +56,9 @@ def as_cloud(
         If it is none of these, cannot be used, or is of a size that the unit must be wrong for.
     """
     if isinstance(anything, Cloud):
-        return require_own_frame(anything, units, up)
+        if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
+            raise InputError(f"{anything.name}: a Cloud is in metres with z up; got units {units!r} and up {up!r}")
+        return anything
     path = Path(anything).expanduser() if isinstance(anything, str | Path) else Path(name or "cloud")
     return cloud_of(geometry_of(anything, path.name), path, up=up, units=units, report=report or warn)
 
@@ -66,13 +68,6 @@ def as_clouds(objects: Iterable[Anything]) -> list[Cloud]:
     if isinstance(objects, str | Path | Cloud):
         raise InputError(f"expected several objects in a list, each {EXPECTED}; got one")
     return [as_cloud(item, name=f"object {number}") for number, item in enumerate(objects)]
-
-
-def require_own_frame(cloud: Cloud, units: str, up: str) -> Cloud:
-    """Return a cloud; raise InputError where units or axes are given that a cloud does not have."""
-    if units not in ("m", "auto") or up not in ("z", "auto", BY_FILE):
-        raise InputError(f"{cloud.name}: a Cloud is in metres with z up; got units {units!r} and up {up!r}")
-    return cloud
 
 
 def geometry_of(anything: Anything, name: str) -> Geometry:
@@ -99,7 +94,8 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
     """Return points (N, 3) float64, NaN where they are masked, or raise InputError."""
     fields = getattr(getattr(points, "dtype", None), "names", None)
     if fields is not None:
-        require_fields(fields, name)
+        if not {"x", "y", "z"} <= set(fields):
+            raise InputError(f"{name}: expected a structured array with fields x, y and z, got {', '.join(fields)}")
         points = np.ma.stack([points[axis].ravel() for axis in "xyz"], axis=1)
     with explaining(f"{name}: expected {EXPECTED}, got {type(points).__name__}", TypeError, ValueError):
         masked = np.ma.asarray(points, dtype=np.float64) if np.ma.isMaskedArray(points) else None
@@ -107,12 +103,6 @@ def as_numbers(points: Anything, name: str) -> np.ndarray:
     if array.ndim not in (2, 3) or array.shape[-1] not in BESIDE:
         raise InputError(f"{name}: expected {EXPECTED}, got an array of shape {array.shape}")
     return array.reshape(-1, array.shape[-1])[:, :3]
-
-
-def require_fields(fields: tuple[str, ...], name: str):
-    """Raise InputError unless a structured array has coordinates."""
-    if not {"x", "y", "z"} <= set(fields):
-        raise InputError(f"{name}: expected a structured array with fields x, y and z, got {', '.join(fields)}")
 
 
 def is_mesh_pair(anything: Anything) -> bool:

@@ -34,14 +34,9 @@ def description(name: str) -> dict[str, Any]:
     """Return what is known of a backend, also of one that cannot be imported."""
     from ..simulator import make_simulator
 
+    row = {"name": name, "available": False, "version": None, "options": {}, "error": None}
     try:
         simulator = make_simulator(name)
     except InputError as error:
-        return {"name": name, "available": False, "version": None, "options": {}, "error": str(error)}
-    return {
-        "name": name,
-        "available": True,
-        "version": simulator.version,
-        "options": simulator.options(),
-        "error": None,
-    }
+        return row | {"error": str(error)}
+    return row | {"available": True, "version": simulator.version, "options": simulator.options()}

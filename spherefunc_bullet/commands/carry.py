@@ -53,12 +53,11 @@ def carry(
     json: Json = False,
 ):
     """Fill each object with spheres, tilt and shake it, and measure what share stays inside."""
-    from ..simulator import make_simulator
     from ..simulator.mechanics import CarrySettings, require_ability
     from ..viewer.mechanics_pictures import carry_tile, require_png, write_tiles
 
     require_png(picture)
-    simulator = require_ability(make_simulator(backend), "carry")
+    simulator = require_ability(backend, "carry")
     settings = CarrySettings(
         radius=None if radius is None else parse_length(radius),
         spheres=spheres,

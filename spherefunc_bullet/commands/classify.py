@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..console import Failures, error_line, print_json, progress, say
-from ..errors import InputError
+from ..console import Failures, as_options, print_json, progress, say
+from ..errors import InputError, one_line
 from .options import BY_FILE, Json, Model, PackagePath, Units, Up
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def classify(
         rows[index] = outcome
         if isinstance(outcome, InputError):
             failures.add(outcome)
-            rows[index] = {"file": str(names[index]), "error": error_line(outcome)}
+            rows[index] = {"file": str(names[index]), "error": as_options(one_line(outcome))}
     if table is not None:
         write_rows(rows, functions, table)
     print_json(rows) if json else print_functions(rows, functions, explain)

@@ -90,7 +90,7 @@ def dropping(
 
 def point_to_packages(folders: Sequence[Path] | None):
     """Have this process, and the workers that it starts, look for the packages of URDF files in these folders first."""
-    from ..formats.scenes.packages import PACKAGE_PATH
+    from ..formats.scenes.urdf import PACKAGE_PATH
 
     if folders:
         places = [*(str(folder.absolute()) for folder in folders), os.environ.get(PACKAGE_PATH, "")]

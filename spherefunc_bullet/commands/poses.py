@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,12 +46,11 @@ def poses(
 ):
     """Find the stable poses of each object, their probabilities, and its functions in each."""
     from ..learning.model_file import inference_model, shipped_model
-    from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
     from ..viewer.mechanics_pictures import require_png
 
     require_png(picture)
-    simulator = require_ability(make_simulator(backend), "poses")
+    simulator = require_ability(backend, "poses")
     matter = options.matter_of(mass, area_density, friction, restitution)
     settings = PoseSettings(drops=drops, fall=fall, matter=matter)
     classifier = inference_model(model or shipped_model("fast"), None)
@@ -104,9 +104,9 @@ def pose_row(one: PoseFunctions) -> Row:
 
 def draw(objects: Sequence[tuple[Cloud, list[PoseFunctions]]], picture: Path | None, page: Path | None):
     """Draw objects in their poses where a picture or a page is asked for."""
-    from ..viewer.mechanics_pictures import ObjectPoses, poses_picture, write_picture, write_poses_page
+    from ..viewer.mechanics_pictures import poses_picture, write_picture, write_poses_page
 
-    shown = [ObjectPoses(cloud=cloud, answers=answers) for cloud, answers in objects if answers]
+    shown = [(cloud, answers) for cloud, answers in objects if answers]
     if picture is not None and shown:
         write_picture(poses_picture(shown), picture)
     if page is not None and shown:
@@ -133,10 +133,9 @@ def print_poses(rows: Sequence[Row], functions: Sequence[str]):
 
 def classify_any_pose(files: Sequence[Path], classifier: FunctionModel, units: str, json: bool):
     """Print what each file's object is for in its best pose: by drops of the object where the model's backend can."""
-    from ..simulator import make_simulator
     from ..simulator.mechanics import PoseSettings, require_ability
 
-    simulator = require_ability(make_simulator(classifier.simulator), "poses")
+    simulator = require_ability(classifier.simulator, "poses")
     failures, rows, how = Failures(), [], (classifier, PoseSettings(), classifier.seed, units)
     for file, results in options.run_on_files(posed_file, files, simulator, how, "classifying", failures):
         _, result, answers, seconds = results
@@ -153,13 +152,8 @@ def best_functions(answers: Sequence[PoseFunctions]) -> Row:
     best = {}
     for name, number in best_poses(answers).items():
         pose, membership = answers[number].pose, answers[number].functions[name]
-        best[name] = {
-            "member": membership.member,
-            "score": membership.score,
-            "radius": membership.radius,
-            "rotation": pose.rotation.round(9).tolist(),
-            "probability": round(pose.probability, 6),
-        }
+        turned = {"rotation": pose.rotation.round(9).tolist(), "probability": round(pose.probability, 6)}
+        best[name] = asdict(membership) | turned
     return best
 
 

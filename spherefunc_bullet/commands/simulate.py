@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Summary = dict[str, Any]  # what the contract prints of one run
 Run = tuple[Summary, "DropResult"]
+COUNTS = ("drops", "settled", "rolled_off", "rejected", "timed_out")
 
 
 def simulate(
@@ -86,24 +87,20 @@ def drop_on_file(
 
 
 def save_results(done: list[Run], folder: Path | None, file: Path, written: list[Path]):
-    """Write what came of the runs on a file, if there is a folder for it."""
-    for row, result in done if folder is not None else []:
-        radius = format_length(row["radius"]).replace(" ", "")
-        path = unused_name(folder, f"{file.stem}_{row['backend']}_r{radius}", ".npz", written)
-        written.append(path)
-        save_result(result, path, row["bounding_box"])
-
-
-def save_result(result: DropResult, path: Path, bounding_box: list[list[float]]):
-    """Write a result's centres and what produced them."""
+    """Write what came of the runs on a file, settled centres and what produced them, if there is a folder for it."""
     import json
 
     import numpy as np
 
     from ..formats.npz import packed
 
-    arrays = {"centers": result.centers, "on_object": result.on_object, "bounding_box": np.array(bounding_box)}
-    write_bytes(path, packed(arrays | {"provenance": np.array(json.dumps(result.provenance))}))
+    for row, result in done if folder is not None else []:
+        radius = format_length(row["radius"]).replace(" ", "")
+        path = unused_name(folder, f"{file.stem}_{row['backend']}_r{radius}", ".npz", written)
+        written.append(path)
+        made_by, box = json.dumps(result.provenance), row["bounding_box"]
+        arrays = {"centers": result.centers, "on_object": result.on_object, "bounding_box": np.array(box)}
+        write_bytes(path, packed(arrays | {"provenance": np.array(made_by)}))
 
 
 def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
@@ -115,11 +112,7 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
         "radius": provenance["settings"]["radius"],
         "seed": provenance["seed"],
         "points": len(cloud.points),
-        "drops": result.drops,
-        "settled": result.settled,
-        "rolled_off": result.rolled_off,
-        "rejected": result.rejected,
-        "timed_out": result.timed_out,
+        **{name: getattr(result, name) for name in COUNTS},
         "stop": result.stop.name.lower(),
         "seconds": round(result.seconds, 4),
         "bounding_box": cloud.bounds.tolist(),
@@ -129,7 +122,7 @@ def summary(file: Path, cloud: Cloud, result: DropResult) -> Summary:
 
 def print_summaries(rows: list[Summary]):
     """Print runs as a table."""
-    names = ("points", "drops", "settled", "rolled_off", "rejected", "timed_out", "seconds")
+    names = ("points", *COUNTS, "seconds")
     table = [
         [Path(row["file"]).name, format_length(row["radius"]), *(str(row[name]) for name in names)] for row in rows
     ]

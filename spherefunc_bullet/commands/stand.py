@@ -46,12 +46,11 @@ def stand(
 ):
     """Find whether each object stands, and where it carries a load without tipping."""
     from ..formats.units import parse_mass
-    from ..simulator import make_simulator
     from ..simulator.mechanics import StandSettings, require_ability
     from ..viewer.mechanics_pictures import require_png, stand_tile, write_tiles
 
     require_png(picture)
-    simulator = require_ability(make_simulator(backend), "stands")
+    simulator = require_ability(backend, "stands")
     matter = options.matter_of(mass, area_density, friction, restitution)
     settings = StandSettings(load=parse_mass(load), matter=matter)
     length = None if radius is None else parse_length(radius)

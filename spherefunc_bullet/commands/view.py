@@ -219,10 +219,8 @@ def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str
     """Return the HTML of one object: its title, the display, and why where that is asked for."""
     from html import escape
 
-    from ..viewer.data import display
     from ..viewer.explanation import explanation_html
-    from ..viewer.page import display_html
-    from ..viewer.still import still_picture
+    from ..viewer.still import pictured
 
     panels = backend_panels(viewed)
     size = " × ".join(f"{100 * side:.3g}" for side in viewed.cloud.size)
@@ -231,7 +229,7 @@ def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str
         f"<h1>{escape(viewed.file.name)}</h1>",
         f"<p class='lead'>{size} cm, {len(viewed.cloud):,} points{' sampled from a mesh' if kind == 'mesh' else ''}. "
         "Drag to turn, right-drag to move, wheel to zoom (click first), double-click to reset.</p>",
-        display_html(display(viewed.cloud, panels), still_picture(viewed.cloud, panels)),
+        pictured(viewed.cloud, panels, panels),
     ]
     if viewed.settled is not None:
         parts.append(explanation_html(classifier, viewed.cloud, viewed.settled))
@@ -240,20 +238,12 @@ def object_parts(viewed: Viewed, classifier: CloudClassifier | None) -> list[str
 
 def backend_panels(viewed: Viewed) -> list[Panel]:
     """Return a panel for each backend, with a layer for each radius."""
-    from ..viewer.data import Layer, Panel, histogram_cubes
+    from ..viewer.data import Panel, sphere_layer
 
     panels = []
     for name, results in viewed.results.items():
         pairs = zip(viewed.radii, results, strict=True)
-        layers = [
-            Layer(
-                radius=radius,
-                centers=result.centers,
-                cubes=histogram_cubes(result.centers, radius),
-                note=run_note(radius, result),
-            )
-            for radius, result in pairs
-        ]
+        layers = [sphere_layer(radius, result.centers, run_note(radius, result)) for radius, result in pairs]
         panels.append(Panel(title=name, layers=layers))
     return panels
 

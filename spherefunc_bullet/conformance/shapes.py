@@ -35,6 +35,11 @@ def post(x: float, y: float, height: float, side: float = 0.04) -> np.ndarray:
     return np.concatenate([sheet([cx, cy, 0], across, [0, 0, height]) for cx, cy, across in corners])
 
 
+def posts(width: float, depth: float, height: float) -> list[np.ndarray]:
+    """Return four posts under the corners of a level rectangle."""
+    return [post(sx * (width / 2 - 0.02), sy * (depth / 2 - 0.02), height) for sx in (-1, 1) for sy in (-1, 1)]
+
+
 def cloud(*parts: np.ndarray, name: str) -> Cloud:
     """Return the parts as one cloud, without the points that two of them share."""
     return Cloud(np.unique(np.round(np.concatenate(parts), 9), axis=0), name)
@@ -47,9 +52,7 @@ def plate(width: float = 0.3, depth: float = 0.3, height: float = 0.4) -> Cloud:
 
 def table(width: float = 0.6, depth: float = 0.4, height: float = 0.4) -> Cloud:
     """Return a level top on four posts at its corners."""
-    inset = 0.02
-    feet = [(sx * (width / 2 - inset), sy * (depth / 2 - inset)) for sx in (-1, 1) for sy in (-1, 1)]
-    return cloud(level(width, depth, height), *(post(x, y, height) for x, y in feet), name="table")
+    return cloud(level(width, depth, height), *posts(width, depth, height), name="table")
 
 
 def mug(radius: float = 0.04, height: float = 0.1, floor: float = 0.004) -> Cloud:
@@ -66,9 +69,8 @@ def mug(radius: float = 0.04, height: float = 0.1, floor: float = 0.004) -> Clou
 
 def chair(seat: float = 0.4, width: float = 0.4, back: float = 0.4) -> Cloud:
     """Return a seat on four posts with a back at +y; its front edge is at -y."""
-    feet = [(sx * (width / 2 - 0.02), sy * (width / 2 - 0.02)) for sx in (-1, 1) for sy in (-1, 1)]
     rest = sheet([-width / 2, width / 2, seat], [width, 0, 0], [0, 0, back])
-    return cloud(level(width, width, seat), rest, *(post(x, y, seat) for x, y in feet), name="chair")
+    return cloud(level(width, width, seat), rest, *posts(width, width, seat), name="chair")
 
 
 def groove(length: float = 0.3, width: float = 0.2, height: float = 0.2) -> Cloud:

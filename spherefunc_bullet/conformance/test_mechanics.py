@@ -1,9 +1,13 @@
 # ruff: noqa: F811 (a fixture is an argument of the same name)
-"""What a backend must keep that tells poses or stances, or carries objects; what it lacks is skipped."""
+"""What a backend must keep that tells poses or stances, carries objects, or proves places; what it lacks is skipped.
+
+Places are proven on bodies of which one knows how they serve.
+"""
 
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +15,7 @@ import pytest
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..simulator import Simulator, provenance_of
 from ..simulator.mechanics import CarrySettings, PoseSettings, Stance, StandSettings
+from ..simulator.proofs import REASONS, PourUse, ProofSettings, PutUse, SitUse, Use, Verdict
 from .test_simulator import pytest_generate_tests, simulator  # noqa: F401
 
 BOX_FACES = np.array(
@@ -88,3 +93,105 @@ def test_carrying_repeats_bit_for_bit(simulator: Simulator):
     first, again = (able(simulator, "carry").carry(beaker, settings, 2) for _ in range(2))
     assert first.centers.tobytes() == again.centers.tobytes() and first.kept == again.kept
     assert 0 < first.seconds < time.perf_counter() - started
+
+
+SEAT = 0.45  # metres, the height of what is sat on
+SIDES = 32
+STEEP_DEG = 40.0  # friction of 0.6 holds up to 31 degrees
+
+
+def verdicts(simulator: Simulator, cloud: Cloud, *uses: Use) -> list[Verdict]:
+    """Return what becomes of uses; each verdict says why exactly where it did not hold."""
+    found = able(simulator, "prove").prove(cloud, uses, ProofSettings(), 0)
+    assert len(found) == len(uses)
+    assert all((one.why in REASONS) != one.held for one in found)
+    return found
+
+
+def turned(*profile: tuple[float, float]) -> Cloud:
+    """Return the surface that pairs of radius and height make when they are turned about z, metres."""
+    angles = np.arange(SIDES) * 2 * np.pi / SIDES
+    rings = [np.column_stack([r * np.cos(angles), r * np.sin(angles), np.full(SIDES, z)]) for r, z in profile]
+    near, far = np.arange(SIDES), (np.arange(SIDES) + 1) % SIDES
+    faces = [
+        np.vstack([np.column_stack([a + near, a + far, b + far]), np.column_stack([a + near, b + far, b + near])])
+        for a, b in ((SIDES * k, SIDES * (k + 1)) for k in range(len(profile) - 1))
+    ]
+    return cloud_from_mesh(np.vstack(rings), np.vstack(faces))
+
+
+def sitting(height: float = SEAT) -> list[SitUse]:
+    """Return a person who sits down above the origin, facing four ways."""
+    return [SitUse(position=np.array([0.0, 0.0, height]), heading=quarter * np.pi / 2) for quarter in range(4)]
+
+
+def ramp(degrees: float) -> Cloud:
+    """Return a board of half a metre and 2 cm thick that slopes up along x from the ground."""
+    slope = np.pad(SQUARE * 0.5, ((0, 0), (0, 1)))
+    slope[:, 2] = np.tan(np.radians(degrees)) * slope[:, 0]
+    return cloud_from_mesh(np.vstack([slope - [0, 0, 0.02], slope]), BOX_FACES)
+
+
+def on_ramp(degrees: float) -> np.ndarray:
+    """Return the pose of what lies on the middle of a ramp."""
+    angle, pose = np.radians(degrees), np.eye(4)
+    pose[:3, 0], pose[:3, 2] = [np.cos(angle), 0, np.sin(angle)], [-np.sin(angle), 0, np.cos(angle)]
+    pose[2, 3] = 0.02 + 0.25 * np.tan(angle)
+    return pose
+
+
+def test_a_box_is_sat_on_facing_every_way(simulator: Simulator):
+    """A box 40 cm wide and 45 cm high is a stool."""
+    assert all(one.held for one in verdicts(simulator, prism(0.4, 0.4, SEAT), *sitting()))
+
+
+def test_nobody_sits_on_an_edge_nor_in_the_air(simulator: Simulator):
+    """The ridge of a roof with sides of 45 degrees, and a box that ends 30 cm below."""
+    assert not any(one.held for one in verdicts(simulator, prism(2 * SEAT, 0.002, SEAT), *sitting()))
+    assert {one.why for one in verdicts(simulator, prism(0.4, 0.4, SEAT - 0.3), *sitting())} <= {"sank", "tipped"}
+
+
+def test_a_plate_stays_on_a_level_board_and_slides_off_a_steep_one(simulator: Simulator):
+    """It lies flat on both; friction holds it on the first only."""
+    plate = turned((1e-6, 0.0), (0.06, 0.0), (0.1, 0.015))
+    for degrees, held in ((0.0, True), (STEEP_DEG, False)):
+        (one,) = verdicts(simulator, ramp(degrees), PutUse(cloud=plate, pose=on_ramp(degrees)))
+        assert one.held is held and (held or one.moved > 0.02)
+
+
+def test_a_beaker_keeps_what_is_poured_and_a_tube_spills_it(simulator: Simulator):
+    """They differ by the bottom."""
+    walls = ((0.04, 0.0), (0.04, 0.1))
+    use = PourUse(
+        position=np.array([0.0, 0.0, 0.14]),
+        radius=0.04,
+        volume=0.8 * np.pi * 0.04**2 * 0.1,
+        low=np.array([-0.04, -0.04, 0.0]),
+        high=np.array([0.04, 0.04, 0.1]),
+    )
+    (kept,) = verdicts(simulator, lifted(turned((1e-6, 0.0), *walls)), raised(use))
+    (spilled,) = verdicts(simulator, lifted(turned(*walls)), raised(use))
+    assert kept.held and spilled.why == "spilled"
+
+
+def lifted(cloud: Cloud) -> Cloud:
+    """Return an object 10 cm higher, held there by a thin post beside it."""
+    post = np.vstack([SQUARE * 0.01 + [0.06, 0], SQUARE * 0.01 + [0.06, 0]])
+    bars = np.column_stack([post, np.repeat([-0.1, 0.0], 4)])
+    vertices = np.vstack([cloud.mesh.vertices, bars]) + [0, 0, 0.1]
+    return cloud_from_mesh(vertices, np.vstack([cloud.mesh.faces, BOX_FACES + len(cloud.mesh.vertices)]))
+
+
+def raised(use: PourUse) -> PourUse:
+    """Return the use of an object that was lifted; clouds are centred, so it is moved with its object."""
+    shift = np.array([-0.0125, 0.0, 0.1])
+    return replace(use, position=use.position + shift, low=use.low + shift, high=use.high + shift)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_proofs_repeat_bit_for_bit(simulator: Simulator, seed: int):
+    """The same arguments give the same verdicts, whatever was asked before."""
+    box, prove = prism(0.4, 0.4, SEAT), able(simulator, "prove").prove
+    alone = prove(box, sitting()[1:2], ProofSettings(), seed)
+    assert alone == prove(box, sitting()[1:2], ProofSettings(), seed)
+    assert prove(box, sitting(), ProofSettings(), seed) == prove(box, sitting(), ProofSettings(), seed)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -103,9 +102,10 @@ def to_spheres(result: DropResult) -> np.ndarray:
     return cKDTree(result.centers).query(result.centers, k=2)[0][:, 1]
 
 
-def on_each_shape(test: Callable) -> Callable:
+@pytest.fixture(params=sorted(SHAPES))
+def name(request: pytest.FixtureRequest) -> str:
     """Have a test run on every shape."""
-    return pytest.mark.parametrize("name", sorted(SHAPES))(test)
+    return request.param
 
 
 def test_has_the_interface(simulator: Simulator):
@@ -114,7 +114,6 @@ def test_has_the_interface(simulator: Simulator):
     json.dumps(simulator.options())
 
 
-@on_each_shape
 def test_same_seed_gives_the_same_bits(simulator: Simulator, name: str):
     """The same cloud, settings and seed give the same result, bit for bit."""
     again = simulator.drop(shape(name), DropSettings(radius=radius_of(name)), 0)
@@ -130,14 +129,12 @@ def test_another_seed_gives_other_spheres(simulator: Simulator):
     assert first.centers.tobytes() != second.centers.tobytes()
 
 
-@on_each_shape
 def test_order_of_points_does_not_matter(simulator: Simulator, name: str):
     points = np.random.default_rng(0).permutation(shape(name).points)
     shuffled = simulator.drop(Cloud(points, name), DropSettings(radius=radius_of(name)), 0)
     assert np.array_equal(shuffled.centers, dropped(simulator.name, name).centers)
 
 
-@on_each_shape
 def test_outcomes_add_up(simulator: Simulator, name: str):
     """Every drop has one outcome."""
     result = dropped(simulator.name, name)
@@ -146,7 +143,6 @@ def test_outcomes_add_up(simulator: Simulator, name: str):
     assert result.seconds > 0
 
 
-@on_each_shape
 def test_centres_are_finite_rows(simulator: Simulator, name: str):
     """Centres are finite rows of three."""
     result = dropped(simulator.name, name)
@@ -155,23 +151,19 @@ def test_centres_are_finite_rows(simulator: Simulator, name: str):
     assert np.isfinite(result.centers).all()
 
 
-@on_each_shape
 def test_nothing_below_the_ground(simulator: Simulator, name: str):
     # 2 % of the radius, as for every overlap.
     assert dropped(simulator.name, name).centers[:, 2].min() >= 0.98 * radius_of(name)
 
 
-@on_each_shape
 def test_nothing_inside_the_cloud(simulator: Simulator, name: str):
     assert to_cloud(dropped(simulator.name, name), name).min() >= radius_of(name) - overlap(simulator, name)
 
 
-@on_each_shape
 def test_nothing_inside_another_sphere(simulator: Simulator, name: str):
     assert to_spheres(dropped(simulator.name, name)).min() >= 2 * radius_of(name) - overlap(simulator, name)
 
 
-@on_each_shape
 def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
     """Every settled sphere touches the object or another sphere."""
     result = dropped(simulator.name, name)
@@ -181,7 +173,6 @@ def test_nothing_hangs_in_the_air(simulator: Simulator, name: str):
     assert touches.all()
 
 
-@on_each_shape
 def test_spheres_on_spheres_stay_within_the_bounding_box(simulator: Simulator, name: str):
     """A sphere may rest without touching the object only within the object's bounding box (§III-A)."""
     result = dropped(simulator.name, name)
@@ -190,7 +181,6 @@ def test_spheres_on_spheres_stay_within_the_bounding_box(simulator: Simulator, n
     assert np.all((alone >= low) & (alone <= high))
 
 
-@on_each_shape
 def test_on_object_is_said_of_those_that_touch_it(simulator: Simulator, name: str):
     """Who is said to rest on the object touches it, and nobody else is."""
     result = dropped(simulator.name, name)
@@ -243,7 +233,6 @@ def test_provenance_says_what_produced_the_result(simulator: Simulator):
     assert expected.items() <= json.loads(json.dumps(result.provenance)).items()
 
 
-@on_each_shape
 def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
     """Columns and outcomes tell of every drop, in the order of their ends."""
     result = dropped(simulator.name, name, 1)

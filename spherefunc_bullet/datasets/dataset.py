@@ -10,10 +10,11 @@ import csv
 import hashlib
 import os
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from ..errors import InputError, explaining
@@ -259,7 +260,8 @@ def require_agreement(dataset: Dataset):
 
     Files that cannot be read are left to whoever reads them. Only files of one size are read at all.
     """
-    for same in (os.path.realpath, Content(dataset)):
+    sizes = Counter(size_of(item.path) for item in dataset.objects)
+    for same in (os.path.realpath, partial(content_of, sizes)):
         known: dict[str, DatasetObject] = {}
         for item in dataset.objects:
             first = known.setdefault(same(item.path), item)
@@ -275,19 +277,13 @@ def contradiction(dataset: Dataset, first: DatasetObject, second: DatasetObject)
     return f"{dataset.name}: {names[0]}: expected one label for one object, got {said} ({what}); keep one"
 
 
-class Content:
-    """Tells what a file holds: a hash where another file is of the same size, else its path."""
-
-    def __init__(self, dataset: Dataset):
-        self.sizes = [size_of(item.path) for item in dataset.objects]
-
-    def __call__(self, path: Path) -> str:
-        """Return the hash or the path."""
-        size = size_of(path)
-        if size >= 0 and self.sizes.count(size) > 1:
-            with suppress(OSError), open(path, "rb") as file:
-                return hashlib.file_digest(file, "sha256").hexdigest()
-        return str(path)
+def content_of(sizes: Counter[int], path: Path) -> str:
+    """Return what tells what a file holds: a hash where another file is of the same size, else its path."""
+    size = size_of(path)
+    if size >= 0 and sizes[size] > 1:
+        with suppress(OSError), open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    return str(path)
 
 
 def size_of(path: Path) -> int:

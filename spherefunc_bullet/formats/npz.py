@@ -74,8 +74,7 @@ def _points_name(shapes: dict[str, tuple[int, ...] | None]) -> str:
 
 def read_npz(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
-    data = source.data
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+    with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
         require_members(archive)
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         shapes = {member.filename.removesuffix(".npy"): _shape(archive, member) for member in members}
@@ -131,12 +130,6 @@ class Archive(Mapping[str, np.ndarray]):
         return Archive, (self.data,)
 
 
-def read_arrays(path: str | Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """Return the arrays of an archive by name, all or some; see `Archive`."""
-    archive = Archive(Path(path).read_bytes())
-    return {name: archive[name] for name in names or archive}
-
-
 def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
     """Return where an entry lies in a folder, by default the cache."""
     return (home or cache_home()) / kind / name[:2] / f"{name}.npz"
@@ -145,7 +138,8 @@ def entry_path(kind: str, name: str, home: Path | None = None) -> Path:
 def read_entry(path: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray] | None:
     """Return an entry's arrays, all or those of some names, or None where there is none that is whole."""
     try:
-        return read_arrays(path, names)
+        archive = Archive(path.read_bytes())
+        return {name: archive[name] for name in names or archive}
     except DAMAGE:
         return None  # absent, or cut short by an earlier crash: computed again
 

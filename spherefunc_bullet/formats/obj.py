@@ -39,9 +39,14 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
 
 def read_obj(source: Source) -> Geometry:
     """Return the vertices (N, 3) and triangles (M, 3), none for a cloud."""
-    data = source.data
+    points, groups = read_groups(source.data)
+    return Geometry(points, np.concatenate(groups))
+
+
+def read_groups(data: bytes) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return the vertices (N, 3) of a file, and the triangles (M, 3) of each group or object in it, also of none."""
     require_text_size(data)
-    vertices, counts, corners = array("d"), array("q"), array("q")
+    vertices, counts, corners, begins = array("d"), array("q"), array("q"), []
     for number, words in _lines(data):
         try:
             if words[:1] == ["v"]:
@@ -49,10 +54,13 @@ def read_obj(source: Source) -> Geometry:
             elif words[:1] == ["f"]:
                 corners.extend(_corner(word, len(vertices) // 3) for word in words[1:])
                 counts.append(len(words) - 1)
+            elif words[:1] in (["g"], ["o"]):
+                begins.append(len(counts))
         except (ValueError, IndexError) as error:
             raise FormatError(f"line {number}: expected '{words[0]}' and its numbers: {error}") from error
     if not vertices:
         raise FormatError("expected lines of vertices ('v 1 2 3'), found none; is it an OBJ file?")
     require_counts(vertices=len(vertices) // 3, triangles=len(corners) - 2 * len(counts))
-    points = np.array(vertices).reshape(-1, 3)
-    return Geometry(points, fan_triangles(np.array(counts), np.array(corners)))
+    triangles = fan_triangles(np.array(counts), np.array(corners))
+    ends = np.append(0, np.cumsum(np.maximum(np.array(counts, np.int64) - 2, 0)))
+    return np.array(vertices).reshape(-1, 3), np.split(triangles, ends[begins])

@@ -21,12 +21,8 @@ from ..errors import InputError, one_line
 from . import FormatError
 from .files import MAX_FILE_BYTES, refusing, require_counts, require_file
 
-# By ending: the module in ``formats`` and its function that gives the sources which a file names, by those names.
-NAMING = {
-    ".gltf": ("scenes.gltf", "named_buffers"),
-    ".glb": ("scenes.gltf", "named_buffers"),
-    ".urdf": ("scenes.urdf", "named_meshes"),
-}
+# Endings of files that name others: the module of their reader has `named_sources`, which gives these by their names.
+NAMING = (".gltf", ".glb", ".urdf")
 # First bytes that no reader but the one for the named ending takes.
 _SIGNATURES = {
     b"\x89PNG": "PNG", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF", b"%PDF": "PDF", b"\x1f\x8b": "gzip",
@@ -84,9 +80,9 @@ class Source:
         """The sources that it names, by those names; InputError if one is not there, or may not be read."""
         if self.kind not in NAMING:
             return {}
-        module, name = NAMING[self.kind]
+        module, _ = READERS[self.kind]
         with refusing(self.path):
-            named = getattr(importlib.import_module(f".{module}", __package__), name)(self)
+            named = importlib.import_module(f".{module}", __package__).named_sources(self)
             _require_total_size(self.path, named)
         return named
 

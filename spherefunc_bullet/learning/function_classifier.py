@@ -33,8 +33,7 @@ from .profiles.calibration import (
     held_out_votes,
     unsure_band,
 )
-from .profiles.forest import Forest, forest_of
-from .profiles.in_scenes import SceneForests
+from .profiles.forest import Forest, SceneForests, forest_of
 from .profiles.profile_model import ProfileModel
 from .validation import quality
 

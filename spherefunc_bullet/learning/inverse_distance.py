@@ -39,12 +39,8 @@ def inverse_distance_scores(
     (Q,) float
         0 where there is no member, 1 where there is nothing else.
     """
-    return share_of_nearness(distances[:, members], distances[:, ~members], n_neighbors)
-
-
-def share_of_nearness(inside: np.ndarray, outside: np.ndarray, n_neighbors: int | Sequence[int]) -> np.ndarray:
-    """Return the scores (Q,) from the distances to members (Q, M) and to the others (Q, N - M)."""
-    inside, outside = (mean_inverse_distances(distances, n_neighbors) for distances in (inside, outside))
+    sides = (distances[:, members], distances[:, ~members])
+    inside, outside = (mean_inverse_distances(side, n_neighbors) for side in sides)
     total = inside + outside
     return np.divide(inside, total, out=np.zeros_like(total), where=total > 0).mean(axis=1)
 

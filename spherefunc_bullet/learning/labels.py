@@ -112,7 +112,7 @@ def in_columns(scores: np.ndarray, functions: Sequence[str], columns: Sequence[s
     if tuple(functions) == tuple(columns):
         return scores
     known = {name: number for number, name in enumerate(functions)}
-    nobody = np.zeros(len(scores))
+    nobody = np.zeros(len(scores), scores.dtype)
     return np.column_stack([scores[:, known[name]] if name in known else nobody for name in columns])
 
 
@@ -126,6 +126,4 @@ def more_members(
 ) -> tuple[tuple[str, ...], np.ndarray]:
     """Return the functions, and who has which, after more objects have come to those known (N, F) bool."""
     functions = tuple(sorted(set(known).union(*labels)))
-    nobody = np.zeros(len(members), bool)
-    old = [members[:, list(known).index(name)] if name in known else nobody for name in functions]
-    return functions, np.vstack([np.column_stack(old), memberships(labels, functions)])
+    return functions, np.vstack([in_columns(members, known, functions), memberships(labels, functions)])

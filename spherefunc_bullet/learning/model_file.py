@@ -71,8 +71,7 @@ def save_model(model: CloudClassifier, path: str | Path):
     """
     from sklearn.utils.validation import check_is_fitted
 
-    from .cube_arrays import cubes_kept
-    from .cube_classifier import CubeClassifier
+    from .cube_classifier import CubeClassifier, cubes_kept
 
     check_is_fitted(model, "members_")
     require_bounds(model.radii, model.length.drops, path)
@@ -238,8 +237,7 @@ def rebuilt_for_training(about: About, arrays: Arrays, path: str | Path) -> Clou
     """Return the classifier that a model file describes."""
     options = {"radii": tuple(about["radii"]), "seed": about["seed"], "random_state": about["random_state"]}
     if about["method"]["name"] != PROFILE:
-        from .cube_arrays import fill_cubes, rebuilt_method
-        from .cube_classifier import CubeClassifier
+        from .cube_classifier import CubeClassifier, fill_cubes, rebuilt_method
 
         model = CubeClassifier(simulator_of(about), method=rebuilt_method(about["method"]), **options)
         fill_examples(model, about, arrays)

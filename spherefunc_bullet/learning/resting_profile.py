@@ -14,7 +14,7 @@ from ..settling.drops import DROPS, NO_DROPS, Drops, RunLimit, drops_from_rows
 from ..settling.settling import settle
 from ..simulator import Simulator
 from .classifier import Alias, simulator_named
-from .profiles.quantities import NAMES, profiles_at
+from .profiles.quantities import NAMES, profiles_over
 
 
 class RestingProfile(TransformerMixin, BaseEstimator):
@@ -60,7 +60,7 @@ class RestingProfile(TransformerMixin, BaseEstimator):
             The drops of each object, metres, z up, the ground at 0 (or as rows, see `Drops.rows`); or objects, on
             which spheres are dropped.
         """
-        return profiles_at((self._dropped(item) for item in X), self.radius)
+        return profiles_over([{self.radius: self._dropped(item)} for item in X], [self.radius])
 
     def _dropped(self, item: Drops | Anything) -> Drops:
         if isinstance(item, Drops):

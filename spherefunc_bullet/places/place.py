@@ -88,18 +88,13 @@ class Place:
         """Return what the contract prints of a place; what says nothing of its kind is left out."""
         row = {part.name: getattr(self, part.name) for part in fields(self)}
         always = ("heading_deg", "clearance", "proven")
-        kept = {name: value for name, value in row.items() if name in always or value not in EMPTY}
+        kept = {name: value for name, value in row.items() if name in always or not says_nothing(value)}
         return {name: plain(value) for name, value in kept.items()}
 
 
-class _Empty:
-    """What is left out of JSON: None, no text, nothing in a tuple; arrays are never empty."""
-
-    def __contains__(self, value: object) -> bool:
-        return value is None or (isinstance(value, str | tuple) and not value)
-
-
-EMPTY = _Empty()
+def says_nothing(value: object) -> bool:
+    """Return whether a value is left out of JSON: None, no text, nothing in a tuple; arrays are never empty."""
+    return value is None or (isinstance(value, str | tuple) and not value)
 
 
 def plain(value: Any) -> Any:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..clouds.cloud import Cloud
+from ..datasets.dataset import size_of
 from ..errors import InputError, attempt
 from ..formats.npz import computed_once, entry_path, kept_answer
 from ..formats.sources import Source, as_source
@@ -161,14 +162,6 @@ def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool
     """Return whether water runs out of a file's object, see `loses_water`."""
     return kept_answer(dropping.content_hash(path), "leaks", lambda: loses_water(dropping.cloud(path)), home)
 
-
-
-def size_of(path: Path) -> int:
-    """Return a file's size in bytes, 0 where there is none."""
-    try:
-        return path.stat().st_size
-    except (OSError, ValueError):
-        return 0
 
 
 

@@ -20,11 +20,11 @@ from ..formats.units import BY_FILE
 from ..simulator.mechanics import Matter
 from ..simulator.statics.body import body_of
 from .candidates import MISSING, Make, candidates, has_vhacd, made, of_hull, of_mesh
-from .comparison import Subject, row_of
+from .comparison import Subject, judged, row_of
 from .exposure import Fitting
 from .files import write_shape
 from .loaded import Frame, loaded, quiet
-from .rows import Kept, Row, judged
+from .rows import Kept, Row
 from .solid import Solid, of_pieces, surface
 
 SCALES = (2.0, 1.2, 0.8, 0.5)  # of the tolerances, the coarsest first
@@ -61,7 +61,7 @@ def best_shape(subject: Subject, kept: Kept, still: bool = False, compared: Iter
                 break
         if tried[-1][1].keeps and len(tried[-1][0].pieces or ()) == 1:
             break  # nothing is cheaper than one convex piece
-    tried += [(solid, judged(row, subject.truth, kept)) for solid, row in compared if decomposed(solid, row)]
+    tried += [(solid, judged(row, subject, kept)) for solid, row in compared if decomposed(solid, row)]
     solid, row = min(tried, key=lambda pair: (not pair[1].keeps, shortfall(pair[1]), pair[1].step_us))
     return (solid, row) if row.measured else (solid, row_of(subject, solid, kept))
 

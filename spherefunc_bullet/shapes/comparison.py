@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,10 +13,22 @@ from scipy.spatial import cKDTree
 from ..answer import classify
 from ..clouds.cloud import Cloud, cloud_from_mesh
 from ..errors import InputError
-from .levels import Level, carrying_level, height_map, level_kept
-from .rows import Functions, Kept, Row, Truth, judged
+from .rows import NOTHING, Functions, Kept, Row
 from .solid import Solid, dense_points, surface
-from .spaces import NARROW, WIDE, Space, closed, grid_around, held_share, is_filled, space_of
+from .spaces import (
+    NARROW,
+    WIDE,
+    Level,
+    Space,
+    carrying_level,
+    closed,
+    grid_around,
+    height_map,
+    held_share,
+    is_filled,
+    level_kept,
+    space_of,
+)
 from .spheres import Seen, at_rest, moved
 
 SPHERE = 1 / 28  # of the extent: the radius of the spheres, within the limits of what is dropped
@@ -23,6 +37,7 @@ VESSEL = 0.05  # of the box: what holds less is no vessel by what it holds
 OPEN = 1e-6  # m3: nor is what holds less than a millilitre
 GRAIN = 0.6  # of the spheres' radius: what is finer may run out of a shape that is made for spheres
 LEAKS = "its gaps hold spheres, and let water out"
+SAME_COST = 0.05  # of the mesh's: a difference that timing does not tell
 LARGER = 1.5  # times as large as the object: another unit, or another object
 
 
@@ -91,16 +106,6 @@ class Subject:
         """Whether what it holds is worth keeping."""
         return self.capacity > max(OPEN, VESSEL * float((self.high - self.low).prod()))
 
-    @property
-    def truth(self) -> Truth:
-        """What a verdict is held against."""
-        return Truth(
-            capacity_ml=1e6 * self.capacity,
-            level_mm=1e3 * self.level.height,
-            functions=self.functions,
-            step_us=self.seen.rests[0].step_us,
-        )
-
     @cached_property
     def functions(self) -> Functions:
         return functions_of(self.cloud)
@@ -122,8 +127,8 @@ def functions_of(cloud: Cloud, water: bool = True) -> Functions:
 
 def row_of(subject: Subject, solid: Solid, kept: Kept, early: bool = False) -> Row:
     """Return the row of one shape; if ``early``, without spheres and functions where something is lost before."""
-    row = judged(free_row(subject, solid), subject.truth, kept)
-    return row if early and row.lost else judged(used_row(subject, solid, row), subject.truth, kept)
+    row = judged(free_row(subject, solid), subject, kept)
+    return row if early and row.lost else judged(used_row(subject, solid, row), subject, kept)
 
 
 def free_row(subject: Subject, solid: Solid) -> Row:
@@ -172,3 +177,57 @@ def require_size(subject: Subject, solid: Solid):
         said = f"{times:.3g} times as large" if times > 1 else f"{1 / times:.3g} times as small"
         question = "are the units or the scale right?"
         raise InputError(f"{subject.cloud.name}: collision is {said} as what is seen; {question}")
+
+
+def judged(row: Row, subject: Subject, kept: Kept) -> Row:
+    """Return a row with its verdict."""
+    lost = tuple(losses(row, subject, kept))
+    return replace(row, lost=lost, keeps=not lost, verdict="; ".join(lost) if lost else price(row, subject))
+
+
+def losses(row: Row, subject: Subject, kept: Kept) -> Iterator[str]:
+    """Yield what a shape does not keep."""
+    if row.capacity_kept is not None and row.capacity_kept < kept.share:
+        held = f"holds {part_of(row.capacity_kept, 1e6 * subject.capacity)}"
+        why = "solid for the engine" if row.filled else "it runs out through gaps"
+        yield f"{held}: {why}" if row.capacity_kept < NOTHING else held
+    if row.level_kept < kept.share:
+        side = "higher" if row.level_higher_mm > 0 else "lower"
+        by = abs(row.level_higher_mm)
+        moved = f", it is {by:.3g} mm {side}" if by > 1 else ""
+        yield f"keeps {row.level_kept:.0%} of the level at {1e3 * subject.level.height:.0f} mm{moved}"
+    if row.settled_kept is not None and row.settled_kept < kept.share:
+        yield f"keeps {row.settled_kept:.0%} of the spheres in their places"
+    if row.openings_closed:
+        yield "fills space that spheres went through" + (
+            f", in {row.openings_closed} places" if row.openings_closed > 1 else ""
+        )
+    if kept.moved is not None and row.moved_mm > 1e3 * kept.moved:
+        yield f"resting places moved by {row.moved_mm:.2g} mm"
+    for name, (member, _) in subject.functions.items():
+        if member and name in row.functions and not row.functions[name][0]:
+            yield f"is no longer classified as {name}"
+
+
+def price(row: Row, subject: Subject) -> str:
+    """Return at which cost everything is kept."""
+    mesh = subject.seen.rests[0].step_us
+    if not (math.isfinite(mesh) and math.isfinite(row.step_us)) or row.name == "mesh":
+        return "keeps everything"
+    times = row.step_us / mesh
+    if abs(times - 1) < SAME_COST:
+        return "keeps everything at the cost of the mesh"
+    return f"keeps everything at {times:.1f} times the cost of the mesh"
+
+
+def part_of(share: float, millilitres: float) -> str:
+    """Return a share of a volume, and the volume, as people write them.
+
+    Examples
+    --------
+    >>> part_of(0.5, 310.4), part_of(0.9, 19018.0)
+    ('155 of 310 ml', '17.1 of 19.0 l')
+    """
+    if millilitres < 1000:
+        return f"{share * millilitres:.0f} of {millilitres:.0f} ml"
+    return f"{share * millilitres / 1000:.1f} of {millilitres / 1000:.1f} l"

@@ -25,16 +25,10 @@ SUFFIX = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
 PICTURE, QUALITY = (168, 132), 55  # pixels of each of two; of WebP: some 4 kB an object
 ELEVATION = 42.0  # degrees: into a vessel
 TIME = 600.0  # seconds of one object of a library
-USES = {"vessel": "vessels", "sittable": "seats", "table": "tables"}
-LOSSES = {
-    "vessel": "hold nothing",
-    "sittable": "are no longer classified as seats",
-    "table": "do not carry at their level",
-}
-KEPT = {
-    "vessel": "still hold something",
-    "sittable": "are still classified as seats",
-    "table": "still carry at their level",
+USES = {  # what objects of a use are called, what those do that lose it, and those that keep it
+    "vessel": ("vessels", "hold nothing", "still hold something"),
+    "sittable": ("seats", "are no longer classified as seats", "are still classified as seats"),
+    "table": ("tables", "do not carry at their level", "still carry at their level"),
 }
 Result = dict[str, Any]  # what is printed of an object, as JSON has it
 
@@ -143,9 +137,9 @@ def summary(results: Sequence[Result]) -> dict[str, int]:
     read = [result for result in results if result.get("shapes")]
     counts = {"objects": len(read), "failed": len(results) - len(read)}
     counts["keep everything"] = sum(result["shapes"][0]["keeps"] for result in read)
-    for name, loss in LOSSES.items():
+    for name, (those, loss, _) in USES.items():
         lost = [lost for result in read if (lost := loses(result, name)) is not None]
-        counts |= {USES[name]: len(lost), f"{USES[name]} that {loss}": sum(lost)} if lost else {}
+        counts |= {those: len(lost), f"{those} that {loss}": sum(lost)} if lost else {}
     return counts
 
 
@@ -153,9 +147,9 @@ def kept_counts(results: Sequence[Result]) -> list[tuple[int, int, str]]:
     """Return of each use that there is how many objects keep it, how many there are, and what they do."""
     counts = summary(results)
     return [
-        (counts[USES[name]] - counts[f"{USES[name]} that {loss}"], counts[USES[name]], f"{USES[name]} {KEPT[name]}")
-        for name, loss in LOSSES.items()
-        if USES[name] in counts
+        (counts[those] - counts[f"{those} that {loss}"], counts[those], f"{those} {kept}")
+        for those, loss, kept in USES.values()
+        if those in counts
     ]
 
 

@@ -17,8 +17,9 @@ import numpy as np
 from ..clouds.orientation import to_metres, to_z_up
 from ..errors import InputError, explaining, one_line
 from ..formats.files import refusing
-from ..formats.scenes.packages import find_mesh
-from ..formats.scenes.parts import plain_xml
+from ..formats.obj import read_groups
+from ..formats.scenes.parts import plain_xml, primitive
+from ..formats.scenes.urdf import find_mesh
 from ..formats.sources import READERS, Geometry, as_source, joined_meshes, read_geometry
 from .solid import Solid, of_pieces, surface
 
@@ -123,31 +124,11 @@ def groups_of(path: Path, whole: bool = False) -> list[tuple[np.ndarray, np.ndar
     geometry = read_geometry(path)
     if not len(geometry.faces):
         raise InputError(f"{one_line(path.name)}: expected a mesh to collide with, got points")
-    groups = [] if whole or path.suffix.lower() != ".obj" else obj_groups(path.read_text(errors="replace"))
-    return groups if len(groups) > 1 else [(geometry.vertices, geometry.faces)]
-
-
-def obj_groups(text: str) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the vertices and faces of each group of an OBJ that has faces."""
-    points: list[list[float]] = []
-    groups: list[list[list[int]]] = [[]]
-    for line in text.splitlines():
-        words = line.split()
-        if not words:
-            continue
-        if words[0] == "v":
-            points.append([float(word) for word in words[1:4]])
-        elif words[0] in ("o", "g"):
-            groups.append([])
-        elif words[0] == "f":
-            corners = [int(word.split("/")[0]) for word in words[1:]]
-            corners = [c - 1 if c > 0 else len(points) + c for c in corners]
-            groups[-1] += [[corners[0], b, c] for b, c in zip(corners[1:], corners[2:], strict=False)]
-    found = []
-    for faces in filter(None, groups):
-        used, numbers = np.unique(np.array(faces), return_inverse=True)
-        found.append((np.array(points)[used], numbers.reshape(-1, 3)))
-    return found
+    groups = [] if whole or path.suffix.lower() != ".obj" else read_groups(path.read_bytes())[1]
+    groups = [np.unique(faces, return_inverse=True) for faces in groups if len(faces)]
+    if len(groups) < 2:
+        return [(geometry.vertices, geometry.faces)]
+    return [(geometry.vertices[used], numbers.reshape(-1, 3)) for used, numbers in groups]
 
 
 def mjcf_links(path: Path) -> dict[str, list[Placed]]:
@@ -186,14 +167,6 @@ def geom_part(model: Any, geom: int) -> tuple[np.ndarray, np.ndarray] | None:
         vertices, faces = primitive("icosphere", radius=1.0)
         return vertices * (size if kind == kinds.mjGEOM_ELLIPSOID else size[0]), faces
     return None
-
-
-def primitive(kind: str, **sizes: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the vertices and faces of a primitive about its centre."""
-    import trimesh
-
-    mesh = getattr(trimesh.creation, kind)(**sizes)
-    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
 
 def sdf_links(path: Path) -> dict[str, list[Placed]]:

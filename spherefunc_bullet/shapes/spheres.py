@@ -48,8 +48,6 @@ def engine_shape(solid: Solid, radius: float) -> CollisionShape:
         faces=solid.faces.astype(np.int32),
         pieces=None if solid.pieces is None else tuple(piece / radius for piece in solid.pieces),
         columns=dense_points(solid.vertices, solid.faces, 0.25 * radius) / radius,
-        voxel_size=None,
-        gap=None,
     )
 
 
@@ -62,12 +60,12 @@ def at_rest(solid: Solid, cloud: Cloud, radius: float, seed: int) -> Rest:
         run = DropRun(world, shape, cloud, settings, seed)
         run.until_over()
     result = run.result(0.0, {"backend": "", "version": "", "settings": {}, "seed": seed})
-    step, _ = step_cost(solid, result.centers[result.on_object], radius)
+    step = step_cost(solid, result.centers[result.on_object], radius)
     return Rest(centers=result.centers, on_object=result.on_object, step_us=step)
 
 
-def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> tuple[float, float]:
-    """Return the microseconds of a time step with 50 spheres on a shape, all awake, and the contacts of each.
+def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> float:
+    """Return the microseconds of a time step with 50 spheres on a shape, all awake.
 
     The median of many, by the clock of the processor, so that other programs do not count. Where fewer lie on it, some
     are put into one place twice; they do not touch each other.
@@ -75,7 +73,7 @@ def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> tuple[float, 
     from ..bullet.engine import pybullet
 
     if not len(centers):
-        return float("nan"), 0.0
+        return float("nan")
     p, simulator, seconds = pybullet(), BulletSimulator(), []
     with World(simulator) as world:
         world.add_object(engine_shape(solid, radius))
@@ -87,8 +85,7 @@ def step_cost(solid: Solid, centers: np.ndarray, radius: float) -> tuple[float, 
             started = time.thread_time()
             world.step()
             seconds.append(time.thread_time() - started)
-        contacts = [len(p.getContactPoints(bodyA=body, physicsClientId=world.client)) for body in world.air]
-    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6), float(np.mean(contacts))
+    return float(np.median(seconds[STEPS:]) / simulator.sub_steps * 1e6)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -16,7 +16,7 @@ import numpy as np
 from ..clouds.cloud import Cloud
 from ..errors import InputError
 from ..formats.units import format_mass
-from . import Simulator, backend_entry_points
+from . import Simulator, backend_entry_points, make_simulator
 
 AREA_DENSITY = 5.0  # kg/m2 of each face: a board of 15 mm of wood weighs 10 with both of its sides
 LEVEL = 5e-3  # of the extent: what is no higher than that above the lowest corner is on the ground
@@ -81,16 +81,22 @@ class Pose:
         return math.degrees(math.acos(min(1.0, max(-1.0, float(self.rotation[2, 2])))))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Result:
+    """What every result says of itself."""
+
+    notes: tuple[str, ...]  # what a reader has to know of the object
+    seconds: float
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, kw_only=True)
-class PoseResult:
+class PoseResult(Result):
     """How an object can lie, the likeliest pose first."""
 
     poses: tuple[Pose, ...]
     drops: int  # 0 where nothing was dropped
     timed_out: int  # drops that never came to rest
-    notes: tuple[str, ...]  # what a reader has to know of the object
-    seconds: float
-    provenance: dict[str, Any] = field(default_factory=dict)
 
 
 class Stance(StrEnum):
@@ -120,7 +126,7 @@ class StandSettings(Amounts):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StandResult:
+class StandResult(Result):
     """Whether an object stands, alone and with a load."""
 
     stance: Stance
@@ -130,9 +136,6 @@ class StandResult:
     places: np.ndarray  # (P, 3) where the load was set, metres, the cloud's frame
     carries: np.ndarray  # (P,) bool: under the load it keeps the pose in which it stands alone
     tipping_load: np.ndarray  # (P,) kg at which it leaves its pose by statics, infinite where no load does
-    notes: tuple[str, ...]
-    seconds: float
-    provenance: dict[str, Any] = field(default_factory=dict)
 
     @property
     def share(self) -> float | None:
@@ -179,7 +182,7 @@ class CarrySettings(Amounts):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CarryResult:
+class CarryResult(Result):
     """What an object kept."""
 
     filled: int  # spheres that were in it, without those on its rim, its handle or its saucer
@@ -190,9 +193,6 @@ class CarryResult:
     kept_shaken: float  # share after it was shaken and set down
     centers: np.ndarray  # (S, 3) of the spheres that stayed, metres, the object's frame
     weight: float  # kg, of the spheres that stayed
-    notes: tuple[str, ...]
-    seconds: float
-    provenance: dict[str, Any] = field(default_factory=dict)
 
 
 def carry_radius(cloud: Cloud) -> float:
@@ -227,7 +227,7 @@ class SupportsCarrying(Protocol):
         ...
 
 
-def require_ability(simulator: Simulator, ability: str) -> Simulator:
+def require_ability(simulator: str | Simulator, ability: str) -> Simulator:
     """Return a simulator that has one of the optional abilities, a key of `KINDS`.
 
     Raises
@@ -235,6 +235,7 @@ def require_ability(simulator: Simulator, ability: str) -> Simulator:
     InputError
         If it has not.
     """
+    simulator = make_simulator(simulator)
     if not callable(getattr(simulator, ability, None)):
         able = ", ".join(able_backends(ability)) or "none that is installed"
         raise InputError(f"backend {simulator.name!r} cannot {KINDS[ability]}: expected one that can: {able}")

@@ -101,6 +101,11 @@ def frame(cloud: Cloud, layers: Sequence[Layer], radius: float) -> tuple[np.ndar
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
+def sphere_layer(radius: float, centers: np.ndarray, note: str) -> Layer:
+    """Return the layer of settled centres (S, 3), metres, with the cubes that hold them."""
+    return Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note)
+
+
 def histogram_cubes(centers: np.ndarray, radius: float) -> Cubes:
     """Return the cubes of the default histogram that hold centres (S, 3), metres."""
     histogram = CubeHistogram(radius)

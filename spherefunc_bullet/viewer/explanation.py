@@ -13,14 +13,14 @@ from ..formats.units import format_length
 from ..learning.classifier import CloudClassifier
 from ..learning.cube_classifier import CubeClassifier
 from ..learning.function_classifier import FunctionClassifier
-from ..learning.profiles.words import Deciding, cells_of, deciding, nearest
+from ..learning.profiles.words import Row, cells_of, deciding, nearest
 from ..learning.reasons.cubes import Cubes, cube_evidence
 from ..learning.validation import THRESHOLD
 from ..settling.dropping import CloudObject
 from ..settling.drops import NO_DROPS, DropsByRadius
-from .data import Layer, Panel, display, histogram_cubes
-from .page import display_html, table_html
-from .still import still_picture
+from .data import Layer, Panel, sphere_layer
+from .page import table_html
+from .still import pictured
 
 QUANTITIES_SHOWN = 6  # of each function
 
@@ -70,15 +70,15 @@ def drops_html(classifier: FunctionClassifier, cloud: Cloud, settled: DropsByRad
             continue
         centers = np.asarray(drops.rests, float)
         note = f"{len(centers)} of {len(drops)} drops of spheres of radius {format_length(radius)} stayed."
-        layers.append(Layer(radius=radius, centers=centers, cubes=histogram_cubes(centers, radius), note=note))
+        layers.append(sphere_layer(radius, centers, note))
     if not layers:
         return ""
     radius = classifier.radius_[name] if len(settled.get(classifier.radius_[name], ())) else layers[-1].radius
     panels = [Panel(title="what the answer is read from", layers=layers)]
-    return display_html(display(cloud, panels, radius), still_picture(cloud, panels, radius))
+    return pictured(cloud, panels, panels, radius)
 
 
-def deciding_html(rows: Sequence[Deciding], name: str) -> str:
+def deciding_html(rows: Sequence[Row], name: str) -> str:
     """Return a table of the quantities that decided about one function."""
     head = ["quantity", "spheres", "here", "median of training objects", "change without it"]
     return table_html(head, map(cells_of, rows), texts=2, label=f"What decided, {name}")
@@ -95,7 +95,7 @@ def cubes_html(classifier: CubeClassifier, cloud: Cloud, settled: DropsByRadius,
         f"{escape(str(backend))}. A score above 0.5 is membership. It compares how near, cube by cube, this object's "
         "sphere counts are to those of the nearest training objects that have the function and of the nearest that "
         "do not, at several radii.</p>"
-        f"{display_html(display(cloud, panels, radius), still_picture(cloud, panels[:1], radius))}</section>"
+        f"{pictured(cloud, panels, panels[:1], radius)}</section>"
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -35,12 +34,7 @@ FRAMED = "Green frame: the best pose for a function that the object has. In %: h
 NO_SPHERES = np.empty((0, 3))
 
 
-@dataclass(frozen=True, kw_only=True)
-class ObjectPoses:
-    """One object, and what it is for in each of its poses."""
-
-    cloud: Cloud
-    answers: Sequence[PoseFunctions]
+ObjectPoses = tuple[Cloud, Sequence[PoseFunctions]]  # an object, and what it is for in each of its poses
 
 
 def pose_words(one: PoseFunctions) -> tuple[str, str]:
@@ -58,14 +52,14 @@ def framed_poses(answers: Sequence[PoseFunctions]) -> set[int]:
 def poses_picture(objects: Sequence[ObjectPoses]) -> Image.Image:
     """Return each object as it lies in its likeliest poses, a row or more for each, its name before them."""
     rows: list[Image.Image] = []
-    for one in objects:
-        framed = framed_poses(one.answers)
+    for cloud, answers in objects:
+        framed = framed_poses(answers)
         tiles = [
-            tile(rotated_cloud(one.cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
-            for number, answer in enumerate(one.answers[:MOST])
+            tile(rotated_cloud(cloud, answer.pose.rotation), *pose_words(answer), framed=number in framed)
+            for number, answer in enumerate(answers[:MOST])
         ]
         lines = [side_by_side(tiles[first : first + ABREAST]) for first in range(0, len(tiles), ABREAST)]
-        rows.append(titled(stacked(lines), f"{one.cloud.name}: how it can lie, and what it is for in each pose"))
+        rows.append(titled(stacked(lines), f"{cloud.name}: how it can lie, and what it is for in each pose"))
     return noted(stacked(rows), FRAMED)
 
 
@@ -151,14 +145,14 @@ def require_png(path: Path | None):
 def write_poses_page(objects: Sequence[ObjectPoses], path: Path) -> Path:
     """Write a page that stands alone: each object's poses as a picture and as a table."""
     parts = ["<h1>How objects can lie, and what they are for in each pose</h1>"]
-    for one in objects:
-        parts.append(f"<h2>{escape(one.cloud.name)}</h2>")
-        parts.append(image_html(f"{one.cloud.name} in its poses", png_of(poses_picture([one]))))
-        names = list(one.answers[0].functions) if one.answers else []
+    for cloud, answers in objects:
+        parts.append(f"<h2>{escape(cloud.name)}</h2>")
+        parts.append(image_html(f"{cloud.name} in its poses", png_of(poses_picture([(cloud, answers)]))))
+        names = list(answers[0].functions) if answers else []
         rows = [
             [f"{answer.pose.probability:.3f}", f"{answer.pose.statics:.3f}", f"{answer.pose.tilt_deg:.0f}°"]
             + [f"{answer.functions[name].score:.2f}" for name in names]
-            for answer in one.answers
+            for answer in answers
         ]
         parts.append(table_html(["probability", "by statics", "turned by", *names], rows, texts=0))
     return write_text(path, page_html("Poses", parts, style=STYLE))

@@ -136,7 +136,7 @@ def render_coloured(
     low, high = drawn_box(vertices, centers, radius) if shown is None else shown
     rays = camera_rays(view, low, high)
     parts = [object_part(vertices, faces)]
-    behind = kept_behind(centers, view, low, high)
+    behind = np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)  # the cut's plane
     if behind.any():
         parts.append(ball_part(centers[behind], radius, ball_colours[behind]))
     image, nearest = ground_image(rays, parts, view), np.full(rays.origins.shape[:2], np.inf)
@@ -187,11 +187,6 @@ def drawn_box(vertices: np.ndarray, centers: np.ndarray, radius: float) -> tuple
     """Return the lowest and highest corner (3,) of object and spheres, down to the ground, metres."""
     corners = np.concatenate([vertices, centers - radius, centers + radius])
     return np.minimum(corners.min(axis=0), [np.inf, np.inf, 0.0]), corners.max(axis=0)
-
-
-def kept_behind(centers: np.ndarray, view: View, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Tell which spheres (S,) are not taken away by the cut."""
-    return np.full(len(centers), not view.cut) | ((centers - (low + high) / 2) @ view.facing <= 0)
 
 
 def camera_rays(view: View, low: np.ndarray, high: np.ndarray) -> Rays:

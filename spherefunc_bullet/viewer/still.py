@@ -10,7 +10,8 @@ import numpy as np
 
 from ..clouds.cloud import Cloud
 from ..formats.units import format_length
-from .data import Panel
+from .data import Panel, display
+from .page import display_html
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
 POINTS, SPHERES = 6_000, 3_000  # drawn at most
 INCHES, DOTS = 4.0, 80  # of a panel, and per inch
 FINER = 120  # dots per inch of a picture that is looked at alone
+
+
+def pictured(cloud: Cloud, panels: Sequence[Panel], drawn: Sequence[Panel], radius: float | None = None) -> str:
+    """Return the markup of a display of panels, and of a picture of some that stands in for it; see `display`."""
+    return display_html(display(cloud, panels, radius), still_picture(cloud, drawn, radius))
 
 
 def still_picture(cloud: Cloud, panels: Sequence[Panel], radius: float | None = None) -> bytes:

@@ -19,7 +19,7 @@ from spherefunc_bullet.bullet.collision.sides import fitted, grow_sides
 from spherefunc_bullet.bullet.collision.triangulation import point_cells
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, representatives
 from spherefunc_bullet.bullet.columns import in_cells, is_clear
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator.mechanics import CarrySettings

@@ -23,13 +23,12 @@ from spherefunc_bullet.bullet.bodies.carrying import (
     phases,
     tilted,
 )
-from spherefunc_bullet.bullet.bodies.falling import even_rotations
-from spherefunc_bullet.bullet.bodies.parallel_drops import APART, ParallelDropWorld, free_body, moved
+from spherefunc_bullet.bullet.bodies.falling import APART, ParallelDropWorld, even_rotations, free_body, moved
 from spherefunc_bullet.bullet.engine import pybullet
 from spherefunc_bullet.bullet.proofs.setting_down import inertia_of, put_down
 from spherefunc_bullet.bullet.proofs.sitter import BREADTH, SLID, STILL, SUNK, sat_down, spread_of, why_not
 from spherefunc_bullet.bullet.proofs.stage import G, Stage, shape_of, tilt_of
-from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphere_size
+from spherefunc_bullet.bullet.proofs.stream import OPENING, PACKED, poured, sphere_radius
 from spherefunc_bullet.clouds.cloud import Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.clouds.flooding import Basin
 from spherefunc_bullet.simulator import DropSettings, Stop, make_simulator
@@ -232,9 +231,9 @@ def test_the_breadth_over_which_contacts_carry():
 
 def test_spheres_stand_for_a_volume_or_fit_through_the_opening():
     use = PourUse(position=np.zeros(3), radius=0.04, volume=1e-4, low=np.zeros(3), high=np.ones(3))
-    radius, count = sphere_size(use, 50)
-    assert count == 50 and count * 4 / 3 * np.pi * radius**3 == pytest.approx(PACKED * use.volume)
-    assert use.radius > sphere_size(replace(use, volume=1.0), 50)[0] == pytest.approx(OPENING * use.radius)
+    radius = sphere_radius(use, 50)
+    assert 50 * 4 / 3 * np.pi * radius**3 == pytest.approx(PACKED * use.volume)
+    assert use.radius > sphere_radius(replace(use, volume=1.0), 50) == pytest.approx(OPENING * use.radius)
 
 
 def test_a_stream_stays_in_a_box_and_runs_off_a_lid(monkeypatch):

@@ -13,9 +13,8 @@ from clouds import boxed
 from spherefunc_bullet.bullet.bodies.carrying import Carriage
 from spherefunc_bullet.bullet.collision.shape import collision_shape, of_mesh, require_room, with_slivers
 from spherefunc_bullet.bullet.dropping import DropRun
-from spherefunc_bullet.bullet.engine import pybullet
+from spherefunc_bullet.bullet.engine import Physics, pybullet
 from spherefunc_bullet.bullet.loading import LONG, SHORT, rays, sphere_of_urdf, write_groups, write_stl
-from spherefunc_bullet.bullet.physics import Physics
 from spherefunc_bullet.bullet.world import BAKED, FAR, World, neighbors, waiting
 from spherefunc_bullet.clouds.cloud import Cloud
 from spherefunc_bullet.clouds.flooding import Basin

@@ -17,8 +17,7 @@ pytest.importorskip("pybullet", reason="PyBullet is not installed")
 
 from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
-from spherefunc_bullet.bullet.engine import pybullet
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics, pybullet
 from spherefunc_bullet.bullet.world import World
 
 pytestmark = pytest.mark.slow

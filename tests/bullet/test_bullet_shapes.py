@@ -10,7 +10,6 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from spherefunc_bullet.bullet import flights as flights_module
 from spherefunc_bullet.bullet.backend import BulletSimulator
 from spherefunc_bullet.bullet.collision.triangulation import (
     MAX_NEIGHBORS,
@@ -23,16 +22,17 @@ from spherefunc_bullet.bullet.collision.triangulation import (
 )
 from spherefunc_bullet.bullet.collision.voxels import in_voxels, represent, representatives, voxel_normals
 from spherefunc_bullet.bullet.columns import Columns
-from spherefunc_bullet.bullet.flights import (
+from spherefunc_bullet.bullet.dropping import (
     IN_FLIGHT,
     LEANING,
     ROLLED_OFF,
     SETTLED,
     TIMED_OUT,
+    Flights,
     first_apart,
     judge_flights,
 )
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.clouds.cloud import MAX_GAP, Cloud, Mesh, cloud_from_mesh
 from spherefunc_bullet.scenes.household.parts.solids import box
 from spherefunc_bullet.simulator import DropSettings
@@ -401,7 +401,7 @@ def test_first_column_apart_from_all_in_the_air_is_put_before_the_others(form):
 
 def test_flights_time_of_rest_is_reached_after_two_looks():
     physics = Physics()
-    flights = flights_module.Flights(1, physics, LOW, HIGH)
+    flights = Flights(1, physics, LOW, HIGH)
     flights.start(0, np.array([0.0, 0, 5]))
     looks = 0
     while flights.look(np.array([[0.0, 0, 5]]))[0] == IN_FLIGHT:

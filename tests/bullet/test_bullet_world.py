@@ -26,7 +26,7 @@ pytest.importorskip("pybullet", reason="PyBullet is not installed")
 from spherefunc_bullet.bullet import dropping, engine, loading
 from spherefunc_bullet.bullet.backend import SHAPES
 from spherefunc_bullet.bullet.collision.shape import CollisionShape, collision_shape
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.bullet.world import BAKED, BAKED_OF_MANY, MANY, MERGED, TWINS, World
 
 CLIENTS = 64  # more than this process ever has open at once
@@ -177,14 +177,14 @@ def test_every_frozen_sphere_is_there(count):
             world.freeze(center)
         # Single precision; in a compound some 100 radii wide rays are as exact as 1e-3.
         assert np.abs(met_from_above(world, centers) - centers[:, 2] - 1).max() < 0.005
-        baked = sum(batch.count for batch in world.batches)
+        baked = sum(len(batch.centers) for batch in world.batches)
         assert baked + len(world.fresh) == count
         for batch in world.batches:
-            most = BAKED if batch.count < MANY else BAKED_OF_MANY
-            assert len(batch.compounds) == int(np.ceil(batch.count / most))
+            most = BAKED if len(batch.centers) < MANY else BAKED_OF_MANY
+            assert len(batch.compounds) == int(np.ceil(len(batch.centers) / most))
         # As a number is written to the base of 4, with up to three batches of each size.
-        assert all(np.unique([batch.count for batch in world.batches], return_counts=True)[1] < MERGED)
-        assert {batch.count for batch in world.batches} <= {TWINS * MERGED**k for k in range(5)}
+        assert all(np.unique([len(batch.centers) for batch in world.batches], return_counts=True)[1] < MERGED)
+        assert {len(batch.centers) for batch in world.batches} <= {TWINS * MERGED**k for k in range(5)}
         compounds = sum(len(batch.compounds) for batch in world.batches)
         assert engine.pybullet().getNumBodies(**world.engine) == empty + compounds  # none costs time that is baked anew
         still = [*world.twins, *(body for batch in world.batches for body in batch.compounds)]

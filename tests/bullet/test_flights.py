@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spherefunc_bullet.bullet.flights import IN_FLIGHT, LEANING, TOUCH, Flights, first_apart
-from spherefunc_bullet.bullet.physics import Physics
+from spherefunc_bullet.bullet.dropping import IN_FLIGHT, LEANING, TOUCH, Flights, first_apart
+from spherefunc_bullet.bullet.engine import Physics
 from spherefunc_bullet.simulator import Outcome
 
 PHYSICS = Physics()

@@ -18,7 +18,7 @@ from spherefunc_bullet.compare.evaluation.protocol import Labels
 from spherefunc_bullet.compare.evaluation.robustness.corruptions import rates_of
 from spherefunc_bullet.datasets.dataset import DatasetObject, sources_of
 from spherefunc_bullet.learning.profiles.calibration import UNCERTAIN_MARGIN, WIDEST, unsure_band
-from spherefunc_bullet.learning.profiles.on_top import objects_on_table
+from spherefunc_bullet.learning.profiles.columns import objects_on_table
 from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.scenes.impairment.specimen import Specimen
 from spherefunc_bullet.scenes.impairment.surfaces import Surface

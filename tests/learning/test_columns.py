@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_resting_profile import DIAMETER, RADIUS, dropped, heap, layer, quantities, quantities_of, turned
@@ -136,6 +138,7 @@ def test_a_gap_is_more_than_a_centimetre_and_no_more_than_fifteen(hung, gap, ove
     """A small sphere as high as the large one lies beside it; one far below is on another part of the object."""
     small, large = 0.01, 0.03
     drops = {small: dropped(np.array([[0, 0, small + 0.2]])), large: dropped(np.array([[0, 0, large + 0.2 + hung]]))}
+    drops = {radius: replace(one, radius=radius) for radius, one in drops.items()}
     found = dict(zip(NAMES, profiles_over([drops], (small, large))[0, len(NAMES) :].tolist(), strict=True))
     assert (found["gap"], found["middle_gap"], found["over_gaps"]) == pytest.approx((gap, gap, over))
 

@@ -26,14 +26,17 @@ from spherefunc_bullet.learning.profiles.calibration import (
     log_odds,
     unsure_band,
 )
-from spherefunc_bullet.learning.profiles.columns import columns_of, fullest_level, largest_piece, outline_of
-from spherefunc_bullet.learning.profiles.on_top import (
+from spherefunc_bullet.learning.profiles.columns import (
     CELL,
     LARGEST,
     LEAST,
     SPARED,
+    columns_of,
     count_parts,
+    fullest_level,
+    largest_piece,
     objects_on_table,
+    outline_of,
     scatter_of,
 )
 from spherefunc_bullet.learning.profiles.quantities import Ranks, evenness

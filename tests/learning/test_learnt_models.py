@@ -17,8 +17,7 @@ from test_resting_profile import RADIUS, layer
 
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning import function_classifier, validation
-from spherefunc_bullet.learning.cube_arrays import rebuilt_method
-from spherefunc_bullet.learning.cube_classifier import CubeClassifier
+from spherefunc_bullet.learning.cube_classifier import CubeClassifier, rebuilt_method
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import CubeHistogram, SphereHistogram, counts_matrix, cube_keys, quarter_turns
 from spherefunc_bullet.learning.method import CUBES, METHODS, PAPER, find_cube_method

@@ -265,7 +265,7 @@ def test_a_place_that_did_not_hold_is_drawn_and_printed_as_one():
 
 def test_a_person_is_drawn_on_the_seat_in_one_piece():
     """The lowest point of trunk and thighs touches the seat, soles touch the ground, and each limb joins another."""
-    from spherefunc_bullet.viewer.seated_person import person_points, seated_person
+    from spherefunc_bullet.viewer.place_pictures import person_points, seated_person
 
     place = next(place for place in places_of(cloud_from_mesh(*CHAIR), scores=SEAT) if place.kind == "sit")
     low = replace(place, height=0.40, position=np.array([0.0, 0.0, 0.40]), heading_deg=90.0)
@@ -282,8 +282,7 @@ def test_a_person_is_drawn_on_the_seat_in_one_piece():
 @pytest.mark.parametrize("person", [1.1, 2.0])
 def test_a_person_is_drawn_as_tall_as_asked(person, tmp_path):
     """The head is as high over the seat as the height asks, and the soles touch the ground all the same."""
-    from spherefunc_bullet.viewer.place_pictures import write_places_page
-    from spherefunc_bullet.viewer.seated_person import TALL, person_points, seated_person
+    from spherefunc_bullet.viewer.place_pictures import TALL, person_points, seated_person, write_places_page
 
     cloud = cloud_from_mesh(*CHAIR)
     place = next(place for place in places_of(cloud, scores=SEAT) if place.kind == "sit")

@@ -16,7 +16,7 @@ from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.learning.cube_classifier import CubeClassifier
 from spherefunc_bullet.learning.function_classifier import FunctionClassifier
 from spherefunc_bullet.learning.histogram import SphereHistogram
-from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_at
+from spherefunc_bullet.learning.profiles.quantities import NAMES, profiles_over
 from spherefunc_bullet.learning.resting_profile import RestingProfile
 from spherefunc_bullet.settling import settling
 from spherefunc_bullet.settling.dropping import Dropping, KeptFile, Loading, cloud_hash, settle_kept
@@ -132,7 +132,7 @@ def test_the_transformer_reads_what_the_classifier_reads():
     alone = np.tile([name not in ("gap", "middle_gap", "over_gaps") for name in NAMES], len(radii))  # of one radius
     assert np.array_equal(read[:, alone], model.profiles_[:, alone])
     drops = [settling.settle(cloud, "fast", [0.01], 0, RunLimit(drops=30))[0.01] for cloud in objects]
-    assert np.array_equal(profiles_at(drops, 0.01), read[:, : read.shape[1] // 2])
+    assert np.array_equal(profiles_over([{0.01: one} for one in drops], [0.01]), read[:, : read.shape[1] // 2])
 
 
 def test_the_cubes_of_a_cloud_are_those_that_hold_a_point():

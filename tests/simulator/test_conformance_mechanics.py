@@ -1,4 +1,3 @@
 """The installed backends keep the optional part of the contract."""
 
 from spherefunc_bullet.conformance.test_mechanics import *  # noqa: F403
-from spherefunc_bullet.conformance.test_proofs import *  # noqa: F403

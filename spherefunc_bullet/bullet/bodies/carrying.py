@@ -18,8 +18,7 @@ from ...errors import InputError
 from ...simulator import DropResult, Stop
 from ...simulator.mechanics import CarryResult, CarrySettings
 from ..collision.shape import CollisionShape
-from ..engine import pybullet
-from ..physics import Physics
+from ..engine import Physics, pybullet
 from ..world import World
 
 G = 9.81  # m/s2

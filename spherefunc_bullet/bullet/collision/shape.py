@@ -28,10 +28,10 @@ class CollisionShape:
     kind: str
     vertices: np.ndarray  # (N, 3) float64
     faces: np.ndarray  # (M, 3) int32
-    pieces: tuple[np.ndarray, ...] | None  # vertices (K, 3) of convex pieces, or None where the faces are the shape
+    pieces: tuple[np.ndarray, ...] | None = None  # vertices (K, 3) of convex pieces; None where the faces are the shape
     columns: np.ndarray  # (C, 3) points of the surface, dense enough to say how high it is under a sphere
-    voxel_size: float | None
-    gap: float | None
+    voxel_size: float | None = None
+    gap: float | None = None
 
     def facts(self, radius: float) -> dict:
         """Return what there is to know of the shape, lengths in metres."""
@@ -89,10 +89,7 @@ def of_mesh(cloud: Cloud, radius: float) -> CollisionShape:
         kind="mesh",
         vertices=cloud.mesh.vertices / radius,
         faces=require_room(cloud.name, cloud.mesh.faces.astype(np.int32)),
-        pieces=None,
         columns=cloud.points / radius,
-        voxel_size=None,
-        gap=None,
     )
 
 

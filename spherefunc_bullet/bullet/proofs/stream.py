@@ -22,13 +22,13 @@ CARRIED = 0.05, 0.3  # of gravity aside, and seconds of it: carried level
 def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Verdict:
     """Return whether what is poured stays inside."""
     p = pybullet()
-    radius, count = sphere_size(use, settings.spheres)
+    radius = sphere_radius(use, settings.spheres)
     shape = p.createCollisionShape(p.GEOM_SPHERE, radius=radius, **stage.engine)
     p.setPhysicsEngineParameter(numSolverIterations=SOLVED[0], **stage.engine)
     rng, bodies, pause = np.random.default_rng(seed), [], EVERY / RATE
     # Each has left the spout when the next one comes: those that overlap would throw each other out.
     leaving = max(0.0, (CLEAR * radius - G * pause**2 / 2) / pause)
-    for number in range(count):
+    for number in range(settings.spheres):
         aside = WANDER * use.radius * np.sin(2 * np.pi * number / 20)
         jitter = rng.uniform(-0.1, 0.1, 2) * use.radius
         place = use.position + [aside + jitter[0], jitter[1], radius]
@@ -54,8 +54,7 @@ def poured(stage: Stage, use: PourUse, settings: ProofSettings, seed: int) -> Ve
     return Verdict(held=why == HELD, why=why, moved=1 - share, tilt_deg=0.0)
 
 
-def sphere_size(use: PourUse, most: int) -> tuple[float, int]:
-    """Return the radius of spheres that stand for a volume, and how many there are."""
-    full = (PACKED * use.volume / most * 3 / (4 * np.pi)) ** (1 / 3)
-    radius = float(min(full, OPENING * use.radius))
-    return radius, most
+def sphere_radius(use: PourUse, count: int) -> float:
+    """Return the radius of so many spheres that stand for a volume."""
+    full = (PACKED * use.volume / count * 3 / (4 * np.pi)) ** (1 / 3)
+    return float(min(full, OPENING * use.radius))

@@ -118,8 +118,7 @@ def _colors(columns: dict[str, np.ndarray] | np.ndarray) -> np.ndarray | None:
 
 def read_pcd(source: Source) -> Geometry:
     """Return the points (N, 3), those a sensor did not see NaN, and their colours."""
-    data = source.data
-    columns, count = point_columns(data)
+    columns, count = point_columns(source.data)
     points = np.column_stack([np.asarray(columns[axis], dtype=np.float64).reshape(-1) for axis in "xyz"])
     if count < 0 or len(points) != count:
         raise FormatError(f"expected {count} points, got {len(points)}; is the file cut off?")

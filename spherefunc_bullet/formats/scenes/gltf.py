@@ -59,7 +59,7 @@ def _count_corners(primitive: Tree, accessors: list[Tree]) -> int:
     return max(accessors[used]["count"], accessors[primitive.get("indices", used)]["count"])
 
 
-def named_buffers(source: Source) -> dict[str, Source]:
+def named_sources(source: Source) -> dict[str, Source]:
     """Return all buffers that are files, by their name in the tree; they stand beside the file or below it."""
     uris = {buffer["uri"] for buffer in _parse_tree(source.data).get("buffers", []) if "uri" in buffer}
     return {uri: _buffer(uri, source.path.parent.resolve()) for uri in uris if not uri.startswith("data:")}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -50,6 +50,14 @@ def parts_of(scene: trimesh.Scene, kind: str) -> list[Part]:
     return parts
 
 
+def primitive(kind: str, **sizes: Any) -> Part:
+    """Return the vertices and faces of one of trimesh's primitives about its centre."""
+    import trimesh
+
+    mesh = getattr(trimesh.creation, kind)(**sizes)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+
+
 def scene_of(data: bytes, file_type: str, **options: Any) -> trimesh.Scene:
     """Return the scene that trimesh reads; its complaints come as exceptions alone, not as lines too."""
     import trimesh
@@ -91,10 +99,6 @@ def require_few_instances(children: Mapping[str, Sequence[str]], roots: Sequence
         open_parts.remove(name)
         return count
 
-    _require_count(shown, roots)
-
-
-def _require_count(shown: Callable[[str], int], roots: Sequence[str]):
     count = sum(shown(root) for root in roots)
     if count > MAX_INSTANCES:
         raise FormatError(f"expected at most {MAX_INSTANCES:,} parts in its scene, got {count:,}; join them")

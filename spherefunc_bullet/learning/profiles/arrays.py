@@ -14,8 +14,7 @@ from ...errors import InputError
 from ...formats import FormatError
 from ...formats.npz import DAMAGE
 from .calibration import UNSURE, CopyGroups
-from .forest import Forest, kept_forests, rebuilt_forests
-from .in_scenes import rebuilt_scenes, scenes_kept
+from .forest import Forest, kept_forests, rebuilt_forests, rebuilt_scenes, scenes_kept
 from .profile_model import PROFILE, ProfileModel
 from .quantities import NAMES
 

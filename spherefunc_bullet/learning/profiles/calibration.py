@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -93,33 +93,27 @@ def held_out_votes(
     members : (N,) bool
         At least two of either kind.
     """
+    votes = np.full(len(X), np.nan)
+    for train, test in held_out_splits(members, copy_groups, random_state):
+        if members[train].any() and not members[train].all():
+            grown = grown_on(estimator, X[train], members[train], copy_groups.of(train))
+            votes[test] = grown.predict_proba(X[test])[:, 1]
+        elif not copy_groups.has_sources:
+            votes[test] = float(members[train][0])
+    return votes
+
+
+def held_out_splits(members: np.ndarray, copy_groups: CopyGroups, random_state: int) -> Iterable[Sequence[np.ndarray]]:
+    """Return which objects learn and which are asked: those of each source in turn, else folds that part no copies."""
     if copy_groups.has_sources:
-        return votes_on_other_sources(estimator, X, members, copy_groups)
+        makers = copy_groups.sources
+        own = [makers == one for one in np.unique(makers[makers >= 0])]
+        return [(np.flatnonzero(~one), np.flatnonzero(one)) for one in own]
     from sklearn.model_selection import StratifiedGroupKFold
 
     folds = min(FOLDS, *(len(set(copy_groups.groups[side])) for side in (members, ~members)))
     splits = StratifiedGroupKFold(folds, shuffle=True, random_state=random_state)
-    votes = np.zeros(len(X))
-    for train, test in splits.split(X, members, copy_groups.groups):
-        if members[train].all() or not members[train].any():
-            votes[test] = float(members[train][0])
-        else:
-            grown = grown_on(estimator, X[train], members[train], copy_groups.of(train))
-            votes[test] = grown.predict_proba(X[test])[:, 1]
-    return votes
-
-
-def votes_on_other_sources(
-    estimator: ClassifierMixin, X: np.ndarray, members: np.ndarray, copy_groups: CopyGroups
-) -> np.ndarray:
-    """Return what a classifier says of the objects of each source (N,) when nothing of that source is learnt."""
-    votes = np.full(len(X), np.nan)
-    for source in np.unique(copy_groups.sources[copy_groups.sources >= 0]):
-        train, test = np.flatnonzero(copy_groups.sources != source), np.flatnonzero(copy_groups.sources == source)
-        if members[train].any() and not members[train].all():
-            grown = grown_on(estimator, X[train], members[train], copy_groups.of(train))
-            votes[test] = grown.predict_proba(X[test])[:, 1]
-    return votes
+    return splits.split(members, members, copy_groups.groups)
 
 
 def unsure_band(scores: np.ndarray, members: np.ndarray, weights: np.ndarray | None = None) -> Band:

@@ -1,7 +1,8 @@
 """Settled spheres seen from above, by which neighbours each has: nothing here depends on heading or place.
 
 There is no grid. A column is what stands over and under one sphere, and a length across the ground is that of a
-convex outline, so that turning or moving the object changes no more than the last digits.
+convex outline, so that turning or moving the object changes no more than the last digits. What
+stands on a table are parts of its cloud that rise from its level, separated by gaps.
 """
 
 from __future__ import annotations
@@ -12,6 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from spherefunc_bullet.clouds.outline import well_within
+
+from ...clouds.cloud import Cloud
+from ...settling.drops import DropsByRadius
 
 _MANY = 60  # points: of fewer, those within the others are not worth finding
 OVERLAP = 1.5  # radii: spheres whose axes are nearer stand over one another; side by side they are two apart
@@ -113,13 +117,8 @@ class Columns:
         """Return the columns of some spheres (S,) bool; of all of them these, whose outline may be known."""
         if which.all():
             return self
-        return Columns(
-            centers=self.centers[which],
-            radius=self.radius,
-            weights=self.weights[which],
-            tops=self.tops[which],
-            bottoms=self.bottoms[which],
-        )
+        own = {name: getattr(self, name)[which] for name in ("centers", "weights", "tops", "bottoms")}
+        return Columns(**own, radius=self.radius)
 
     def mean(self, values: np.ndarray) -> float:
         """Return the mean over columns of what spheres have (S,)."""
@@ -211,3 +210,43 @@ def largest_piece(level: Columns) -> Columns:
     equal = np.flatnonzero(carried == carried.max())
     # Of equal pieces the wider one, whatever order they came in.
     return max((level.kept(pieces == piece) for piece in equal), key=lambda piece: piece.outline.area)
+
+
+CELL = 0.02  # metres: the side of the squares in which parts are separated
+LEAST = 0.012  # metres above the level: what is no higher is of the level
+SCATTERS = 4.0  # standard deviations of a sensor above the level: what is no higher is noise
+NEAR = 0.01  # metres from the level: of these points the scatter is read
+COMPANY = 4  # points about half a cell apart that one of a surface has near it at least
+LARGEST = 0.3  # of the level's area: what is larger is a part of the furniture
+SPARED = 0.02  # metres inside the level's outline: what stands along its edge is a rim or a wall
+
+
+def objects_on_table(cloud: Cloud, drops: DropsByRadius) -> int:
+    """Return how many objects stand on the level that carries most of the spheres that settled."""
+    radius, centers = max(((radius, one.rests) for radius, one in drops.items()), key=lambda one: len(one[1]))
+    if len(centers) < 3:
+        return 0
+    height, level = fullest_level(columns_of(np.asarray(centers, float), radius))
+    piece = largest_piece(level)
+    points = cloud.thinned(CELL / 2)
+    points = points[piece.outline.inside(points[:, :2]) > SPARED]
+    heights = points[:, 2] - (height - radius)
+    above = points[heights > max(LEAST, SCATTERS * scatter_of(heights))]
+    others = np.bincount(np.concatenate(near_pairs(above, 1.25 * CELL)), minlength=len(above))
+    not_stray = others >= COMPANY
+    return count_parts(above[not_stray, :2], LARGEST * piece.outline.area)
+
+
+def scatter_of(heights: np.ndarray) -> float:
+    """Return the standard deviation of the heights (N,) of a level's points about it, metres."""
+    near = np.abs(heights[np.abs(heights) < NEAR])
+    return 1.48 * float(np.median(near)) if len(near) else 0.0
+
+
+def count_parts(places: np.ndarray, largest: float) -> int:
+    """Return in how many parts places (N, 2) fall, of no more than so many square metres each."""
+    if not len(places):
+        return 0
+    cells = np.unique(np.floor(places / CELL), axis=0)
+    parts = pieces_of(len(cells), *near_pairs(cells, 1.5))  # side by side or corner to corner
+    return int((np.bincount(parts) * CELL**2 <= largest).sum())

@@ -1,6 +1,7 @@
 """A grown forest as plain arrays: what is kept in model files, and asked in microseconds.
 
 scikit-learn grows the trees; asking it about one object takes tens of milliseconds, nearly all of it bookkeeping.
+`SceneForests` tell of parts of scans, where it is known what surrounds them beside how spheres rest on them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from ...errors import InputError
 
 if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
+
+
+
+from .calibration import Line, calibrated
 
 LEAF = -1  # in place of a feature
 
@@ -150,19 +155,14 @@ def of_prefix(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.nda
 
 def rebuilt_forests(arrays: Mapping[str, np.ndarray], count: int) -> list[Forest | None]:
     """Return so many forests of the arrays of `kept_forests`, None where there is none."""
-    return [rebuilt(of_place(arrays, place)) if f"roots_{place}" in arrays else None for place in range(count)]
+    return [rebuilt(arrays, place) if f"roots_{place}" in arrays else None for place in range(count)]
 
 
-def of_place(arrays: Mapping[str, np.ndarray], place: int) -> dict[str, np.ndarray]:
-    """Return the arrays of the forest at one place, by name."""
-    names = ("roots", "feature", "threshold", "below", "vote")
-    return {name: arrays[f"{name}_{place}"] for name in names if name != "below" or f"below_{place}" in arrays}
-
-
-def rebuilt(arrays: dict[str, np.ndarray]) -> Forest:
-    """Return a forest of its arrays, with ``below`` or without."""
-    below = arrays["below"] if "below" in arrays else below_in_pairs(arrays["roots"], arrays["feature"])
-    return Forest(**(arrays | {"below": below}))
+def rebuilt(arrays: Mapping[str, np.ndarray], place: int) -> Forest:
+    """Return the forest at one place, whose ``below`` is kept or follows."""
+    own = {name: arrays[f"{name}_{place}"] for name in ("roots", "feature", "threshold", "vote")}
+    below = f"below_{place}"
+    return Forest(**own, below=arrays[below] if below in arrays else below_in_pairs(own["roots"], own["feature"]))
 
 
 def in_pairs(tree: Any) -> dict[str, np.ndarray]:
@@ -182,3 +182,47 @@ def in_pairs(tree: Any) -> dict[str, np.ndarray]:
         "below": np.array(below),
         "vote": np.where(inner, 0.0, tree.value[order, 0, 1]),  # shares of the two classes, which sum to one
     }
+
+
+SCENES = "scenes_"  # begins the names of arrays
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SceneForests:
+    """A forest for each function, over an object's quantities followed by those of what surrounds it."""
+
+    names: tuple[str, ...]  # of what surrounds it
+    forests: Sequence[Forest]
+    lines: Sequence[Line]
+
+    def scores(self, profiles: np.ndarray, beside: np.ndarray) -> np.ndarray:
+        """Return the scores (N, F) of objects by their quantities (N, R * Q) and what surrounds them (N, S)."""
+        if not len(profiles):
+            return np.zeros((0, len(self.forests)))
+        votes = forest_batch(self.forests).votes(np.hstack([profiles, beside]))
+        return np.column_stack([calibrated(own, line) for own, line in zip(votes, self.lines, strict=True)])
+
+    def only(self, column: int) -> SceneForests:
+        """Return what tells one function alone."""
+        return SceneForests(names=self.names, forests=[self.forests[column]], lines=[self.lines[column]])
+
+
+def scenes_kept(scenes: SceneForests) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Return what is kept of it in a model file."""
+    arrays = {SCENES + name: values for name, values in kept_forests(scenes.forests).items()}
+    return {"surroundings": list(scenes.names)}, arrays | {f"{SCENES}lines": np.array(scenes.lines, float)}
+
+
+def rebuilt_scenes(about: dict[str, Any], arrays: Mapping[str, np.ndarray], quantities: int) -> SceneForests | None:
+    """Return what a model file holds of it for so many quantities, if it holds any."""
+    names = tuple(about.get("surroundings", ()))
+    if not names:
+        return None
+    own = of_prefix(arrays, SCENES)
+    forests = rebuilt_forests(own, len(about["functions"]))
+    for one in forests:
+        if one is None:
+            raise ValueError("forests and functions differ in number")
+        one.require_whole(quantities + len(names))
+    lines = [(float(slope), float(offset)) for slope, offset in own["lines"].reshape(len(forests), 2)]
+    return SceneForests(names=names, forests=forests, lines=lines)

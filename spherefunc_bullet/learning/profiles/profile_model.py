@@ -13,8 +13,7 @@ from ...function_model import FunctionModel, Membership, Reading
 from ...settling.drops import FEW, Drops, DropsByRadius, RunLimit, settled_count
 from ...simulator import Simulator
 from .calibration import UNSURE, Band, CopyGroups, Line, calibrated
-from .forest import Forest, ForestBatch, forest_batch
-from .in_scenes import SceneForests
+from .forest import Forest, ForestBatch, SceneForests, forest_batch
 from .quantities import NAMES, Ranks, profiles_over
 
 if TYPE_CHECKING:
@@ -154,7 +153,7 @@ class ProfileModel(FunctionModel):
 
     def objects_on_table(self, cloud: Cloud, reading: Reading) -> int:
         """Return how many objects stand on the level that carries most of the spheres."""
-        from .on_top import objects_on_table
+        from .columns import objects_on_table
 
         return objects_on_table(cloud, reading.drops)
 

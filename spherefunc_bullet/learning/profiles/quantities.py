@@ -7,7 +7,7 @@ these are the quantities here.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ MANY_ENOUGH = 6  # spheres that a plane is laid through
 GAP, REACH = 0.01, 0.15  # metres: what counts as a gap, and how far below a sphere smaller ones are looked for
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Quantity:
     """What one column of the profile is."""
 
@@ -31,51 +31,40 @@ class Quantity:
     meaning: str  # as it can stand in a sentence
 
 
-def quantity(name: str, unit: str, meaning: str) -> Quantity:
-    """Return a quantity."""
-    return Quantity(name=name, unit=unit, meaning=meaning)
-
-
 QUANTITIES = (
-    quantity("settled", "spheres", "spheres that settled"),
-    quantity("area", "m2", "area within the outline of all spheres"),
-    quantity("width", "m", "shorter side of the outline of all spheres"),
-    quantity("middle_bottom", "m", "height under which half of the columns begin"),
-    quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
-    quantity("middle_top", "m", "height under which half of the columns end"),
-    quantity("high_top", "m", "height under which nine tenths of the columns end"),
-    quantity("one_deep", "share", "columns one sphere deep"),
-    quantity("on_spheres", "share", "spheres that touch a lower one"),
-    quantity("rim_to_middle", "ratio", "depth along the outline over mean depth"),  # 1 where walls hold the pile
-    quantity("level_height", "m", "height of the level that carries most columns"),
-    quantity("level_share", "share", "columns that begin at that level"),
-    quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
-    quantity("level_area", "m2", "area of the level's largest piece"),
-    quantity("level_area_share", "share", "area of the level's largest piece within the outline of all spheres"),
-    quantity("level_width", "m", "shorter side of the level's largest piece"),
-    quantity("level_depth", "m", "mean depth of spheres over the level"),
-    quantity("level_unevenness", "m", "unevenness of what rests on the level"),
-    quantity("level_range", "m", "range of heights that holds eight tenths of what rests on the level"),
-    quantity("level_tilt", "degrees", "slope of the level"),
-    quantity("level_roughness", "m", "median distance of what rests on the level from a plane"),
-    quantity("stays", "share", "drops within the outline that stayed"),
-    quantity("stays_early", "share", "the same until half of all that settled had settled"),
-    quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
-    quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
-    quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
-    quantity("walled_in", "share", "spheres with the object on every side"),
-    quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes
-    quantity("middle_gap", "m", "median gap under spheres into which smaller ones go"),
-    quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
+    Quantity("settled", "spheres", "spheres that settled"),
+    Quantity("area", "m2", "area within the outline of all spheres"),
+    Quantity("width", "m", "shorter side of the outline of all spheres"),
+    Quantity("middle_bottom", "m", "height under which half of the columns begin"),
+    Quantity("high_bottom", "m", "height under which nine tenths of the columns begin"),
+    Quantity("middle_top", "m", "height under which half of the columns end"),
+    Quantity("high_top", "m", "height under which nine tenths of the columns end"),
+    Quantity("one_deep", "share", "columns one sphere deep"),
+    Quantity("on_spheres", "share", "spheres that touch a lower one"),
+    Quantity("rim_to_middle", "ratio", "depth along the outline over mean depth"),  # 1 where walls hold the pile
+    Quantity("level_height", "m", "height of the level that carries most columns"),
+    Quantity("level_share", "share", "columns that begin at that level"),
+    Quantity("level_piece", "share", "of the columns on the level, those in its largest connected piece"),
+    Quantity("level_area", "m2", "area of the level's largest piece"),
+    Quantity("level_area_share", "share", "area of the level's largest piece within the outline of all spheres"),
+    Quantity("level_width", "m", "shorter side of the level's largest piece"),
+    Quantity("level_depth", "m", "mean depth of spheres over the level"),
+    Quantity("level_unevenness", "m", "unevenness of what rests on the level"),
+    Quantity("level_range", "m", "range of heights that holds eight tenths of what rests on the level"),
+    Quantity("level_tilt", "degrees", "slope of the level"),
+    Quantity("level_roughness", "m", "median distance of what rests on the level from a plane"),
+    Quantity("stays", "share", "drops within the outline that stayed"),
+    Quantity("stays_early", "share", "the same until half of all that settled had settled"),
+    Quantity("middle_stays", "share", "of these early drops, those over the middle that stayed"),
+    Quantity("level_stays", "share", "of these early drops, those over the level that stayed"),
+    Quantity("rolled", "radii", "mean way from where spheres fell to where they rest"),
+    Quantity("walled_in", "share", "spheres with the object on every side"),
+    Quantity("gap", "m", "mean gap under spheres into which smaller ones go"),  # centimetres on spikes
+    Quantity("middle_gap", "m", "median gap under spheres into which smaller ones go"),
+    Quantity("over_gaps", "share", "spheres over a gap of more than a centimetre"),
 )
 NAMES = tuple(quantity.name for quantity in QUANTITIES)
 Profile = dict[str, float]
-
-
-def profiles_at(dropped: Iterable[Drops], radius: float) -> np.ndarray:
-    """Return the quantities (N, Q) of objects, each given as its drops of a radius in metres; see `profile_of`."""
-    rows = [profile_of(drops, radius) for drops in dropped]
-    return np.array([[row[name] for name in NAMES] for row in rows], float).reshape(len(rows), len(NAMES))
 
 
 def profiles_over(dropped: Sequence[DropsByRadius], radii: Sequence[float], names: Sequence[str] = NAMES) -> np.ndarray:
@@ -86,20 +75,12 @@ def profiles_over(dropped: Sequence[DropsByRadius], radii: Sequence[float], name
         for radius in radii:
             profile = profile_of(drops.get(radius, NO_DROPS), radius, smaller)
             row += [profile[name] for name in names]
-            smaller = Smaller(rests=drops[radius].rests, radius=radius) if radius in drops else None
+            smaller = drops.get(radius)
         rows.append(row)
     return np.array(rows, float).reshape(len(rows), len(radii) * len(names))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Smaller:
-    """Where smaller spheres came to rest on the same object."""
-
-    rests: np.ndarray  # (S, 3) float, metres
-    radius: float  # metres
-
-
-def profile_of(drops: Drops, radius: float, smaller: Smaller | None = None) -> Profile:
+def profile_of(drops: Drops, radius: float, smaller: Drops | None = None) -> Profile:
     """Return the quantities of drops by name; all 0 where nothing settled, gaps too where no smaller spheres did."""
     if not len(drops.rests):
         return dict.fromkeys(NAMES, 0.0)
@@ -158,7 +139,7 @@ def on_spheres(centers: np.ndarray, radius: float) -> np.ndarray:
     return np.bincount(resting, minlength=len(centers)) > 0
 
 
-def gaps(columns: Columns, smaller: Smaller | None) -> Profile:
+def gaps(columns: Columns, smaller: Drops | None) -> Profile:
     """Return how far spheres that rest on the object hang over smaller ones that lie beneath them.
 
     A seat carries large spheres where it carries small ones; spikes carry the large ones only.

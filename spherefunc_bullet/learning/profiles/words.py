@@ -6,7 +6,7 @@ What a person would say of a chair: a level 46 cm above the ground, on which sph
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -20,23 +20,7 @@ TELLING = 0.05  # of a score: a quantity that would raise it by less does not te
 NEAREST = 3  # training objects that are named
 
 
-class Deciding(TypedDict):
-    """One quantity of one object, and what it does to a score."""
-
-    quantity: str
-    meaning: str
-    radius: float  # of the spheres, metres
-    value: float  # in the quantity's unit
-    median: float  # of the training objects
-    share: float  # what the score loses when the quantity is set to that median; below 0 it speaks against
-
-
-class Near(TypedDict):
-    """A training object like the one asked for."""
-
-    name: str
-    functions: list[str]
-    distance: float  # mean difference of ranks among the training objects, 0 to 1
+Row = dict[str, Any]  # ready for JSON
 
 
 def sentences(reading: Reading) -> list[str]:
@@ -101,8 +85,11 @@ def against(reading: Reading, name: str) -> str:
     return f"; what speaks most against it: {quantity.meaning}, {here} instead of {there}"
 
 
-def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Deciding]:
-    """Return the quantities that decide most about a function, for it or against it, the strongest first."""
+def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Row]:
+    """Return the quantities that decide most about a function, for it or against it, the strongest first; see `Reason`.
+
+    ``share`` is what the score loses when the quantity is set to the training objects' median.
+    """
     model, profile = reading.model, reading.profile
     column = model.functions_.index(name)
     medians = np.median(model.profiles_, axis=0)
@@ -125,8 +112,11 @@ def deciding(reading: Reading, name: str, count: int = DECIDING) -> list[Decidin
     ]
 
 
-def nearest(reading: Reading, count: int = NEAREST) -> list[Near]:
-    """Return the training objects that are most like an object, the nearest first; copies of others are not named."""
+def nearest(reading: Reading, count: int = NEAREST) -> list[Row]:
+    """Return the training objects that are most like an object, the nearest first; copies of others are not named.
+
+    ``distance`` is the mean difference of ranks among the training objects, 0 to 1.
+    """
     model, rows = reading.model, reading.model.compared
     distances = model.distances(reading.profile[None])[0]
     distances[model.copy_groups_.weights[rows] < 1] = np.inf
@@ -158,7 +148,7 @@ def said(profile: Profile, name: str) -> str:
     return with_unit(profile[name], unit_of(name))
 
 
-def cells_of(decided: Deciding) -> list[str]:
+def cells_of(decided: Row) -> list[str]:
     """Return a quantity that decided, as a table says it: what, spheres, here, median learnt, change without it."""
     values = (with_unit(decided[key], unit_of(decided["quantity"])) for key in ("value", "median"))
     return [decided["meaning"], format_length(decided["radius"]), *values, f"{-decided['share']:+.2f}"]

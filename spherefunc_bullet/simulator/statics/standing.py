@@ -40,11 +40,6 @@ class Stand:
         return self.stance in (Stance.STANDS, Stance.ROCKS)
 
     @property
-    def surely_stands(self) -> bool:
-        """Whether no engine has to be asked."""
-        return self.flat and self.stance is Stance.STANDS
-
-    @property
     def turn(self) -> np.ndarray:
         """The rotation (3, 3) from the pose it came in to that in which it stands; none for one that does not."""
         return turned_down(self.down) if self.stays else np.eye(3)
@@ -53,18 +48,6 @@ class Stand:
         """Return an engine's answer, unless that is none, or keeps what statics says to tip."""
         overruled = engine.stance is Stance.MOVES or (self.stance is Stance.TIPS and engine.stays)
         return self if overruled else engine
-
-
-@dataclass(frozen=True, eq=False)
-class Support:
-    """The polygon on which a body stands, by its edges: a place is within where ``normals @ place + offsets <= 0``."""
-
-    normals: np.ndarray  # (E, 2) outward
-    offsets: np.ndarray  # (E,) metres
-
-    def outside(self, places: np.ndarray) -> np.ndarray:
-        """Return how far places (P, 2) lie beyond each edge, (P, E) metres; below 0 within."""
-        return places @ self.normals.T + self.offsets
 
 
 def stand(body: Body, settings: StandSettings) -> Stand:
@@ -86,21 +69,24 @@ def stance_at(facets: Facets, down: np.ndarray, settings: StandSettings) -> Stan
     return Stand(stance=Stance.ROLLS if rest.rolls else stance, tilt_deg=tilt, down=rest.down, flat=rest.flat)
 
 
-def support_of(body: Body) -> Support | None:
-    """Return the polygon between the corners on which a body stands; None where it is a point or a line."""
+def beyond_support(body: Body, places: np.ndarray) -> np.ndarray | None:
+    """Return how far places (P, 2) lie beyond each edge of the polygon on which a body stands, (P, E) metres.
+
+    Below 0 within; None where the corners on which it stands are a point or in a line.
+    """
     heights = body.corners[:, 2] - body.corners[:, 2].min()
     feet = body.corners[heights <= LEVEL * body.extent, :2]
     try:
-        polygon = ConvexHull(feet)
+        edges = ConvexHull(feet).equations
     except (QhullError, ValueError):
         return None
-    return Support(polygon.equations[:, :2], polygon.equations[:, 2])
+    return places @ edges[:, :2].T + edges[:, 2]
 
 
 def margin(body: Body) -> float:
     """Return how far within its support polygon a body's weight acts, metres; minus infinity where it has none."""
-    support = support_of(body)
-    return -np.inf if support is None else -float(support.outside(body.center[None, :2]).max())
+    beyond = beyond_support(body, body.center[None, :2])
+    return -np.inf if beyond is None else -float(beyond.max())
 
 
 def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
@@ -108,10 +94,10 @@ def tipping_loads(body: Body, places: np.ndarray) -> np.ndarray:
 
     About an edge of the support polygon the moments of body and load are equal at the load that tips it.
     """
-    support = support_of(body)
-    if support is None:
+    beyond, arms = beyond_support(body, body.center[None, :2]), beyond_support(body, places[:, :2])
+    if beyond is None:
         return np.zeros(len(places))
-    own, arms = -support.outside(body.center[None, :2])[0], support.outside(places[:, :2])
+    own = -beyond[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         loads = np.where(arms > 1e-9, np.maximum(own, 0) * body.mass / arms, np.inf)
     return loads.min(axis=1) if own.min() > 0 else np.zeros(len(places))
@@ -167,7 +153,7 @@ def stood(
     """
     started, places = time.perf_counter(), evenly_chosen(places, settings.most_places)
     alone = stand(body, settings)
-    if let_go is not None and not alone.surely_stands:
+    if let_go is not None and not (alone.flat and alone.stance is Stance.STANDS):
         alone = alone.or_by(let_go([body])[0])
     resting, at = body.turned(alone.turn), places @ alone.turn.T
     carries, tipping = carried(resting, at, alone, settings, let_go)
