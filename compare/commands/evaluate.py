@@ -50,7 +50,7 @@ def evaluate(
     picture: Annotated[
         Path | None, typer.Option(help="With --impaired or --corruptions: draw it as .png or .svg.")
     ] = None,
-    tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places.")] = "labels",
+    tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping.")] = "labels",
     task_objects: Annotated[
         int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
     ] = 100,
@@ -74,7 +74,7 @@ def evaluate(
     from ..evaluation.impaired import impaired_copies, impaired_shares
     from ..evaluation.protocol import Protocol, wanted_sizes
     from ..evaluation.robustness.corruptions import corruption_rates
-    from ..evaluation.tables import About, evaluate_features, print_results, results_of, transfer_result
+    from ..evaluation.tables import evaluate_features, print_results, results_of, transfer_result
     from ..figures.impaired_picture import draw_corruptions, draw_impaired
     from ..mechanics.measures import task_reports
     from .compare import asked_tasks
@@ -98,7 +98,7 @@ def evaluate(
         sizes = tuple(wanted_sizes(train_sizes, len(learnt.objects)))
         protocol = Protocol(train_sizes=sizes, trials=trials, seed=seed, leave_one_out=leave_one_out, groups=groups)
         results = results_of(evaluate_features(learnt, lengths, chosen, protocol))
-    about = About(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
+    about = dict(backend=backend, method=chosen.name, data=learnt.name, objects=len(learnt.objects), radii=lengths)
     shares = None
     if impaired:
         how = {"copied": copied, "jobs": jobs, "failed": failures.add}

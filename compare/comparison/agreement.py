@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -14,17 +15,16 @@ from spherefunc_bullet.simulator import sphere_limit
 
 from ..evaluation.evaluation import Evaluation
 from .entries import Comparison, Entry, dropped_twice
-from .report import BackendReport, HistogramAgreement, LabelAgreement, PairReport
-from .significance import paired_differences
+from .significance import Report, paired_differences
 
 
 def agreements(
-    comparison: Comparison, features: Mapping[str, Evaluation], backends: Mapping[str, BackendReport]
-) -> list[PairReport]:
+    comparison: Comparison, features: Mapping[str, Evaluation], backends: Mapping[str, Report]
+) -> list[dict[str, Any]]:
     """Return the agreement of each pair of simulators; of one alone there is none."""
     if len(comparison.entries) == 1:
         return []
-    reports: list[PairReport] = []
+    reports = []
     for pair in combinations(comparison.entries, 2):
         names = [entry.name for entry in pair]
         radii = [radius for radius in pair[0].radii if radius in pair[1].radii]
@@ -44,7 +44,7 @@ def agreements(
     return reports
 
 
-def histograms_agree(first: Entry, second: Entry, radius: float) -> HistogramAgreement:
+def histograms_agree(first: Entry, second: Entry, radius: float) -> dict[str, Any]:
     """Return how far two simulators' histograms lie apart, beside two seeds of one simulator.
 
     An object has four histograms: by A and by B, each with two seeds. ``between`` is the root mean square of the four
@@ -106,7 +106,7 @@ def median(values: np.ndarray) -> float | None:
     return round(middle, 4) if np.isfinite(middle) else None
 
 
-def labels_agree(first: Evaluation, second: Evaluation, names: list[str]) -> dict[str, LabelAgreement]:
+def labels_agree(first: Evaluation, second: Evaluation, names: list[str]) -> dict[str, dict[str, Any]]:
     """Return, per function, the share of objects of which both say the same, and how many one alone has right."""
     same = np.mean(first.predicted == second.predicted, axis=0)
     right, also_right = (evaluation.predicted == evaluation.labels.members for evaluation in (first, second))

@@ -15,7 +15,7 @@ from matplotlib.ticker import EngFormatter, LogLocator
 from ..evaluation.protocol import PAPER
 from ..pages.plates import GREY, INK, PALE, STYLE, look
 from .entries import Comparison, Entry
-from .report import Report
+from .significance import Report
 
 ACROSS = 3  # functions in a row
 WIDE, HIGH = 8.4, 3.2  # inches of a row

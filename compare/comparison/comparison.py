@@ -19,8 +19,7 @@ from .agreement import agreements
 from .entries import Comparison, Entry, Runs
 from .evaluations import evaluate_features
 from .experiment import LABELS, Candidate, Experiment
-from .report import BackendReport, FeatureReport, ObjectReport, RadiusReport, Report
-from .significance import answer
+from .significance import Report, answer
 
 Tasks = dict[str, dict[str, Any]]  # by task, see `mechanics.measures.task_reports`
 TIMING = (
@@ -45,17 +44,17 @@ def compare_entries(
         entry.name: backend_report(entry, reports.pop(entry.name), features[entry.name].by_radius)
         for entry in comparison.entries
     }
-    report: Report = {
+    report = {
         "objects": len(labels),
         "backends": backends,
         "agreement": agreements(comparison, features, backends),
         "baselines": reports,
-        "methods": {
+        "methods": {  # by method and feature
             method: {name: evaluation.quality(half, True) for name, evaluation in by_name.items()}
             for method, by_name in methods.items()
         },
         "data": comparison.simulated.name,
-        "functions": dict(zip(labels.functions, labels.members.sum(axis=0).tolist(), strict=True)),
+        "functions": dict(zip(labels.functions, labels.members.sum(axis=0).tolist(), strict=True)),  # objects with each
         "train_size": half,
         "test_size": len(labels) - half,
         "left_out": [item.path.name for item in comparison.left_out],
@@ -82,7 +81,7 @@ def tasks_of(experiment: Experiment, compared: Sequence[Candidate], dataset: Dat
     return task_reports(measured(dataset.objects, simulators, tasks, experiment.task_objects, None, experiment.loading))
 
 
-def feature_report(evaluation: Evaluation) -> FeatureReport:
+def feature_report(evaluation: Evaluation) -> dict[str, Any]:
     """Return a feature's quality, over trials and with each object left out: there, no radius and no spread."""
     [half] = evaluation.trials
     alone = {
@@ -92,33 +91,33 @@ def feature_report(evaluation: Evaluation) -> FeatureReport:
     return {"functions": evaluation.quality(half, True), "leave_one_out": alone}
 
 
-def backend_report(entry: Entry, quality: FeatureReport, by_radius: Mapping[float, Evaluation]) -> BackendReport:
+def backend_report(entry: Entry, quality: Report, by_radius: Mapping[float, Evaluation]) -> dict[str, Any]:
     """Return everything of one simulator."""
     memory = [bytes_ for record in (*entry.records, *entry.again.records) for bytes_ in record.memory.values()]
     simulator = entry.candidate.simulator
     own = {
-        "settled_share": entry.runs.settled_share,
-        "peak_memory": max(memory, default=None),
-        "peak_memory_runs": len(memory),
+        "settled_share": entry.runs.settled_share,  # of all spheres dropped
+        "peak_memory": max(memory, default=None),  # bytes of a whole process, interpreter and libraries included
+        "peak_memory_runs": len(memory),  # of how many runs it is known: those of an older cache lack it
         "failed": len(entry.failed),
         "reasons": list(entry.failed),
-        "radii": list(entry.radii),
+        "radii": list(entry.radii),  # metres
         "by_radius": [radius_report(radius, entry.runs.alone(radius), by_radius[radius]) for radius in entry.radii],
         "backend": entry.candidate.backend,
         "version": simulator.version,
         "options": simulator.options(),
-        "sphere_limit": sphere_limit(simulator),
+        "sphere_limit": sphere_limit(simulator),  # settled spheres at which a run ends
     }
     return quality | entry.runs.timing() | own
 
 
-def radius_report(radius: float, runs: Runs, alone: Evaluation) -> RadiusReport:
+def radius_report(radius: float, runs: Runs, alone: Evaluation) -> dict[str, Any]:
     """Return what one radius alone gives and costs."""
     [functions] = map(alone.quality, alone.trials)
     return {"radius": radius, "functions": functions} | runs.timing() | {"settled_share": runs.settled_share}
 
 
-def object_reports(comparison: Comparison, features: Mapping[str, Evaluation]) -> list[ObjectReport]:
+def object_reports(comparison: Comparison, features: Mapping[str, Evaluation]) -> list[dict[str, Any]]:
     """Return what every simulator made of each object, with all others learnt."""
     figures = {entry.name: entry.object_figures(features[entry.name]) for entry in comparison.entries}
     return [

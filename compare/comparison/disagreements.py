@@ -16,7 +16,7 @@ from spherefunc_bullet.viewer.data import Layer, Panel, display, histogram_cubes
 from spherefunc_bullet.viewer.pictures import fitting_radius
 
 from .entries import Comparison, Entry
-from .report import ObjectReport
+from .significance import Report
 
 MOST = 6  # objects, so that the page stays small
 MAX_SPHERES = 4000  # of one run that are drawn: the first to settle
@@ -34,13 +34,13 @@ class Disagreement:
     labels_differ: bool
 
 
-def disagreements(per_object: Sequence[ObjectReport]) -> list[Disagreement]:
+def disagreements(per_object: Sequence[Report]) -> list[Disagreement]:
     """Return where simulators differ about an object, those with different labels first, then by scores."""
     greatest = [greatest_difference(row, item) for row, item in enumerate(per_object) if len(item["backends"]) > 1]
     return sorted(greatest, key=lambda case: (not case.labels_differ, -case.difference, case.row))
 
 
-def greatest_difference(row: int, item: ObjectReport) -> Disagreement:
+def greatest_difference(row: int, item: Report) -> Disagreement:
     """Return one object's greatest difference, one with different labels before one without."""
     cases = [
         Disagreement(

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from spherefunc_bullet.settling.records import ObjectRecord
 from ..evaluation.evaluation import Evaluation
 from ..evaluation.protocol import labels_of, require_enough
 from .experiment import Candidate, Experiment
-from .report import ObjectFigures, Timing
 
 CHEAP = 120.0  # seconds that all simulators together may have taken for everything to be dropped again
 SOME = 40  # objects that are dropped on again where that is not cheap
@@ -61,8 +60,8 @@ class Runs:
         drops = sum(self.drops)
         return round(sum(self.settled) / drops, 4) if drops else None
 
-    def timing(self) -> Timing:
-        """Return the seconds that an object takes and the drops per second."""
+    def timing(self) -> dict[str, Any]:
+        """Return the seconds that an object takes, all radii together, the median first, and the drops per second."""
         seconds, drops = np.array(self.seconds), sum(self.drops)
         total = float(seconds.sum())
         return {
@@ -100,8 +99,8 @@ class Entry:
     def runs(self) -> Runs:
         return Runs(records=self.records, radii=self.radii)
 
-    def object_figures(self, evaluation: Evaluation) -> list[ObjectFigures]:
-        """Return each object's seconds, drops, settled spheres and scores."""
+    def object_figures(self, evaluation: Evaluation) -> list[dict[str, Any]]:
+        """Return each object's seconds, drops, settled spheres and scores, with all others learnt."""
         functions, runs = evaluation.labels.functions, self.runs
         columns = zip(runs.seconds, runs.drops, runs.settled, evaluation.scores.tolist(), strict=True)
         return [

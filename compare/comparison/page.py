@@ -27,8 +27,7 @@ from .entries import Comparison
 from .evaluations import RADIUS_TRIALS
 from .experiment import Experiment, as_toml
 from .recommendation import prices, recommendation_sentence, recommendation_table, recommendations
-from .report import ObjectReport, Report
-from .significance import COARSE, enumeration
+from .significance import COARSE, Report, enumeration
 from .tables import Table
 
 IMPAIRED = "impaired.png"  # in the report's folder, where it was asked about
@@ -110,7 +109,7 @@ def predicted(scores: dict[str, float]) -> str:
     return ", ".join(name for name, score in scores.items() if score > THRESHOLD) or label_text(())
 
 
-def labels(item: ObjectReport) -> str:
+def labels(item: Report) -> str:
     """Return an object's label, and what is true of it as well."""
     return label_text(item["functions"], ", ") + (f" (also {', '.join(item['also'])})" if item["also"] else "")
 

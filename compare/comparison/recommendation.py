@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from spherefunc_bullet.formats.units import format_duration
 from spherefunc_bullet.viewer.page import table_html
 
-from .report import Difference, FeatureReport, Report
 from .significance import (
     BETTER,
     COARSE,
     LEVEL,
     UNKNOWN,
+    Difference,
+    Report,
     beside_cheapest,
     enumeration,
     paired_difference,
@@ -67,7 +68,7 @@ def recommended(
 ) -> Recommendation:
     """Return what to use for one function, given how the others differ from the cheapest."""
 
-    def f_of(feature: FeatureReport) -> float:
+    def f_of(feature: Report) -> float:
         return feature["functions"][function]["f_measure"]
 
     baselines, others = report["baselines"], {name: rows[function] for name, rows in differences.items()}

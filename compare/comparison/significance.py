@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from spherefunc_bullet.formats.units import format_duration
 
+from ..evaluation.evaluation import Qualities
 from ..evaluation.impaired import COPIES_LEARNT, mean_shares
-from .report import BackendReport, Difference, Qualities, Report
+
+Report = Mapping[str, Any]  # what `spherefunc compare --json` prints; its keys are where it is made
+Difference = dict[str, Any]  # see `paired_difference`
 
 BETTER, WORSE, LEVEL, UNKNOWN = "better", "worse", "level", "unknown"
 CONFIDENCE = 0.95
@@ -25,7 +29,7 @@ def paired_differences(first: Qualities, second: Qualities, train: int, test: in
 
 
 def paired_difference(first: Sequence[float], second: Sequence[float], train: int, test: int) -> Difference:
-    """Return the mean of second minus first, its margin, and whether the second is better, worse or level.
+    """Return the mean of second minus first, its margin (None of one trial), and whether the second is better or not.
 
     The trials share objects, so they are not independent, and the more of them there were the surer an ordinary
     t-test would be of nothing. The margin is the half width of the 95 % interval of Nadeau and Bengio's corrected
@@ -133,7 +137,7 @@ def unseen(row: Difference) -> str:
     return f"differences below {row['margin']:.2f} do not show"
 
 
-def price_words(backend: BackendReport, cheaper: BackendReport) -> str:
+def price_words(backend: Report, cheaper: Report) -> str:
     """Return how many times the seconds a backend takes."""
     dear, cheap = backend["seconds_per_object"], cheaper["seconds_per_object"]
     own = "" if backend["radii"] == cheaper["radii"] else ", each with radii of its own"

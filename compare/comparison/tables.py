@@ -10,7 +10,7 @@ from spherefunc_bullet.formats.units import format_duration, format_length
 from ..evaluation.evaluation import FunctionQuality
 from ..evaluation.impaired import share_rows
 from ..evaluation.protocol import FAIR, PAPER
-from .report import Report
+from .significance import Report
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,12 +35,12 @@ from ..comparison.entries import repeatable, simulate_candidates
 from ..comparison.experiment import BACKENDS, Experiment, candidates
 from ..comparison.page import write_report
 from ..comparison.recommendation import recommendation_sentence, recommendations
-from ..comparison.report import Report
+from ..comparison.significance import Report
 from ..evaluation.confusion import Confusion, count_confusion
 from ..evaluation.impaired import impaired_copies, impaired_shares
 from ..evaluation.protocol import Protocol, labels_of, wanted_sizes
 from ..evaluation.readings import spheres_profiled
-from ..evaluation.tables import About, Result, evaluate_features, print_results, results_of
+from ..evaluation.tables import Result, evaluate_features, print_results, results_of
 from ..figures.impaired_picture import draw_impaired
 from ..machine import machine, options_text, usable_backends
 from .gallery import write_gallery, write_png
@@ -101,7 +101,7 @@ def run_demo(out: Path, backend: str, jobs: int) -> Path:
         rows = [classified_file(item.path, asked, Loading(up="z")) for item in unseen]
     with step(watch, "comparing simulators on the same objects"):
         comparison = compare_all(out / "comparison", jobs)
-    about = About(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
+    about = dict(data=DATA, objects=len(simulated.objects), backend=backend, method=METHOD.name)
     print_results(about, results, False, shares)
     show()
     print_functions(rows, model.functions_, False)

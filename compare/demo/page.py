@@ -14,12 +14,13 @@ from spherefunc_bullet.datasets.dataset import label_text
 from spherefunc_bullet.formats.units import format_duration, format_length
 
 from ..comparison.recommendation import recommendation_sentence, recommendation_table, recommendations
-from ..comparison.report import Report
+from ..comparison.significance import Report
 from ..comparison.tables import with_spread
 from ..evaluation.confusion import Confusion
+from ..evaluation.evaluation import Qualities
 from ..evaluation.features import SPHERES
 from ..evaluation.readings import POINTS
-from ..evaluation.tables import Qualities, Result
+from ..evaluation.tables import Result
 from ..pages.html import filled_template, report_page
 
 NAMES = {

@@ -1,10 +1,146 @@
-"""``python -m spherefunc_bullet.compare.documents``, which is ``make tables``."""
+"""``make tables``: measure again what is older than its code, and write the tables of README and docs.
+
+    python -m spherefunc_bullet.compare.documents [NAME ...] [--check | --all | --keep WHY]
+
+A NAME is that of a measurement, a table or a document. Without one all are meant; but tables that are kept as they are,
+with a line that says so, are measured only where they are named, or with ``--all``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-from spherefunc_bullet.console import run
+from spherefunc_bullet.console import fail, run, say
+from spherefunc_bullet.errors import InputError
 
-from .main import main
+from . import evaluations, measurements
+from .saved import Measurement
+from .tables import Lines, Table, complaints, read_blocks, with_blocks
+
+RESULTS, PAPER_PAGE, IMPAIRED = (f"docs/{name}.md" for name in ("results", "paper", "impaired"))
+BOTH = tuple(measurements.ON_MODELS.values())
+PAPER = (measurements.PAPER_ON_HOUSEHOLD, measurements.PAPER_ON_MODELS)
+ON_MODELS, CUBES = measurements.ON_MODELS["fast"], measurements.CUBES_ON_MODELS
+LEARNT = (measurements.ON_MODELS, measurements.FROM_HOUSEHOLD, measurements.FROM_SIX)
+OVERVIEW = tuple(learnt[backend] for backend in measurements.BACKENDS for learnt in LEARNT)
+HALVES, ONE_LEFT_OUT, SOURCES = (
+    evaluations.by_feature(protocol) for protocol in ("random_splits", "leave_one_out", "leave_one_group_out")
+)
+TRANSFER = evaluations.by_feature("test", title="learnt on `household`, tested on the real models")
+
+
+def table(document: str, name: str, render: Callable[..., Lines], *measured: Measurement) -> Table:
+    """Return a table of a document, made from the results of some measurements."""
+    return Table(name=name, document=document, measurements=measured, render=render)
+
+
+TABLES = (
+    table(RESULTS, "functions", evaluations.overview, *OVERVIEW, CUBES, measurements.CUBES_FROM_HOUSEHOLD),
+    table(RESULTS, "unseen-kinds", evaluations.unseen_kinds, ON_MODELS),
+    table(IMPAIRED, "copies-means", evaluations.means, *BOTH),
+    table(IMPAIRED, "copies-kinds", evaluations.kinds, *BOTH),
+    table(PAPER_PAGE, "fig-3", evaluations.fig_3, *PAPER),
+    table(PAPER_PAGE, "fig-4", evaluations.fig_4, *PAPER),
+    table(PAPER_PAGE, "memberships", evaluations.memberships, *PAPER),
+    table(RESULTS, "few-examples", evaluations.by_size, *BOTH, CUBES),
+    table(RESULTS, "default-halves", HALVES, ON_MODELS),
+    table(RESULTS, "default-sources", SOURCES, ON_MODELS),
+    table(RESULTS, "default-household", TRANSFER, measurements.FROM_HOUSEHOLD["fast"]),
+    table(RESULTS, "default-six", evaluations.six_catalogues, *measurements.FROM_SIX.values()),
+    table(RESULTS, "cubes-and-paper", evaluations.cubes_and_paper, measurements.PAPER_ON_MODELS, CUBES),
+    table(RESULTS, "cubes-halves", HALVES, CUBES),
+    table(RESULTS, "cubes-one-out", ONE_LEFT_OUT, CUBES),
+    table(RESULTS, "cubes-sources", SOURCES, CUBES),
+    table(RESULTS, "cubes-household", TRANSFER, measurements.CUBES_FROM_HOUSEHOLD),
+    table(RESULTS, "household-halves", HALVES, measurements.CUBES_ON_HOUSEHOLD),
+    table(RESULTS, "household-one-out", ONE_LEFT_OUT, measurements.CUBES_ON_HOUSEHOLD),
+    *measurements.SHOWN,
+)
+
+
+def main(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME...]", help="Measurements, tables, documents.")
+    ] = None,
+    check: Annotated[bool, typer.Option("--check", help="Change nothing; say what is older than its code.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Measure what is as old as its code again, too.")] = False,
+    write: Annotated[bool, typer.Option("--write", help="Measure nothing; write what saved results say.")] = False,
+    keep: Annotated[str | None, typer.Option(help="Keep tables that are older than their code, and say why.")] = None,
+    root: Annotated[Path, typer.Option(help="The repository.")] = Path(),
+):
+    """Keep the tables of README and docs as old as the code that they measure."""
+    tables, meant = wanted(names or ())
+    for table in tables if keep is not None else ():
+        table.keep(root, keep)
+    if not check and not write and keep is None:
+        measure(root, meant if every else due(root, tables if not names else (), meant))
+    if not check:
+        write_tables(root, tables)
+    lines = complaints(root, TABLES)
+    for line in lines:
+        say(line)
+    raise typer.Exit(2 if lines else 0)
+
+
+def wanted(names: Sequence[str]) -> tuple[list[Table], list[Measurement]]:
+    """Return the tables that some names mean, and the measurements; without a name, all.
+
+    Raises
+    ------
+    InputError
+        If a name is none of a measurement, a table or a document.
+    """
+    known = {name for table in TABLES for name in names_of(table)}
+    if unknown := sorted(set(names) - known):
+        raise InputError(f"{unknown[0]}: expected one of {', '.join(sorted(known))}")
+    tables = [table for table in TABLES if not names or names_of(table) & set(names)]
+    asked = {one.name: one for table in tables for one in table.measurements}
+    only = [one for name, one in asked.items() if name in names]
+    return tables, only or list(asked.values())
+
+
+def due(root: Path, unnamed: Iterable[Table], meant: Iterable[Measurement]) -> list[Measurement]:
+    """Return the measurements that are older than their code, but of tables that nobody named none that are kept."""
+    kept = {one.name for table in unnamed if table.kept(root).is_file() for one in table.measurements}
+    kept -= {one.name for table in unnamed if not table.kept(root).is_file() for one in table.measurements}
+    return [one for one in meant if one.name not in kept and one.changed(root)]
+
+
+def names_of(table: Table) -> set[str]:
+    """Return the names that mean a table: its own, its document's, those of its measurements."""
+    return {table.name, table.document, *(one.name for one in table.measurements)}
+
+
+def measure(root: Path, measurements: Sequence[Measurement]):
+    """Run the commands of measurements, one after another; one that fails is said, and the others go on."""
+    for number, one in enumerate(measurements, 1):
+        before = f", {one.saved(root)['seconds']:.0f} s the last time" if one.path(root).is_file() else ""
+        say(f"{number} of {len(measurements)}{before}: {one.command}")
+        try:
+            one.measure(root)
+        except InputError as error:
+            fail(error)
+
+
+def write_tables(root: Path, tables: Iterable[Table]):
+    """Write the blocks of some tables into their documents, those that have a result."""
+    texts: dict[str, dict[str, str]] = {}
+    for table in tables:
+        if table.is_measured(root):
+            table.kept(root).unlink(missing_ok=True)
+        try:
+            texts.setdefault(table.document, {})[table.name] = table.text(root)
+        except InputError as error:
+            fail(error)
+    for document, blocks in texts.items():
+        read_blocks(root, document)
+        path = root / document
+        path.write_text(with_blocks(path.read_text(encoding="utf-8"), blocks), encoding="utf-8")
+
 
 if __name__ == "__main__":
     run(lambda: typer.run(main))

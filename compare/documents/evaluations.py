@@ -8,12 +8,12 @@ from typing import Any
 
 from spherefunc_bullet.formats.units import format_length
 
+from ..evaluation.features import SPHERES
 from ..evaluation.impaired import COPIES_LEARNT, HARMLESS, HELD, UNSEEN_KIND, USELESS, Shares, mean_rows, share_rows
+from ..evaluation.protocol import PAPER
 from .tables import FUNCTIONS, figures, table
 
 Evaluated = Mapping[str, Any]  # what `spherefunc evaluate --json` prints
-SPHERES = "spheres"
-PAPER = {"cup": 0.80, "sittable": 0.74, "table": 0.85}  # F-measures of Fig. 3, on its authors' 200 models
 
 
 def result_of(evaluated: Evaluated, protocol: str, size: int | None = None) -> Mapping[str, Any]:

@@ -5,29 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..bench.__main__ import BENCHES
 from .saved import Measurement
 from .tables import Table, fenced
 
 MODELS, CUBES = "../shared/data/models", "--method cubes"
 SIX = "household build/impaired build/household-{1,2,3,4,5}"
 
-EVALUATION = ("compare/evaluation/tables.py", "spherefunc_bullet/formats/ply.py")
-COPIES = ("compare/evaluation/impaired.py",)
-HOUSEHOLD = ("scenes/household/household.py",)
-BACKENDS = {"fast": "fast_sim/backend.py", "bullet": "spherefunc_bullet/bullet/backend.py"}
-WITHOUT_BODIES = ("spherefunc_bullet/bullet/bodies/",)  # objects that are free to move: of mechanics, not of labels
+SHARED = (
+    *("spherefunc_bullet/classification.py", "spherefunc_bullet/function_model.py", "spherefunc_bullet/formats/ply.py"),
+    *(f"spherefunc_bullet/{name}/**/*.py" for name in ("clouds", "datasets", "learning", "settling", "simulator")),
+)
+EVALUATION = (*SHARED, "compare/evaluation/**/*.py")
+COPIES = ("scenes/impairment/**/*.py",)
+HOUSEHOLD = ("scenes/household/**/*.py",)
+BULLET = "spherefunc_bullet/bullet"
+# Without its bodies, objects that are free to move: they are of mechanics, not of labels.
+BACKENDS = {"fast": ("fast_sim/**/*.py",), "bullet": (f"{BULLET}/*.py", f"{BULLET}/collision/*.py")}
+BOTH = (*BACKENDS["fast"], *BACKENDS["bullet"])
 
 
 def measured(name: str, command: str, *modules: str, **how: Any) -> Measurement:
-    """Return the measurement of one command, without the bodies that are free to move unless that is said."""
-    return Measurement(name=name, command=command, modules=modules, **{"without": WITHOUT_BODIES} | how)
+    """Return the measurement of one command."""
+    return Measurement(name=name, command=command, modules=modules, **how)
 
 
 def labels(name: str, arguments: str, *modules: str, backend: str = "fast") -> Measurement:
     """Return the measurement of one `spherefunc evaluate`."""
     command = f"spherefunc evaluate {arguments}" + ("" if backend == "fast" else f" --backend {backend}")
-    return measured(f"{name}-{backend}", command, *EVALUATION, BACKENDS[backend], *modules)
+    return measured(f"{name}-{backend}", command, *EVALUATION, *BACKENDS[backend], *modules)
 
 
 def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
@@ -37,7 +42,7 @@ def of_both(name: str, command: str, *modules: str) -> dict[str, Measurement]:
 
 ON_MODELS = of_both("models", f"{MODELS} --groups --impaired --copied 14 --train-sizes 20,45,100,half", *COPIES)
 FROM_HOUSEHOLD = of_both("household-to-models", f"household --test {MODELS}", *HOUSEHOLD)
-FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, "scenes/impairment/folder.py")
+FROM_SIX = of_both("six-to-models", f"{SIX} --test {MODELS}", *HOUSEHOLD, *COPIES)
 CUBES_ON_MODELS = labels("models-cubes", f"{MODELS} {CUBES} --train-sizes 100,half --leave-one-out --groups")
 CUBES_FROM_HOUSEHOLD = labels("household-to-models-cubes", f"household {CUBES} --test {MODELS}", *HOUSEHOLD)
 CUBES_ON_HOUSEHOLD = labels("household-cubes", f"household {CUBES} --leave-one-out", *HOUSEHOLD)
@@ -58,10 +63,7 @@ COMPARISON = "docs/comparison.md"
 LIBRARY = "spherefunc_bullet/learning/models"
 SHIPPED = tuple(f"{LIBRARY}/household-{name}.npz" for name in BACKENDS)
 FOR_SCANS = f"{LIBRARY}/household-scans-fast.npz"
-BOTH = tuple(BACKENDS.values())
-
-
-IN_ROOMS = ("compare/rooms/trials.py", "compare/rooms/matching.py", BACKENDS["fast"], EVALUATION[1])
+IN_ROOMS = (*SHARED, *BACKENDS["fast"], "compare/rooms/*.py", "scenes/**/*.py")
 PRINTED = {"json": False}
 TIMED = PRINTED | {"timed": True}
 
@@ -69,31 +71,30 @@ TIMED = PRINTED | {"timed": True}
 def timed(name: str, arguments: str = "", files: tuple[str, ...] = ()) -> Measurement:
     """Return one of the programs of ``compare/bench``, which take times."""
     command = f"python -m spherefunc_bullet.compare.bench {name} {arguments}".strip()
-    modules = (f"compare/bench/{BENCHES[name][0]}.py", *EVALUATION, *BOTH, *HOUSEHOLD)
+    modules = ("compare/bench/*.py", *SHARED, *BOTH, *HOUSEHOLD)
     return measured(f"bench-{name}", command, *modules, files=files, **TIMED)
 
 
 def speed(backend: str) -> Measurement:
     """Return the speed of one simulator."""
     command = f"python -m spherefunc_bullet.compare.bench --backends {backend}"
-    return measured(f"bench-{backend}", command, "compare/bench/speed.py", BACKENDS[backend], *HOUSEHOLD, **TIMED)
+    return measured(f"bench-{backend}", command, "compare/bench/*.py", *SHARED, *BACKENDS[backend], *HOUSEHOLD, **TIMED)
 
 
 def rooms(name: str, options: str) -> Measurement:
     """Return the measurement of virtual rooms of the real models, by the model for scans."""
     command = f"spherefunc rooms {MODELS} --model {FOR_SCANS} {options}"
-    return measured(name, command, *IN_ROOMS, without=(), files=(FOR_SCANS,), **PRINTED)
+    return measured(name, command, *IN_ROOMS, files=(FOR_SCANS,), **PRINTED)
 
 
 COMPARED = measured(
     "compare-cubes",
     f"spherefunc compare {MODELS} --method cubes --radii 5mm,1cm,2cm,3cm,5cm --report build/comparison",
-    *("compare/comparison/comparison.py", *EVALUATION, *BOTH),
-    without=("compare/mechanics/", *WITHOUT_BODIES, "compare/evaluation/impaired.py"),
+    *("compare/comparison/*.py", *EVALUATION, *BOTH),
     **TIMED,
 )
-MECHANICAL = ("compare/mechanics/measures.py", "spherefunc_bullet/formats/ply.py", *BOTH)
-TASKS = measured("mechanics", f"spherefunc mechanics {MODELS}", *MECHANICAL, without=(), files=SHIPPED[:1], **TIMED)
+MECHANICAL = ("compare/mechanics/*.py", *SHARED, *BOTH, *COPIES, f"{BULLET}/bodies/*.py")
+TASKS = measured("mechanics", f"spherefunc mechanics {MODELS}", *MECHANICAL, files=SHIPPED[:1], **TIMED)
 
 
 def shown(name: str, document: str, *measurements: Measurement) -> Table:

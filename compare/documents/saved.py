@@ -1,7 +1,12 @@
-"""Measurements: the command as the documents print it, what it depends on, and its saved result."""
+"""Measurements: the command as the documents print it, what it depends on, and its saved result.
+
+A measurement names the code that it measures by patterns; layout, comments and docstrings do not count.
+"""
 
 from __future__ import annotations
 
+import ast
+import hashlib
 import json
 import os
 import subprocess
@@ -10,28 +15,31 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
+from functools import cache
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any
 
 from spherefunc_bullet.errors import InputError
 
 from ..machine import processor, versions
-from .fingerprint import Fingerprint, fingerprint
 
 RESULTS = Path("docs/results")
 BULLET = " --backend bullet"
 
 
-class Saved(TypedDict):
-    """The file of a measurement."""
+@cache
+def code_hash(path: Path) -> str:
+    """Return the hash of a module without layout, comments and docstrings."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node) is not None:
+            node.body = node.body[1:]
+    return digest(ast.unparse(tree).encode())
 
-    command: str
-    date: str  # ISO
-    seconds: float  # that the command took, whatever else the machine did
-    processor: str
-    versions: dict[str, str]
-    code: Fingerprint  # of what it depends on, as it was
-    result: Any  # the JSON that the command printed, or its lines
+
+def digest(content: bytes) -> str:
+    """Return the first digits of a hash."""
+    return hashlib.sha256(content).hexdigest()[:12]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +48,7 @@ class Measurement:
 
     name: str  # of the file that keeps its result
     command: str  # as the documents print it
-    modules: tuple[str, ...]  # that it measures, from the repository's root; what they import counts too
-    without: tuple[str, ...] = ()  # what they import that cannot change a figure; see `fingerprint`
+    modules: tuple[str, ...]  # that it measures, as patterns from the repository's root
     files: tuple[str, ...] = ()  # other than code
     json: bool = True  # whether it is asked for JSON; else its lines are kept
     timed: bool = False  # whether it measures time, so that the processor is said
@@ -50,18 +57,20 @@ class Measurement:
         """Return the file that keeps its result."""
         return root / RESULTS / f"{self.name}.json"
 
-    def fingerprint(self, root: Path) -> Fingerprint:
-        """Return the hashes of all that it depends on, as it is now; of data outside the repository, what there is."""
-        there = [name for name in self.manifests if (root / name).is_file()]
-        return fingerprint(root, self.modules, self.without, (*self.files, *there))
+    def fingerprint(self, root: Path) -> dict[str, str]:
+        """Return the hash of each file that it depends on, as it is now; of data elsewhere, of what there is."""
+        code = sorted({path for pattern in self.modules for path in root.glob(pattern)})
+        files = [*self.files, *(name for name in self.manifests if (root / name).is_file())]
+        hashes = {path.relative_to(root).as_posix(): code_hash(path) for path in code}
+        return hashes | {name: digest((root / name).read_bytes()) for name in sorted(files)}
 
     @property
     def manifests(self) -> list[str]:
         """Return the manifests of the data that the command names, from the repository's root."""
         return [f"{word}/manifest.csv" for word in self.command.split() if word.startswith("../")]
 
-    def saved(self, root: Path) -> Saved:
-        """Return its result; InputError where there is none."""
+    def saved(self, root: Path) -> dict[str, Any]:
+        """Return its file: the result, and when, where and of which code; InputError where there is none."""
         path = self.path(root)
         if not path.is_file():
             raise InputError(f"{path}: expected a saved result, got none; `make tables ONLY={self.name}` makes it")
@@ -81,15 +90,15 @@ class Measurement:
         """Run the command in the repository and save its result."""
         code, start = self.fingerprint(root), time.perf_counter()
         printed = standard_output(self.command + (" --json" if self.json else ""), root)
-        saved = Saved(
-            command=self.command,
-            date=date.today().isoformat(),
-            seconds=round(time.perf_counter() - start, 1),
-            processor=f"{processor()}, {os.cpu_count()} cores",
-            versions=versions(),
-            code=code,
-            result=json.loads(printed) if self.json else [line.rstrip() for line in printed.splitlines()],
-        )
+        saved = {
+            "command": self.command,
+            "date": date.today().isoformat(),
+            "seconds": round(time.perf_counter() - start, 1),  # that it took, whatever else the machine did
+            "processor": f"{processor()}, {os.cpu_count()} cores",
+            "versions": versions(),
+            "code": code,
+            "result": json.loads(printed) if self.json else [line.rstrip() for line in printed.splitlines()],
+        }
         self.path(root).parent.mkdir(parents=True, exist_ok=True)
         self.path(root).write_text(json.dumps(saved, indent=1) + "\n", encoding="utf-8")
 
@@ -103,14 +112,8 @@ def standard_output(command: str, root: Path) -> str:
         If it fails.
     """
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
-    done = subprocess.run(
-        ["bash", "-c", command],
-        cwd=root,
-        env=os.environ | {"PATH": path},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    how = {"cwd": root, "env": os.environ | {"PATH": path}, "stdout": subprocess.PIPE, "text": True}
+    done = subprocess.run(["bash", "-c", command], check=False, **how)
     if done.returncode:
         raise InputError(f"{command}: expected exit code 0, got {done.returncode}")
     return done.stdout
@@ -128,11 +131,11 @@ def commands_of(measurements: Iterable[Measurement], root: Path) -> str:
 
 def quoted(commands: Sequence[str]) -> str:
     """Return commands as a document names them, those that differ by the backend alone at once."""
-    pairs = {command: f"`{command}`" for command in commands if command.removesuffix(BULLET) == command}
+    words = []
     for command in commands:
-        if command not in pairs:
-            plain = command.removesuffix(BULLET)
-            pairs[plain if plain in pairs else command] = (
-                f"`{plain}` and with `{BULLET.strip()}`" if plain in pairs else f"`{command}`"
-            )
-    return ", ".join(pairs.values())
+        plain = command.removesuffix(BULLET)
+        if plain == command and command + BULLET in commands:
+            words.append(f"`{command}` and with `{BULLET.strip()}`")
+        elif plain == command or plain not in commands:
+            words.append(f"`{command}`")
+    return ", ".join(words)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -23,26 +23,20 @@ class Confusion:
     counts: np.ndarray  # (F + 1, F + 1) of those, how many were said to have the function
 
 
-class Said(TypedDict):
-    """What was said of the tested objects, all trials together; an object counts each time it was tested."""
+def confusion_report(labels: Labels, trials: Sequence[Trial]) -> dict[str, Any]:
+    """Return who was taken for what in all trials together, and by which radii.
 
-    tested: int
-    memberships: dict[str, int]  # of those, how many were said to have no function, one, or several
-    confusion: dict[str, dict[str, int]]  # label -> function -> how many with the label were said to have it
-    radii: dict[str, dict[str, int]]  # function -> radius in metres -> how often it counted most
-
-
-def confusion_report(labels: Labels, trials: Sequence[Trial]) -> Said:
-    """Return who was taken for what, and by which radii."""
+    An object counts each time it was tested.
+    """
     confusion, columns = count_confusion(labels, *trials), range(len(labels.functions))
     several = np.minimum(np.concatenate([trial.predicted.sum(axis=1) for trial in trials]), 2)
     none, one, more = np.bincount(several, minlength=3).tolist()
     rows = [dict(zip(confusion.labels, row, strict=True)) for row in confusion.counts.tolist()]
     return {
         "tested": len(several),
-        "memberships": {"none": none, "one": one, "several": more},
-        "confusion": dict(zip(confusion.labels, rows, strict=True)),
-        "radii": {
+        "memberships": {"none": none, "one": one, "several": more},  # of those tested, how many were said to have
+        "confusion": dict(zip(confusion.labels, rows, strict=True)),  # label -> function -> how many
+        "radii": {  # function -> radius in metres -> how often it counted most
             labels.functions[k]: {f"{radius:g}": n for radius, n in sorted(radius_counts(trials, k).items())}
             for k in columns
         },

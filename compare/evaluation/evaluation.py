@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NotRequired, Protocol, TypedDict
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -22,19 +22,8 @@ from .protocol import Labels, Split, Splits
 
 FOLDS = 20  # of leave-one-out, for the choice of the radius
 Weights = Mapping[float, float]  # radius in metres -> how much it counts
-
-
-class FunctionQuality(TypedDict):
-    """How well one function is classified, as `spherefunc evaluate` writes it: means over trials."""
-
-    f_measure: float
-    f_measure_std: float | None  # one trial has no spread
-    f_measure_fair: float  # without the objects of which it is true as well
-    precision: float
-    recall: float
-    accuracy: float
-    radius: float | None  # metres, chosen most often; None where no radius is chosen
-    f_measures: NotRequired[list[float]]  # of every trial
+FunctionQuality = dict[str, Any]  # how well one function is classified, see `mean_quality`
+Qualities = dict[str, FunctionQuality]  # by function
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,11 +73,11 @@ class Evaluation:
     again: Trial | None = None  # what other spheres on some of the objects said of them, with all others learnt
     by_radius: Mapping[float, Evaluation] = field(default_factory=dict)  # the trials with each radius alone, metres
 
-    def quality(self, train_size: int, every_trial: bool = False) -> dict[str, FunctionQuality]:
+    def quality(self, train_size: int, every_trial: bool = False) -> Qualities:
         """Return each function's mean quality over the trials of a training size; also of each, if wanted."""
         return mean_quality(self.trials[train_size], self.labels, every_trial)
 
-    def left_out_quality(self, protocol: str = "leave_one_out") -> dict[str, FunctionQuality]:
+    def left_out_quality(self, protocol: str = "leave_one_out") -> Qualities:
         """Return each function's quality with every object tested once and all counted together."""
         return mean_quality([self.left_out[protocol]], self.labels)
 
@@ -206,16 +195,16 @@ def pooled_trial(distances: Distances, labels: Labels, splits: Sequence[Split], 
     )
 
 
-def mean_quality(trials: Sequence[Trial], labels: Labels, every_trial: bool = False) -> dict[str, FunctionQuality]:
+def mean_quality(trials: Sequence[Trial], labels: Labels, every_trial: bool = False) -> Qualities:
     """Return each function's mean quality over trials, with spread and the radius chosen most often."""
-    rows: dict[str, FunctionQuality] = {}
+    rows: Qualities = {}
     for column, name in enumerate(labels.functions):
         strict, fair = zip(*(trial.quality(labels, column) for trial in trials), strict=True)
         f_measures = [row.f_measure for row in strict]
         rows[name] = {
             "f_measure": mean(f_measures),
-            "f_measure_std": round(float(np.std(f_measures)), 4) if len(trials) > 1 else None,
-            "f_measure_fair": mean(fair),
+            "f_measure_std": round(float(np.std(f_measures)), 4) if len(trials) > 1 else None,  # of one, none
+            "f_measure_fair": mean(fair),  # without the objects of which it is true as well
             "precision": mean([row.precision for row in strict]),
             "recall": mean([row.recall for row in strict]),
             "accuracy": mean([row.accuracy for row in strict]),

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -40,14 +40,7 @@ USELESS, HARMLESS = "useless, mean", "harmless, mean"
 Failed = Callable[[InputError], None]
 
 
-class KindShare(TypedDict):
-    """How many copies of one kind are still called by their function."""
-
-    works: bool
-    copies: int
-    share: dict[str, float]  # by feature set
-
-
+KindShare = dict[str, Any]  # whether copies of a kind work, how many there are, and the share by feature set
 Shares = dict[str, dict[str, KindShare]]  # by function, then kind
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NotRequired, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -12,26 +12,15 @@ from spherefunc_bullet.console import print_json, print_table, say, show
 from spherefunc_bullet.formats.units import format_length
 from spherefunc_bullet.learning.method import AnyMethod
 
-from .confusion import Said, confusion_report
-from .evaluation import Evaluation, FunctionQuality
+from .confusion import confusion_report
+from .evaluation import Evaluation, Qualities
 from .features import SPHERES
 from .impaired import Shares, print_shares
 from .protocol import FAIR, Protocol, Split, Splits, labels_of
 from .readings import readings
 from .robustness.corruptions import Corruptions, print_corruptions
 
-Qualities = dict[str, FunctionQuality]  # by function
-
-
-class Result(TypedDict):
-    """One protocol's figures at one training size."""
-
-    protocol: str
-    train_size: int
-    functions: Qualities
-    baselines: dict[str, Qualities]
-    trials: NotRequired[int]
-    said: NotRequired[Said]  # of the tested objects, by the spheres
+Result = dict[str, Any]  # one protocol's figures at one training size, see `result`
 
 
 def evaluate_features(
@@ -81,18 +70,8 @@ def transfer_result(learnt: Simulated, tested: Simulated, radii: tuple[float, ..
     return result("test", count, figures) | {"said": confusion_report(labels, evaluations[SPHERES].trials[count])}
 
 
-class About(TypedDict):
-    """What was evaluated."""
-
-    backend: str
-    method: str
-    data: str
-    objects: int
-    radii: NotRequired[Sequence[float]]  # metres
-
-
 def print_results(
-    about: About,
+    about: dict[str, Any],
     results: Sequence[Result],
     json: bool,
     impaired: Shares | None = None,

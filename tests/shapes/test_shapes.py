@@ -344,7 +344,7 @@ def test_a_folder_is_its_manifest_or_its_urdfs_or_its_meshes(tmp_path):
 
 def test_what_is_done_to_a_seat_and_a_table_is_known():
     """Each is met as it is, moved by less than a millimetre, and with something added or lowered."""
-    from spherefunc_bullet.compare.bench.shape_pairs import pairs
+    from shape_pairs import pairs
 
     mesh = slab_on_posts(0.4, 0.4, 0.45)
     stool = Subject(cloud_from_mesh(mesh.vertices, mesh.faces, "stool"))
@@ -357,7 +357,7 @@ def test_what_is_done_to_a_seat_and_a_table_is_known():
 
 
 def test_a_handle_is_found_where_a_loop_is_open(subject):
-    from spherefunc_bullet.compare.bench.shape_pairs import handle_pairs
+    from shape_pairs import handle_pairs
 
     upright = trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0])
     loop = trimesh.creation.torus(0.02, 0.004).apply_transform(upright)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from operator import itemgetter
-from typing import NotRequired, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -42,15 +42,7 @@ TRIALS = 2  # random halves, where there are no sources to leave out
 Failed = Callable[[InputError], None]
 
 
-class Rates(TypedDict):
-    """The answers for all objects under one corruption of one severity, as shares."""
-
-    told: float  # of those with a function, classified as such
-    unsure: float
-    wrong_and_sure: float
-    baselines: NotRequired[dict[str, Rates]]
-
-
+Rates = dict[str, Any]  # of all objects under one corruption of one severity, as shares; see `rates_of`
 Corruptions = dict[str, dict[str, Rates]]  # by kind, then severity
 
 
@@ -175,7 +167,7 @@ def rates_of(asked: Asked, labels: Labels, trials: Sequence[Trial]) -> Corruptio
     for kind, severity in dict.fromkeys(asked.kinds):
         own = (kinds == [kind, severity]).all(axis=1)
         rates.setdefault(kind, {})[severity] = {
-            "told": share(classified[own & serves]),
+            "told": share(classified[own & serves]),  # of those with a function, classified as such
             "unsure": share(unsure[own]),
             "wrong_and_sure": share((wrong & ~unsure)[own]),
         }

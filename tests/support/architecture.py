@@ -1,6 +1,6 @@
 """The files that a first `classify mug.ply` runs through, counted and drawn (docs/architecture.md).
 
-    python -m spherefunc_bullet.compare.figures.architecture [--picture docs/images/architecture.svg]
+    python tests/support/architecture.py [--picture docs/images/architecture.svg]
 
 What runs while modules are loaded, and kernels, which are compiled, are not counted.
 """
@@ -40,7 +40,7 @@ def traced(call: Callable[[], object]) -> dict[str, list[str]]:
     def note(frame: FrameType, event: str, _: object):
         """Note a function as it is called."""
         name, module = frame.f_code.co_name, frame.f_globals.get("__name__", "")
-        if event == "call" and is_ours(module) and name[0] != "<" and not loads_module(frame):
+        if event == "call" and module.startswith(OURS) and name[0] != "<" and not loads_module(frame):
             functions = found.setdefault(module.removeprefix(OURS), [])
             functions += [name] * (name not in functions)
 
@@ -50,11 +50,6 @@ def traced(call: Callable[[], object]) -> dict[str, list[str]]:
     finally:
         sys.setprofile(None)
     return found
-
-
-def is_ours(module: str) -> bool:
-    """Return whether a module is one of this package, and not this one."""
-    return module.startswith(OURS) and module != __name__
 
 
 def loads_module(frame: FrameType | None) -> bool:

@@ -1,4 +1,4 @@
-"""``python -m spherefunc_bullet.compare.bench.shape_pairs DATA``: is a verdict of "lost" right?
+"""``python tests/support/shape_pairs.py DATA``: is a verdict of "lost" right?
 
 Pairs of an object and a shape of which it is known, since it is made so, whether it keeps everything: cavity closed,
 handle closed, seat filled, legs joined, all lowered by 2 cm; and copies whose surface is a little off, and hulls of

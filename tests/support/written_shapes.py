@@ -1,4 +1,4 @@
-"""``python -m spherefunc_bullet.compare.bench.written_shapes DATA``: is what ``shapes --best`` writes worth writing?
+"""``python tests/support/written_shapes.py DATA``: is what ``shapes --best`` writes worth writing?
 
 Written URDFs and MJCFs are loaded in a plain PyBullet (`loadURDF`) and a plain MuJoCo, by nothing of this package, and
 spheres that do not meet each other are dropped on them, as on the visual mesh: a concave one in PyBullet, a rigid flex
