@@ -74,10 +74,10 @@ def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
     """Return one useless copy by its kind, drawn by the object's name from those that can be made."""
     if not impairs_seat(specimen):
         return {}
-    made = ((kind.kind, kind.applied(specimen, name, 0)) for kind in useless_seats())
-    copies = {kind: cloud_from_mesh(*copy.mesh(), name) for kind, copy in made if copy is not None}
+    made = {kind.kind: kind.applied(specimen, name, 0) for kind in useless_seats()}
+    copies = {kind: copy for kind, copy in made.items() if copy is not None}
     drawn = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
-    return {kind: copies[kind] for kind in drawn}
+    return {kind: cloud_from_mesh(*copies[kind].mesh(), name) for kind in drawn}
 
 
 def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
