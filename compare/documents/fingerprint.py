@@ -87,6 +87,7 @@ def module_name(path: str) -> str:
     return ".".join(parts if parts[0] == PACKAGE else (PACKAGE, *parts))
 
 
+@cache
 def path_of(root: Path, name: str) -> str | None:
     """Return the path of a module of the repository from its root, None for any other name."""
     first, *parts = name.split(".")
