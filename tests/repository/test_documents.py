@@ -28,6 +28,7 @@ from typer.main import get_command
 
 from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.scenes.household.household import household_objects
+from spherefunc_bullet.viewer.pictures import View
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
@@ -49,8 +50,9 @@ SLOW = re.compile(
 )
 FEW = "few"  # in place of DATA for benches of shapes
 
-FEWER = (  # of what costs time: trees, candidates, spheres, and seconds of their fall
+FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds of their fall
     ("spherefunc_bullet.learning.function_classifier", "TREES", 20),
+    ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", View(size=(90, 75))),
     ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
     ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
     ("spherefunc_bullet.shapes.spheres", "SPHERES", 40),
