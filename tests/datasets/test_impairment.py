@@ -393,8 +393,8 @@ def sources(tmp_path) -> Path:
 def test_evaluate_impaired_prints_the_contract(sources, tmp_path, monkeypatch, capsys, grouped):
     monkeypatch.setenv("SPHEREFUNC_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(readings, "WORTH_CORES", 10**6)  # other processes take longer to start
-    monkeypatch.setattr(function_classifier, "TREES", 30)  # they are right of four objects, and no figure is looked at
     if not grouped:
+        monkeypatch.setattr(function_classifier, "TREES", 50)  # what forests say is not looked at
         text = (sources / "manifest.csv").read_text()
         (sources / "manifest.csv").write_text(text.replace(",here", ",all").replace(",there", ",all"))
     command = ["evaluate", str(sources), "--impaired", "--radii", "5cm", "--train-sizes", "half", "--trials", "2"]
