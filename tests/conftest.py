@@ -5,12 +5,16 @@ Files with slow tests come first, so that no process is left with a long one whe
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 
 import pytest
 from commands import skip_for_want_of_bullet
 
 from spherefunc_bullet.errors import InputError
+
+# As on the command line, before numpy is loaded: threads that wait for each other in turns take processors.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -235,7 +235,7 @@ def test_provenance_says_what_produced_the_result(simulator: Simulator):
 
 def test_what_became_of_every_drop_is_told(simulator: Simulator, name: str):
     """Columns and outcomes tell of every drop, in the order of their ends."""
-    result = dropped(simulator.name, name, 1)
+    result = dropped(simulator.name, name)
     counts = np.bincount(result.outcomes, minlength=len(Outcome)).tolist()
     assert counts == [result.settled, result.rolled_off, result.rejected, result.timed_out]
     low, high = shape(name).bounds

@@ -300,14 +300,14 @@ def few_trees(monkeypatch):
 
 @pytest.mark.slow
 def test_profiles_and_copies_are_compared(few_trees, tmp_path, capsys):
-    kinds = ("mug_01", "mug_02", "dining_chair_01", "dining_chair_02", "dining_table_01", "vase_01")
+    kinds = ("mug_01", "mug_02", "vase_01", "vase_02")  # of tables there are copies below
     made = [item for item in make_catalogue("household") if item.name in kinds]
-    write_catalogue(made, tmp_path / "objects", "six")
+    write_catalogue(made, tmp_path / "objects", "four")
     options = {"backends": "fast", "radii": ["1cm"], "trials": 2, "copied": 1, "report": tmp_path / "out"}
     compare(str(tmp_path / "objects"), jobs=1, json=True, **options)
     found = json.loads(capsys.readouterr().out)
     assert found["answer"].startswith("Spheres ") and "fast was compared with no other" in found["answer"]
-    assert found["backends"]["fast"]["drops"] == 200 * 6 and {"points", "rules"} <= set(found["baselines"])
+    assert found["backends"]["fast"]["drops"] == 200 * 4 and {"points", "rules"} <= set(found["baselines"])
     cup = found["impaired"]["cup"]
     assert not cup["hole"]["works"] and cup["no_handle"]["works"]
     assert {"fast", "fast, copies learnt", "points, copies learnt", "examiner"} <= set(cup["hole"]["share"])

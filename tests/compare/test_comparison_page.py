@@ -169,7 +169,7 @@ def written(tmp_path_factory) -> Path:
     (folder / "manifest.csv").write_text("\n".join(rows))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SPHEREFUNC_CACHE", str(home / "cache"))
-        compare(str(folder), radii=["1cm,2cm"], trials=3, methods="cubes", repeated=3, jobs=1, report=home / "out")
+        compare(str(folder), radii=["2cm,3cm"], trials=3, methods="cubes", repeated=3, jobs=1, report=home / "out")
     return home / "out"
 
 

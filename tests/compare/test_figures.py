@@ -18,15 +18,18 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.compare.evaluation.confusion import count_confusion
 from spherefunc_bullet.compare.evaluation.evaluation import Evaluation, Trial
 from spherefunc_bullet.compare.evaluation.protocol import Labels, Protocol, fitting_sizes
+from spherefunc_bullet.compare.figures import typical_objects
 from spherefunc_bullet.compare.figures.evaluated_data import EvaluatedData, ladder
 from spherefunc_bullet.compare.figures.histogram_slice import cut_slice
 from spherefunc_bullet.compare.pages.plates import look
 from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import InputError
+from spherefunc_bullet.learning import function_classifier
 from spherefunc_bullet.learning.method import find_method
 from spherefunc_bullet.settling.dropping import Dropping
 from spherefunc_bullet.settling.drops import resting_drops
 from spherefunc_bullet.settling.records import ObjectRecord
+from spherefunc_bullet.viewer.pictures import View
 
 STEMS = {
     "fig1_settled", "fig2_histogram", "fig3a_learning_curve", "fig3b_functions", "fig4_confusion", "fig5_membership",
@@ -76,7 +79,10 @@ def data(tmp_path_factory):
 def drawn(call, data, tmp_path_factory):
     """Return the folder of figures and what the command printed."""
     out = tmp_path_factory.mktemp("out") / "figures"
-    done = call("figures", data, "--out", out, "--train-sizes", "4,45", "--trials", 3, "--seed", 5, "--json", *RADII)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typical_objects, "VIEW", View(size=(140, 118)))  # a sixteenth of the rays
+        protocol = ("--train-sizes", "4,45", "--trials", 3, "--seed", 5)
+        done = call("figures", data, "--out", out, *protocol, "--json", *RADII)
     return out, done
 
 
@@ -122,7 +128,8 @@ def test_a_size_that_does_not_fit_is_said_and_replaced(drawn):
     assert {row["train_size"] for row in rows_of(out, "fig4_confusion")} == {"4", "6"}
 
 
-def test_numbers_are_those_of_evaluate(call, data, drawn):
+def test_numbers_are_those_of_evaluate(call, data, drawn, monkeypatch):
+    monkeypatch.setattr(function_classifier, "TREES", 8)  # forests stand beside, and are not looked at
     protocol = ("--train-sizes", "4,6", "--trials", 3, "--seed", 5, "--leave-one-out")
     done = call("evaluate", data, "--method", "cubes", *protocol, "--json", *RADII)
     results = json.loads(done.stdout)["results"]

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from copy import copy
+from functools import cache
+
 import numpy as np
 import pytest
 import trimesh
@@ -25,6 +28,7 @@ def drops_at(height: float, random: np.random.Generator) -> dict[float, Drops]:
     return {RADIUS: drops_from_rows(RADIUS, rows)}
 
 
+@cache
 def learnt(wrong: float, count: int = 200) -> FunctionClassifier:
     """Return a classifier of what is high among low objects, of whose labels a share is wrong."""
     random = np.random.default_rng(0)
@@ -56,7 +60,7 @@ def test_what_mostly_holds_is_not_answered_early(wrong):
 
 
 def test_all_drops_are_made_where_there_is_no_early_answer():
-    model, asked = learnt(wrong=0.0), []
+    model, asked = copy(learnt(wrong=0.0)), []
     model.early_ = None
     model.read(lambda length: asked.append(length) or drops_at(0.4, np.random.default_rng(2)))
     assert asked == [RunLimit(drops=DROPS)]

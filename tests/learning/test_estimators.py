@@ -17,6 +17,7 @@ from sklearn.utils import get_tags
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 import spherefunc_bullet as sf
+from spherefunc_bullet.learning.profiles.trees import PlainForest
 
 FOLDS = KFold(3, shuffle=True, random_state=0)
 NO_TABLE_OF_NUMBERS = "X is a list of clouds, never a table of numbers (N, D), which this check asks for"
@@ -64,7 +65,8 @@ def objects() -> list:
 
 
 SETS = [{"cup"}] * 6 + [{"table", "stage"}] * 5 + [set()]
-ESTIMATORS = [sf.FunctionClassifier(radii=(0.01,), drops=40), sf.CubeClassifier(radii=(0.01,))]
+FEW = PlainForest(20, random_state=0)  # trees, of the kind that is learnt by default
+ESTIMATORS = [sf.FunctionClassifier(radii=(0.01,), drops=40, estimator=FEW), sf.CubeClassifier(radii=(0.01,))]
 
 
 @parametrize_with_checks([sf.FunctionClassifier(), sf.CubeClassifier()], expected_failed_checks=inapplicable)

@@ -174,18 +174,15 @@ def test_the_wheel_works_in_a_fresh_environment(fresh, hostile):
     )
 
 
-def test_the_wheel_is_typed_for_its_users(fresh, tmp_path):
+def test_the_wheel_is_typed_for_its_users(wheel, tmp_path):
+    """Of what it needs mypy knows nothing here: reading numpy's own types takes it longer than all of ours."""
+    home = tmp_path / "bare"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", home], check=True)
+    zipfile.ZipFile(wheel).extractall(next(home.glob("lib/python*/site-packages")))
     (tmp_path / "use.py").write_text("import spherefunc_bullet as sf\nreveal_type(sf.load_cloud)\n")
-    command = [
-        sys.executable,
-        "-m",
-        "mypy",
-        "--python-executable",
-        fresh / "python",
-        "--follow-imports=silent",
-        "use.py",
-    ]
-    assert "spherefunc_bullet.clouds.cloud.Cloud" in output(command, tmp_path)
+    command = [sys.executable, "-m", "mypy", "--python-executable", home / "bin" / "python"]
+    command += ["--follow-imports=silent", "--ignore-missing-imports", "use.py"]
+    assert "-> spherefunc_bullet.clouds.cloud.Cloud" in output(command, tmp_path)
 
 
 def test_version_is_the_same_everywhere():

@@ -14,6 +14,8 @@ from spherefunc_bullet.commands.command_line import application
 from spherefunc_bullet.errors import InputError
 from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import CarrySettings, able_backends, require_ability
+from spherefunc_bullet.viewer import mechanics_pictures
+from spherefunc_bullet.viewer.pictures import View
 
 pytestmark = pytest.mark.slow
 
@@ -51,7 +53,7 @@ def leaves_at(simulator, cloud: Cloud, theory: float, haste: float = 0.1) -> boo
     Without haste, since theory knows no speed.
     """
     around = (theory - OFF, theory + OFF)
-    settings = CarrySettings(radius=RADIUS, spheres=1, angles_deg=around, haste=haste, shake=0.0)
+    settings = CarrySettings(radius=RADIUS, spheres=1, angles_deg=around, haste=haste, shake=0.0, frequency=30.0)
     return simulator.carry(cloud, settings, 0).kept == (1, 0)
 
 
@@ -100,7 +102,7 @@ def test_a_sphere_that_goes_through_a_wall_is_an_error_of_the_run(simulator, mon
 def test_steps_are_made_finer_until_no_sphere_goes_through_a_wall(simulator, monkeypatch):
     for name, value in {"ITERATIONS": 5, "SUB_STEPS_OF_MANY": 1, "STIFFNESS": 0.1, "FINER": (1, 6)}.items():
         monkeypatch.setattr(carrying, name, value)
-    settings = CarrySettings(radius=0.005, angles_deg=(45.0,), shake=0.0)
+    settings = CarrySettings(radius=0.005, angles_deg=(45.0,), shake=0.0, frequency=30.0)
     assert simulator.carry(pan(0.03, 0.03, 0.16), settings, 0).kept[0] >= 0.93
 
 
@@ -111,7 +113,7 @@ def test_only_what_is_in_the_vessel_counts(simulator):
     vertices = np.concatenate([cup.mesh.vertices, saucer.mesh.vertices - [0, 0, 0.001], shelf])
     count, more = len(cup.mesh.vertices), len(cup.mesh.vertices) + len(saucer.mesh.vertices)
     both = [cup.mesh.faces, saucer.mesh.faces + count, np.array([[0, 1, 2], [0, 2, 3]]) + more]
-    settings = CarrySettings(radius=0.006, spheres=600, angles_deg=(30.0,))
+    settings = CarrySettings(radius=0.006, spheres=600, angles_deg=(30.0,), shake=0.0, frequency=30.0)
     alone = simulator.carry(cup, settings, 0)
     served = simulator.carry(cloud_from_mesh(vertices, np.concatenate(both), "served"), settings, 0)
     assert served.filled == pytest.approx(alone.filled, rel=0.1) and served.kept[0] >= 0.9
@@ -120,7 +122,8 @@ def test_only_what_is_in_the_vessel_counts(simulator):
 @pytest.mark.parametrize(("low", "high", "height", "angle"), [(0.08, 0.1, 0.015, 15.0), (0.03, 0.05, 0.04, 45.0)])
 def test_who_tilts_it_more_slowly_keeps_as_much(simulator, low, high, height, angle):
     """A plate and a cup, each where it loses a part: with a quarter of the haste. Two spheres in twenty may differ."""
-    settings = [CarrySettings(angles_deg=(angle,), haste=haste) for haste in (1.0, 0.25)]
+    still = {"angles_deg": (angle,), "shake": 0.0, "frequency": 30.0}  # not shaken afterwards, which takes as long
+    settings = [CarrySettings(haste=haste, **still) for haste in (1.0, 0.25)]
     quick, slow = (
         np.mean([simulator.carry(pan(low, high, height), one, seed).kept[0] for seed in (0, 1)]) for one in settings
     )
@@ -129,8 +132,8 @@ def test_who_tilts_it_more_slowly_keeps_as_much(simulator, low, high, height, an
 
 def test_a_vessel_is_filled_to_what_it_holds(simulator):
     vessel = pan(0.03, 0.035, 0.06)
-    filled = {fill: simulator.carry(vessel, CarrySettings(radius=0.006, fill=fill, angles_deg=(1.0,)), 0).filled
-              for fill in (0.5, 0.9, 1.0)}
+    quick = {"radius": 0.006, "angles_deg": (1.0,), "haste": 2.0, "frequency": 30.0}  # only its filling is looked at
+    filled = {fill: simulator.carry(vessel, CarrySettings(fill=fill, **quick), 0).filled for fill in (0.5, 0.9, 1.0)}
     whole = np.pi * 0.0325**2 * 0.06 / (4 / 3 * np.pi * 0.006**3)  # spheres of its volume, were there no gaps
     assert 0.45 < filled[1.0] / whole < 0.64  # loosely packed, and as tightly as spheres can be at random
     assert filled[0.5] == pytest.approx(0.5 * filled[1.0], abs=1) and filled[0.9] < filled[1.0]
@@ -151,7 +154,8 @@ def test_a_hole_shows_at_its_height(simulator, height):
     middle = vertices[wall].mean(axis=1)
     window = (middle[:, 0] > 0) & (np.abs(middle[:, 1]) < 0.012) & (np.abs(middle[:, 2] - height) < 0.012)
     faces = np.concatenate([wall[~window], np.column_stack([n, k, np.full(60, 2460)])])
-    result = simulator.carry(cloud_from_mesh(vertices, faces, "window"), CarrySettings(radius=0.006), 0)
+    settings = CarrySettings(radius=0.006, angles_deg=(45.0,))
+    result = simulator.carry(cloud_from_mesh(vertices, faces, "window"), settings, 0)
     below = (height - 0.012) / 0.12
     assert result.holds == pytest.approx(below, abs=0.06) and "has a hole" in " ".join(result.notes)
     # Of a filling of nine tenths; tilted towards the window, a part of what lies below it goes as well.
@@ -218,9 +222,10 @@ def test_fast_says_in_one_line_that_it_cannot_carry(tmp_path):
     assert "backend 'fast' cannot carry" in str(done.exception) and "\n" not in str(done.exception)
 
 
-def test_command_prints_json_and_draws(simulator, tmp_path):
+def test_command_prints_json_and_draws(simulator, tmp_path, monkeypatch):
     from typer.testing import CliRunner
 
+    monkeypatch.setattr(mechanics_pictures, "TILE", View(size=(90, 75)))  # a sixteenth of the rays
     cloud = pan(0.03, 0.035, 0.08)
     trimesh.Trimesh(cloud.mesh.vertices, cloud.mesh.faces).export(tmp_path / "cup.ply")
     arguments = ["carry", str(tmp_path / "cup.ply"), "--angles", "20,40", "--spheres", "30", "--json"]

@@ -20,6 +20,8 @@ from spherefunc_bullet.simulator import backend_entry_points, make_simulator
 from spherefunc_bullet.simulator.mechanics import Matter, Pose, PoseSettings, able_backends, require_ability
 from spherefunc_bullet.simulator.statics.body import body_of
 from spherefunc_bullet.simulator.statics.facets import facets_of
+from spherefunc_bullet.viewer import mechanics_pictures
+from spherefunc_bullet.viewer.pictures import View
 
 ABLE = [name for name in sorted(backend_entry_points()) if name in able_backends("poses")]
 # Directions are spread evenly, so that shares of 100 drops are good to 0.02; the engine moves them by as much again.
@@ -221,7 +223,8 @@ def test_command_prints_the_contract(tmp_path):
     assert set(row["best"]) == {"cup", "sittable", "table"}
 
 
-def test_command_draws_a_picture_and_a_page(tmp_path):
+def test_command_draws_a_picture_and_a_page(tmp_path, monkeypatch):
+    monkeypatch.setattr(mechanics_pictures, "TILE", View(size=(90, 75)))  # a sixteenth of the rays
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "brick.ply")
     picture, page = tmp_path / "poses.png", tmp_path / "poses.html"
     done = run(str(tmp_path / "brick.ply"), "--backend", "fast", "--picture", str(picture), "--page", str(page))
