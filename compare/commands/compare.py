@@ -44,7 +44,7 @@ def compare(
         typer.Option(min=0, help="Objects of each function of which impaired copies are asked about. Default: 4."),
     ] = None,
     tasks: Annotated[
-        str | None, typer.Option(help="labels, and of poses, standing and keeping what else. Default: labels.")
+        str | None, typer.Option(help="labels, and of poses, standing, keeping and places what else. Default: labels.")
     ] = None,
     task_objects: Annotated[
         int | None, typer.Option(min=1, help="Maximum number of objects for each task other than labels. Default: 100.")

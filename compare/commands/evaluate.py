@@ -50,7 +50,7 @@ def evaluate(
     picture: Annotated[
         Path | None, typer.Option(help="With --impaired or --corruptions: draw it as .png or .svg.")
     ] = None,
-    tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping.")] = "labels",
+    tasks: Annotated[str, typer.Option(help="Tasks: labels, and also poses, standing, keeping, places.")] = "labels",
     task_objects: Annotated[
         int, typer.Option(min=1, help="Maximum number of objects for each task other than labels.")
     ] = 100,

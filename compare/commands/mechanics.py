@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def mechanics(
     data: Annotated[str, typer.Argument(metavar="DATA", help="A folder of upright objects with a manifest.")],
     backends: Annotated[str, typer.Option(help="Which are asked; what one cannot do is said.")] = "fast,bullet",
-    tasks: Annotated[str, typer.Option(help="Of poses, standing and keeping.")] = "poses,standing,keeping",
+    tasks: Annotated[str, typer.Option(help="Of poses, standing, keeping and places.")] = "poses,standing,keeping",
     count: Annotated[int | None, typer.Option(min=1, help="Objects of each task at most, evenly chosen.")] = 100,
     model: Annotated[Path | None, typer.Option(help="Which ranks poses; without one, the model that ships.")] = None,
     json: Json = False,
@@ -53,6 +53,9 @@ def print_measured(found: Measured):
         print_stand_scores(list(found.standing.values()), found.agreement)
     if found.keeping:
         print_keep_scores(list(found.keeping.values()))
+    if found.places:
+        title = "Seats, and copies on which nobody can sit: is there a place to sit, proven where the backend can?"
+        print_verdicts(title, "places", list(found.places.values()))
     show("\n" + "\n".join(sentences(found).values()))
 
 

@@ -1,1 +1,1 @@
-"""What rigid bodies tell and geometry cannot: poses, standing, keeping, as tasks with known answers."""
+"""What rigid bodies tell and geometry cannot: poses, standing, keeping, places to sit, as tasks with known answers."""

@@ -15,9 +15,11 @@ from spherefunc_bullet.settling.dropping import Loading
 from spherefunc_bullet.simulator import Simulator
 
 from .poses import KeepScore, PoseScore, score_keeping, score_poses
-from .standing import Agreement, Outcome, StandScore, agreement, score_standing
+from .sitting import score_sitting
+from .standing import Agreement, Judged, Outcome, StandScore, agreement, score_standing
 
-ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry"}  # by task, what a backend needs for it
+# By task, what a backend needs for it: spheres propose places to sit, and who can prove them does.
+ABILITIES = {"poses": "poses", "standing": "stands", "keeping": "carry", "places": "drop"}
 TASKS = tuple(ABILITIES)
 CHANCE = 0.05  # two backends differ where so much of chance, or less, explains it
 
@@ -29,6 +31,7 @@ class Measured:
     poses: dict[str, PoseScore]
     standing: dict[str, StandScore]
     keeping: dict[str, KeepScore]
+    places: dict[str, Judged]
     unable: dict[str, tuple[str, ...]]  # by task, the backends that cannot do it
 
     @property
@@ -46,6 +49,7 @@ class Measured:
                 for name, one in self.poses.items()
             ]
         measures = {"standing": ("F of sound furniture", self.standing), "keeping": ("F of vessels", self.keeping)}
+        measures["places"] = ("F of seats with a place to sit", self.places)
         words, scores = measures[task]
         return [
             Outcome(backend=name, measure=words, value=one.score.f_measure, asked=one.score.asked,
@@ -100,6 +104,7 @@ def measured(
         poses=scored("poses", score_poses, classifier),
         standing=scored("standing", score_standing),
         keeping=scored("keeping", score_keeping),
+        places=scored("places", score_sitting),
         unable={task: tuple(name for name in simulators if name not in able(task)) for task in tasks},
     )
 

@@ -26,7 +26,7 @@ from spherefunc_bullet.simulator.proofs import ProofSettings
 
 from ..evaluation.protocol import labels_of, leave_one_group_out
 from ..evaluation.readings import spheres_profiled
-from .useless import SEAT, SURE, WHOLE, impairs_seat, useless_seats
+from ..mechanics.sitting import SEAT, SURE, WHOLE, impairs_seat, useless_seats
 
 CLAIMED = 0.5
 NAMED = ("missing", "tilted", "tilted by 25 degrees", "folded", "spikes")

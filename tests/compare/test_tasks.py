@@ -133,6 +133,19 @@ def test_a_mug_is_told_from_a_plate_by_what_it_keeps():
     assert set(json.loads(json.dumps(task_reports(found)["keeping"]))["backends"]) == {"bullet"}
 
 
+@pytest.mark.slow
+def test_a_person_can_sit_on_seats_and_spheres_alone_believe_more():
+    simulators = {"fast": make_simulator("fast"), "bullet": carrier()}
+    found = measured(few("dining_chair_01", "stool_01"), simulators, ["places"], 2, None, Loading())
+    proposed, proven = (found.places[name].verdicts for name in simulators)
+    assert [(one.name, one.kind) for one in proposed] == [(one.name, one.kind) for one in proven]
+    assert all(one.positive for one in (*proposed, *proven) if one.kind == "whole")
+    useless = [(one.positive, other.positive) for one, other in zip(proposed, proven, strict=True) if not one.true]
+    assert useless and all(may or not holds for may, holds in useless)
+    [first, last] = task_reports(found)["places"]["rows"]
+    assert first["asked"] == last["asked"] == len(proven) and last["value"] >= first["value"]
+
+
 def test_data_without_furniture_have_nothing_that_stands():
     found = measured(few("mug_01"), {"fast": make_simulator("fast")}, ["standing"], 3, None, Loading())
     assert "the data have nothing to ask about" in task_reports(found)["standing"]["says"]

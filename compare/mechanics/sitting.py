@@ -1,0 +1,108 @@
+"""Places: seats, each beside a copy on which nobody can sit, by whether there is a place to sit.
+
+Spheres propose places; a backend that can prove them lets a person down there, and only what holds counts. Nothing is
+learnt.
+"""
+
+from __future__ import annotations
+
+import time
+import zlib
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from spherefunc_bullet.clouds.cloud import Cloud, cloud_from_mesh, load_cloud
+from spherefunc_bullet.datasets.dataset import DatasetObject
+from spherefunc_bullet.places.finding import places_of, proven
+from spherefunc_bullet.scenes.impairment.folder import evenly
+from spherefunc_bullet.scenes.impairment.impairments import IMPAIRMENTS
+from spherefunc_bullet.scenes.impairment.levels import Level
+from spherefunc_bullet.scenes.impairment.specimen import Impairment, Specimen, kinds, needs
+from spherefunc_bullet.scenes.impairment.surfaces import Surface
+from spherefunc_bullet.scenes.impairment.tops import spikes_on_top, tilted_seat
+from spherefunc_bullet.settling.dropping import Loading
+from spherefunc_bullet.simulator import Simulator
+from spherefunc_bullet.simulator.proofs import ProofSettings
+
+from .standing import Judged, Verdict, asked, score_of
+
+SEAT, WHOLE = "sittable", "whole"
+SURE = {SEAT: 1.0}
+FOLDED = 0.1  # metres, how thick a folded chair is
+APART = 0.1  # metres in height: another level
+
+
+@needs("level")
+def folded(specimen: Specimen, level: Level, rng: np.random.Generator) -> Surface:
+    """Press a seat flat from its back to its front."""
+    low, high = level.box
+    axis = int((high - low).argmin()) if specimen.back is None else int(np.abs(specimen.back).argmax())
+    pressed = np.ones(3)
+    pressed[axis] = FOLDED / max(specimen.surface.size[axis], FOLDED)
+    return specimen.surface.mapped(lambda points: points * pressed)
+
+
+def useless_seats() -> list[Impairment]:
+    """Return the kinds of copies on which nobody can sit."""
+    more = {"tilted by 25 degrees": partial(tilted_seat, degrees=25.0), "spikes": spikes_on_top, "folded": folded}
+    return [kind for kind in IMPAIRMENTS if SEAT in kind.functions and not kind.works] + kinds((SEAT,), False, **more)
+
+
+def impairs_seat(specimen: Specimen) -> bool:
+    """Return whether the level that is impaired is that of all places to sit; an ottoman beside it stays a seat."""
+    places, level = [place for place in places_of(specimen.cloud, scores=SURE) if place.kind == "sit"], specimen.level
+    if not places or level is None:
+        return False
+    on_it = level.flat[level.grid.cells_of(np.array([place.position for place in places]))]
+    return bool(on_it.all() and all(abs(place.height - level.height) < APART for place in places))
+
+
+def places_held(path: Path, simulator: Simulator, loading: Loading) -> dict[str, tuple[float, float]]:
+    """Return of a file's object, and of a useless copy of it, by kind, the share of places to sit that hold.
+
+    And the seconds of processor time that it took to say so.
+    """
+    specimen = Specimen(load_cloud(path, up=loading.up, units=loading.units), SEAT)
+    variants = {WHOLE: specimen.cloud} | useless_copy(specimen, path.name)
+    return {kind: share_held(cloud, simulator) for kind, cloud in variants.items()}
+
+
+def useless_copy(specimen: Specimen, name: str) -> dict[str, Cloud]:
+    """Return one useless copy by its kind, drawn by the object's name from those that can be made."""
+    if not impairs_seat(specimen):
+        return {}
+    made = {kind.kind: kind.applied(specimen, name, 0) for kind in useless_seats()}
+    copies = {kind: copy for kind, copy in made.items() if copy is not None}
+    drawn = sorted(copies)[zlib.crc32(name.encode()) % max(len(copies), 1) :][:1]
+    return {kind: cloud_from_mesh(*copies[kind].mesh(), name) for kind in drawn}
+
+
+def share_held(cloud: Cloud, simulator: Simulator) -> tuple[float, float]:
+    """Return the share of places to sit that hold, or whether there are any where none can be proven; the seconds."""
+    started = time.process_time()
+    places = [place for place in places_of(cloud, scores=SURE) if place.kind == "sit"]
+    share = float(bool(places))
+    if places and callable(getattr(simulator, "prove", None)):
+        after = proven(cloud, places, simulator, ProofSettings())
+        share = float(np.mean([place.proven.holds for place in after]))
+    return share, time.process_time() - started
+
+
+def score_sitting(
+    objects: Sequence[DatasetObject], simulator: Simulator, count: int | None, loading: Loading
+) -> Judged | None:
+    """Return how well a backend tells seats from useless copies; None where there are no seats."""
+    verdicts, seconds = [], []
+    seats = evenly([item for item in objects if SEAT in item.functions], count)
+    for item, held, _ in asked(places_held, seats, simulator, f"sitting by {simulator.name}", loading):
+        seconds += [taken for _, taken in held.values()]
+        verdicts += [
+            Verdict(name=item.path.name, kind=kind, true=kind == WHOLE, positive=share > 0, value=share)
+            for kind, (share, _) in held.items()
+        ]
+    if not verdicts:
+        return None
+    return Judged(score=score_of(simulator.name, verdicts, float(np.mean(seconds))), verdicts=tuple(verdicts))
