@@ -7,10 +7,9 @@ what compiled kernels alone read, and stands beside them.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
-
-import numpy as np
 
 
 def number(value: Any, unit: str, meaning: str) -> Any:
@@ -58,7 +57,7 @@ class ScanNumbers:
     @property
     def aligned(self) -> float:
         """What `aligned_deg` is in radians."""
-        return np.radians(self.aligned_deg)
+        return math.radians(self.aligned_deg)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -58,7 +58,7 @@ def suite(backend: str, folder: Path, *arguments: str, as_installed: bool = Fals
 
 @pytest.mark.slow
 def test_the_page_s_backend_keeps_the_contract(sticky):
-    required = "not mechanics and not proofs"  # without the optional parts, which it lacks
+    required = "not mechanics"  # without the optional parts, which it lacks
     printed = suite("sticky", sticky, "-k", required, as_installed=True)
     assert "failed" not in printed and "skipped" not in printed, printed
     assert int(re.search(r"(\d+) passed", printed)[1]) > 10 * len(SHAPES)  # ten truths of each shape, and others
@@ -100,5 +100,5 @@ def test_mujoco_keeps_the_contract(tmp_path):
     example = ROOT / "examples" / "mujoco_backend"
     module = (example / "spherefunc_mujoco.py").read_text()
     install(tmp_path, (example / "pyproject.toml").read_text(), "spherefunc_mujoco", module)
-    printed = suite("mujoco", tmp_path, "-k", "(plate or interface or provenance or larger) and not proofs")
+    printed = suite("mujoco", tmp_path, "-k", "(plate or interface or provenance or larger) and not mechanics")
     assert "passed" in printed and "failed" not in printed and "skipped" not in printed, printed
