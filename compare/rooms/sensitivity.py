@@ -23,9 +23,9 @@ from spherefunc_bullet.datasets.dataset import open_dataset
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.learning.model_file import load_model, shipped_model
+from spherefunc_bullet.scenes import settings
 from spherefunc_bullet.scenes.recognition.recognition import recognise
 from spherefunc_bullet.scenes.scans.scan import Scan
-from spherefunc_bullet.scenes.settings import STAGES
 from spherefunc_bullet.scenes.virtual_rooms.lived_in import furnish_lived_in, parse_lived_in
 from spherefunc_bullet.scenes.virtual_rooms.scans import VirtualScan, scan_room
 
@@ -50,22 +50,23 @@ class Number:
     @property
     def value(self) -> int | float:
         """What it is."""
-        return getattr(STAGES[self.stage], self.name)
+        return getattr(settings.STAGES[self.stage], self.name)
 
     @contextmanager
     def times(self, factor: float) -> Iterator[None]:
         """Have it multiplied for a while."""
-        settings, value = STAGES[self.stage], self.value
-        object.__setattr__(settings, self.name, type(value)(value * factor))
+        # By the module, which other processes import: its settings alone are copied to them.
+        stage, value = settings.STAGES[self.stage], self.value
+        object.__setattr__(stage, self.name, type(value)(value * factor))
         try:
             yield
         finally:
-            object.__setattr__(settings, self.name, value)
+            object.__setattr__(stage, self.name, value)
 
 
 def numbers_of(stage: str) -> list[Number]:
     """Return the numbers of a stage, without pairs and rows of numbers."""
-    single = [one.name for one in fields(STAGES[stage]) if not isinstance(one.default, tuple)]
+    single = [one.name for one in fields(settings.STAGES[stage]) if not isinstance(one.default, tuple)]
     return [Number(stage=stage, name=name) for name in single]
 
 
@@ -101,14 +102,14 @@ def row_of(number: Number, scanned: Sequence[VirtualScan], model: FunctionModel,
 
 def print_list():
     """Print every number: what it is called, what it is, its unit, and what it stands for."""
-    for stage, settings in STAGES.items():
-        show(f"{stage}: {type(settings).__doc__}")
-        for one in fields(settings):
+    for stage, own in settings.STAGES.items():
+        show(f"{stage}: {type(own).__doc__}")
+        for one in fields(own):
             value = one.default if isinstance(one.default, tuple) else f"{one.default:g}"
             words = " ".join(filter(None, [f"{one.name} = {value}", one.metadata["unit"]]))
             show(f"    {words}: {one.metadata['meaning']}")
-    single = sum(len(numbers_of(stage)) for stage in STAGES)
-    rows = sum(len(fields(settings)) for settings in STAGES.values()) - single
+    single = sum(len(numbers_of(stage)) for stage in settings.STAGES)
+    rows = sum(len(fields(own)) for own in settings.STAGES.values()) - single
     show(f"{single} hand-set numbers, and {rows} pairs and rows of numbers")
 
 
@@ -116,7 +117,7 @@ def main(
     data: Annotated[
         str, typer.Argument(help="Models that furnish the rooms, which the model for scans has not learnt.")
     ],
-    stages: Annotated[str, typer.Option(help="Some of them, with commas.")] = ",".join(STAGES),
+    stages: Annotated[str, typer.Option(help="Some of them, with commas.")] = ",".join(settings.STAGES),
     rooms: Annotated[int, typer.Option(min=1, help="How many.")] = 4,
     seed: Annotated[int, typer.Option(min=0)] = 0,
     listed: Annotated[bool, typer.Option("--list", help="Only list them all.")] = False,
@@ -128,7 +129,7 @@ def main(
         print_list()
         return
     chosen, failures = stages.split(","), Failures()
-    require_known("--stages", chosen, STAGES)
+    require_known("--stages", chosen, settings.STAGES)
     numbers = [number for stage in chosen for number in numbers_of(stage)]
     model = load_model(shipped_model("fast", scans=True))
     furnished = furnish_lived_in(
