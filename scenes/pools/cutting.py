@@ -11,18 +11,6 @@ from ..settings import POOL, SCAN
 from .surfaces import Pool
 
 
-@dataclass(frozen=True, kw_only=True)
-class CutSettings:
-    """How much may be guessed where pools are cut out."""
-
-    gap: float = POOL.back_gap  # metres above the surface at which a back begins at the latest: it may be held by posts
-    parts: bool = True  # whether surfaces are parted at necks as well
-
-
-LOOSE_CUTS = CutSettings()
-STRICT_CUTS = CutSettings(gap=0.10, parts=False)  # what models are taught by
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
     """A part of the ground, as squares of `SCAN.cell`."""
@@ -63,7 +51,7 @@ def footprint_of(pool: Pool) -> Footprint:
     return Footprint(corner=corner, mask=binary_fill_holes(closed.mask | mask))
 
 
-def cut_out(points: np.ndarray, pool: Pool, gap: float = LOOSE_CUTS.gap) -> np.ndarray:
+def cut_out(points: np.ndarray, pool: Pool, gap: float) -> np.ndarray:
     """Return which points may be a pool's object, (N,) bool: what rises from its edge too, unless it is a table's.
 
     Parameters

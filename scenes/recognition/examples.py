@@ -12,7 +12,6 @@ from spherefunc_bullet.formats.units import Stopwatch
 from spherefunc_bullet.function_model import FunctionModel
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import STRICT_CUTS
 from ..scans.cells import cells
 from ..scans.depth_image import filled
 from ..scans.levelling import level, level_by_ransac
@@ -57,7 +56,7 @@ def proposed_examples(points: np.ndarray, truth: np.ndarray, simulator: str | Si
     labels = segment(dense, settings, noise=levelling.noise)
     scene = Scene(points=dense, labels=labels, on_table=levelling.source == "table top")
     sizes, place = np.bincount(truth[truth >= 0]), Surroundings(points=dense, is_wall=labels == WALL)
-    for proposal in propose(scene, simulator, how=STRICT_CUTS):
+    for proposal in propose(scene, simulator, cautious=True):
         seen = proposal.members[proposal.members < len(points)]
         if len(seen) < POOL.min_points:
             continue

@@ -11,7 +11,7 @@ from spherefunc_bullet.clouds.cloud import corners_of
 from spherefunc_bullet.errors import require_known
 from spherefunc_bullet.simulator import Simulator
 
-from ..pools.cutting import LOOSE_CUTS, CutSettings, cut_out
+from ..pools.cutting import cut_out
 from ..pools.resting import resting_places
 from ..pools.surfaces import Pool, level_pools, parted_at_necks
 from ..pools.tops import Top, ground_top, objects_on, top_of_pool
@@ -72,7 +72,7 @@ def propose(
     kinds: Sequence[str] = KINDS,
     *,
     seed: int = 0,
-    how: CutSettings = LOOSE_CUTS,
+    cautious: bool = False,
 ) -> list[Proposal]:
     """Return what may be an object, clusters in the order of their labels first.
 
@@ -84,11 +84,11 @@ def propose(
     kinds : sequence of {"clusters", "pools"}
     seed : int
         Of the drops.
-    how : CutSettings
-        How pools are cut out.
+    cautious : bool
+        Whether no surface is parted and backs begin near theirs: as models are taught, which few guesses suit.
     """
     proposed = cluster_proposals(scene.points, scene.labels) if CLUSTERS in kinds else []
-    for new in pool_proposals(scene, simulator, seed, how) if POOLS in kinds else []:
+    for new in pool_proposals(scene, simulator, seed, cautious) if POOLS in kinds else []:
         same = same_proposal(scene.points, new, proposed)
         if same is None:
             proposed.append(new)
@@ -160,7 +160,7 @@ def top_below(own: int, parts: list[np.ndarray], lows: np.ndarray, highs: np.nda
     return best
 
 
-def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: CutSettings) -> list[Proposal]:
+def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, cautious: bool) -> list[Proposal]:
     """Return what belongs to pools: what large spheres rest on, what stands there, and vessels among that."""
     z = scene.points[:, 2]
     solid = np.flatnonzero((scene.labels != FLOOR) & (z > 0) & (z < SEGMENTATION.high))
@@ -170,9 +170,10 @@ def pool_proposals(scene: Scene, simulator: str | Simulator, seed: int, how: Cut
     voxels = cells(scene.points[own], SEGMENTATION.leaf_size)
     found = level_pools(voxels.means, centers, RECOGNITION.radius)
     pools = [pool for pool in found if POOL.lowest < pool.height < POOL.highest]
-    if how.parts:
+    if not cautious:
         pools += [part for pool in pools for part in parted_at_necks(pool, centers, RECOGNITION.radius)]
-    cuts = [cut_out(voxels.means, pool, how.gap)[voxels.cell_of] for pool in pools]
+    gap = POOL.cautious_gap if cautious else POOL.back_gap
+    cuts = [cut_out(voxels.means, pool, gap)[voxels.cell_of] for pool in pools]
     proposed = [
         Proposal(by=POOLS, members=own[cut], support=0.0, pool=pool) for cut, pool in zip(cuts, pools, strict=True)
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,9 +22,11 @@ FLOOR, WALL, LEFT_OVER = range(-1, -4, -1)  # what a point is of that is of no o
 class Segmentation:
     """How a scan falls into objects; named as PCL's filters and EuclideanClusterExtraction name it."""
 
-    leaf_size: float = SEGMENTATION.leaf_size  # metres, side of the voxels that thin the scan first
-    cluster_tolerance: float = SEGMENTATION.cluster_tolerance  # metres between neighbours of one cluster (paper, §IV-C)
-    min_cluster_size: int = SEGMENTATION.min_cluster_size  # voxels
+    # Metres, side of the voxels that thin the scan first.
+    leaf_size: float = field(default_factory=lambda: SEGMENTATION.leaf_size)
+    # Metres between neighbours of one cluster (paper, §IV-C).
+    cluster_tolerance: float = field(default_factory=lambda: SEGMENTATION.cluster_tolerance)
+    min_cluster_size: int = field(default_factory=lambda: SEGMENTATION.min_cluster_size)  # voxels
     max_cluster_size: int = 2**31 - 1  # voxels; PCL's default
 
     def __post_init__(self):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ class Wall:
     normal: np.ndarray  # (2,) level unit vector into the room
     offset: float  # metres: normal @ xy on the plane
     span: tuple[float, float]  # metres along the wall, from and to
-    thickness: float = SEGMENTATION.wall_thickness  # metres off the plane at which a point still belongs to it
+    thickness: float  # metres off the plane at which a point still belongs to it
 
     def along(self, points: np.ndarray) -> np.ndarray:
         """Return places (N,) of points (N, 3) along the wall, metres."""
@@ -87,16 +87,16 @@ def bounding_wall(points: np.ndarray, plane: tuple[np.ndarray, float], patches: 
     """Return the wall that a plane with its patches is, or None if it is an object's side."""
     normal, offset = plane
     into = 1.0 if np.median(points[:, :2] @ normal) >= offset else -1.0
-    wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0))
+    thickness = SEGMENTATION.wall_thickness
+    wall = Wall(normal=into * normal, offset=into * offset, span=(0.0, 0.0), thickness=thickness)
     low, high = np.percentile(wall.along(patches.centers), [2, 98])
     spread = 1.4826 * np.median(np.abs(wall.ahead(patches.centers))) + np.median(patches.thickness)
-    thickness = float(np.clip(3 * spread, SEGMENTATION.wall_thickness, 2 * SEGMENTATION.wall_thickness))
-    wall = Wall(normal=wall.normal, offset=wall.offset, span=(float(low), float(high)), thickness=thickness)
+    wall = replace(wall, span=(float(low), float(high)), thickness=float(np.clip(3 * spread, thickness, 2 * thickness)))
     along, ahead = wall.along(points), wall.ahead(points)
-    own = (along > low) & (along < high) & (np.abs(ahead) < thickness)
+    own = (along > low) & (along < high) & (np.abs(ahead) < wall.thickness)
     width, top = high - low, np.percentile(points[own, 2], 98) if own.any() else 0.0
     if width < SEGMENTATION.wall_width or top < SEGMENTATION.wall_top:
         return None
     beside = (along > low - SEGMENTATION.wall_margin) & (along < high + SEGMENTATION.wall_margin)
-    behind = np.mean(ahead[beside] < -2 * SEGMENTATION.wall_thickness)
+    behind = np.mean(ahead[beside] < -2 * thickness)
     return wall if behind < SCAN.stray else None

@@ -15,7 +15,7 @@ from spherefunc_bullet.scenes.pools.surfaces import level_pools, parted_at_necks
 from spherefunc_bullet.scenes.pools.tops import ground_top, objects_on, top_of_pool
 from spherefunc_bullet.scenes.pools.vessels import cut_vessel, vessel_pools
 from spherefunc_bullet.scenes.recognition.proposals import POOLS, Scene, kinds_of, propose
-from spherefunc_bullet.scenes.settings import SCAN
+from spherefunc_bullet.scenes.settings import POOL, SCAN
 
 RADIUS = 0.04
 
@@ -69,11 +69,11 @@ def test_a_table_and_a_chair_pushed_under_it_are_two_pools():
 def test_a_chair_is_cut_out_with_legs_and_back_and_without_the_table():
     points = pushed_chair()
     table, seat = pools_of(points)
-    own = points[cut_out(points, seat)]
+    own = points[cut_out(points, seat, POOL.back_gap)]
     assert own[:, 2].max() > 0.85
     assert own[:, 2].min() < 0.05
     assert np.ptp(own[:, 0]) < 0.6
-    top = points[cut_out(points, table)]
+    top = points[cut_out(points, table, POOL.back_gap)]
     assert top[:, 2].max() < 0.78
     assert np.ptp(top[:, 0]) == pytest.approx(1.4, abs=0.03)
 
