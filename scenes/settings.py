@@ -1,8 +1,8 @@
 """Every hand-set number that recognises objects in scans, by stage, each with its unit and what it stands for.
 
 Stages read them as ``POOL.slab``. ``python -m spherefunc_bullet.compare.rooms.sensitivity`` lists them, and measures
-what each one changes. Numbers that nobody chooses are not here (the bits of a cell's index, labels, a camera's axes), nor
-those that only compiled kernels read, which stand beside them.
+what each one changes. Numbers that nobody chooses are not here (the bits of a cell's index, labels, a camera's axes),
+nor those that only compiled kernels read, which stand beside them.
 """
 
 from __future__ import annotations
