@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from scipy.spatial import ConvexHull
 
 
-
 def smoothed(points: np.ndarray) -> np.ndarray:
     """Return the thinned points (M, 3), each moved along the normal onto the plane through its neighbours, metres.
 

@@ -86,8 +86,6 @@ def object_of_top(top: GroundTop, points: np.ndarray, context: RecognitionContex
     )
 
 
-
-
 def compile_kernels():
     """Have the kernels of clusters and smoothing compiled, or loaded, so that stages are timed without that."""
     few = np.random.default_rng(0).uniform(0, 0.05, (50, 3))
@@ -140,9 +138,7 @@ def recognise(
     watch.lap("pools")
     bars = None if model.length.drops is None else BARS  # cubes' votes are no probabilities
     around = surroundings_for(model, dense, labels == WALL)
-    context = RecognitionContext(
-        model=model, completion=completion, bars=bars, surroundings=around
-    )
+    context = RecognitionContext(model=model, completion=completion, bars=bars, surroundings=around)
     candidates = judged(dense, proposed, context, watch)
     objects = [one for one in chosen(candidates, SEGMENTATION.min_cluster_size) if not one.fragment]
     top = ground_top_of(dense, labels, levelling)

@@ -180,8 +180,6 @@ def read_color(path: Path, depth: np.ndarray) -> np.ndarray:
     return colors.reshape(-1, 3)
 
 
-
-
 def filled(points: np.ndarray, side: float) -> np.ndarray:
     """Return a scan's points (N, 3) followed by those that fill the gaps (M, 3) between neighbours, metres.
 

@@ -14,7 +14,6 @@ from .patches import Patches
 CAMERA_FRAMES = (((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, 1, 0)))
 
 
-
 def axis_up(up: str) -> np.ndarray:
     """Return the unit vector (3,) of an axis such as ``z`` or ``-y``, or of ``x,y,z`` in numbers.
 

@@ -47,7 +47,6 @@ class Loading:
         return asdict(self.of(Path()))
 
 
-
 @dataclass(frozen=True, kw_only=True)
 class Dropping:
     """How spheres are dropped on objects: all that decides where they settle but the object."""
@@ -113,14 +112,12 @@ class Dropping:
         return hashlib.sha256(json.dumps(run, sort_keys=True, default=str).encode()).hexdigest()
 
 
-
 def settle_kept(
     cloud: Cloud, simulator: str | Simulator, radii: Sequence[float], seed: int = 0, length: RunLimit = LIMITED
 ) -> DropsByRadius:
     """Return what `settle` does, from the cache where it has it: the same points, and mesh, are simulated once."""
     dropping = Dropping(simulator=simulator, radii=tuple(radii), seed=seed, length=length)
     return dropping.drops(kept_runs(cloud_hash(cloud), lambda: dropping.prepared(cloud), dropping))
-
 
 
 def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home: Path | None = None) -> Runs:
@@ -132,7 +129,6 @@ def kept_runs(content: str, cloud: Callable[[], Cloud], dropping: Dropping, home
     return runs
 
 
-
 def cloud_hash(cloud: Cloud) -> str:
     """Return the hash of all of a cloud that spheres meet; its name does not matter."""
     digest = hashlib.sha256(f"cloud {FORMAT} {cloud.points.shape}".encode() + cloud.points.tobytes())
@@ -140,7 +136,6 @@ def cloud_hash(cloud: Cloud) -> str:
         for part in (cloud.mesh.vertices, cloud.mesh.faces):
             digest.update(f"{part.dtype} {part.shape}".encode() + np.ascontiguousarray(part).tobytes())
     return digest.hexdigest()
-
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -48,7 +48,6 @@ class ObjectRecord:
         return self.settled[radius].rests
 
 
-
 def simulate_objects(
     paths: Sequence[Path], dropping: Dropping, *, jobs: int = -1, time_limit: float = math.inf, home: Path | None = None
 ) -> Iterator[tuple[int, ObjectRecord | InputError]]:
@@ -75,7 +74,6 @@ def simulate_objects(
     yield from run_tasks(object_record, tasks, paths, jobs=jobs, isolate=isolate, time_limit=time_limit)
 
 
-
 def simulate_by_several(
     tasks: Sequence[tuple[Path, Sequence[Dropping]]], *, jobs: int = -1, home: Path | None = None
 ) -> Iterator[tuple[int, Sequence[ObjectRecord | InputError]]]:
@@ -93,7 +91,6 @@ def simulate_by_several(
         yield first[place], [outcome] if isinstance(outcome, InputError) else outcome
 
 
-
 def object_records(
     path: Path, droppings: Sequence[Dropping], home: Path | None = None
 ) -> list[ObjectRecord | InputError]:
@@ -108,7 +105,6 @@ def object_records(
         return clouds[key]
 
     return [attempt(object_record, (source, dropping, home, cloud_for)) for dropping in droppings]
-
 
 
 def object_record(
@@ -142,13 +138,11 @@ def object_record(
     )
 
 
-
 def kept_shape(
     content: str, cloud: Callable[[], Cloud], home: Path | None, *names: str
 ) -> dict[str, np.ndarray]:
     """Return arrays of these names of the shape of the object with this hash, see `shape_of`."""
     return computed_once(entry_path("shape", content, home), lambda: shape_of(cloud()), names)
-
 
 
 def file_voxels(path: Path, dropping: Dropping, home: Path | None = None) -> np.ndarray:
@@ -157,12 +151,9 @@ def file_voxels(path: Path, dropping: Dropping, home: Path | None = None) -> np.
     return kept_shape(content, lambda: dropping.cloud(path), home, "voxels")["voxels"]
 
 
-
 def file_leaks(path: Path, dropping: Dropping, home: Path | None = None) -> bool:
     """Return whether water runs out of a file's object, see `loses_water`."""
     return kept_answer(dropping.content_hash(path), "leaks", lambda: loses_water(dropping.cloud(path)), home)
-
-
 
 
 def shape_of(cloud: Cloud) -> dict[str, np.ndarray]:

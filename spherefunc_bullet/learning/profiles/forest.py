@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from sklearn.ensemble import ExtraTreesClassifier
 
 
-
 from .calibration import Line, calibrated
 
 LEAF = -1  # in place of a feature

@@ -160,7 +160,6 @@ class Facets:
         volume = np.abs(np.einsum("fi,fi->f", a, np.cross(b, c)))
         return 2 * np.arctan2(volume, la * lb * lc + ab * lc + bc * la + ca * lb) / (4 * np.pi)
 
-
     def about(self, shift: np.ndarray) -> Facets:
         """Return the facets of the same hull about a centre of mass that is shifted by (3,), in extents."""
         return replace(self, corners=self.corners - shift, heights=self.heights - self.normals @ shift)
