@@ -22,12 +22,12 @@ import numpy as np
 import pytest
 import room_shapes
 import trimesh
+from catalogues import household
 from checkout import ROOT
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
 from spherefunc_bullet.commands.command_line import application
-from spherefunc_bullet.scenes.household.household import household_objects
 from spherefunc_bullet.viewer.pictures import View
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -69,7 +69,7 @@ URDF = """<robot name="mug"><link name="mug"><visual><geometry><mesh filename="m
 def files(tmp_path_factory) -> Path:
     """Return a folder with what the pages name, small."""
     folder = tmp_path_factory.mktemp("documents")
-    known = {item.name: item for item in household_objects()}
+    known = {item.name: item for item in household()}
     for name, of in MODELS.items():
         known[of].mesh.export(folder / name)
     plain_cup(16).export(folder / "mug.obj")
@@ -200,4 +200,4 @@ def test_code_blocks_run_as_they_stand(page, files, monkeypatch):
 
 def test_the_gallery_names_objects_of_the_catalogue():
     named = set(re.findall(r"\b(\w+_\d\d)\.ply", (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")))
-    assert named and named <= {item.name for item in household_objects()}
+    assert named and named <= {item.name for item in household()}
