@@ -51,11 +51,14 @@ SLOW = re.compile(
 FEW = "few"  # in place of DATA for benches of shapes
 
 FEWER = (  # of what costs time: trees, pixels, candidates, spheres, and seconds of their fall
-    ("spherefunc_bullet.learning.function_classifier", "TREES", 20),
+    ("spherefunc_bullet.learning.function_classifier", "TREES", 8),
+    ("spherefunc_bullet.compare.evaluation.features", "MANY", 10**6),  # other processes take longer to start
+    ("spherefunc_bullet.compare.evaluation.readings", "WORTH_CORES", 10**6),
     ("spherefunc_bullet.viewer.mechanics_pictures", "TILE", View(size=(90, 75))),
     ("spherefunc_bullet.shapes.candidates", "VOXELS", (4 / 3,)),
     ("spherefunc_bullet.shapes.candidates", "VHACD", (8,)),
-    ("spherefunc_bullet.shapes.spheres", "SPHERES", 40),
+    ("spherefunc_bullet.shapes.spheres", "SPHERES", 20),
+    ("spherefunc_bullet.shapes.spaces", "CELLS", 60),
     ("spherefunc_bullet.shapes.compared", "SCALES", (2.0,)),
     ("written_shapes", "SIDE", 5),
     ("written_shapes", "SECONDS", 0.3),
@@ -111,7 +114,7 @@ def write_cup(folder: Path):
     (folder / "manifest.csv").write_text("file,label,group\ncup.ply,cup,a\n")
 
 
-def write_data(folder: Path, objects: list, each: int = 4):
+def write_data(folder: Path, objects: list, each: int = 3):
     """Write a small data set: so many small objects of each label."""
     folder.mkdir()
     rows = ["file,label,group"]
